@@ -6,7 +6,6 @@ mod scale;
 mod stage;
 
 pub(crate) use outputs::{Cut, CutGround, CutRegion, Outputs, Salient, Sureness, Tracked};
-pub(crate) use params::REFERENCE_STEP;
 pub use params::{ClipParams, Params, ScaledParams};
 pub(crate) use scale::Scale;
 pub use stage::{Progress, Stage, Step};

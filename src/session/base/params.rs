@@ -252,14 +252,11 @@ impl Params {
         self.scaled(scale, self.trajectory.grid_step * scale)
     }
 
-    /// The same for trajectories of any other making that are `spacing` pixels of the processed frames apart.
-    pub(crate) fn at_spacing(&self, spacing: f32) -> ScaledParams {
-        self.scaled(1.0, spacing)
-    }
-
-    /// The same with frames of `size` pixels beside them.
-    pub(crate) fn for_size_at(&self, size: (usize, usize), spacing: f32) -> ScaledParams {
-        self.scaled(self.length_scale(size), spacing)
+    /// The same for trajectories of another tracker, in processed pixels; where frames go with them, lengths are those of
+    /// such frames.
+    pub(crate) fn for_tracks(&self, tracks: &Trajectories, has_frames: bool) -> ScaledParams {
+        let scale = if has_frames { self.length_scale(tracks.size) } else { 1.0 };
+        self.scaled(scale, typical_spacing(tracks))
     }
 
     /// What lengths are to be multiplied with in frames of `size` pixels.
@@ -283,6 +280,14 @@ impl Params {
     }
 }
 
+/// Distance of neighbouring trajectories in a frame, in pixels: the side of the square that one has for itself on
+/// average.
+fn typical_spacing(tracks: &Trajectories) -> f32 {
+    let alive = tracks.x.len() as f32 / tracks.num_frames.max(1) as f32;
+    let area = (tracks.size.0 * tracks.size.1) as f32;
+    if alive > 0.0 { (area / alive).sqrt().clamp(2.0, 64.0) } else { REFERENCE_STEP }
+}
+
 /// Most steps of the grid from which trajectories are asked for their label.
 const MOST_VOTE_STEPS: f32 = 20.0;
 /// Least scale of lengths: below, neighbouring trajectories see the same pixels.
@@ -293,7 +298,7 @@ const LEAST_GRID_STEP: f32 = 3.0;
 const LEAST_MASK_STEP: f32 = 2.0;
 
 /// The grid step at which counts of trajectories are stated in the parameters, in pixels.
-pub(crate) const REFERENCE_STEP: f32 = 8.0;
+const REFERENCE_STEP: f32 = 8.0;
 
 /// The parameters of one run: lengths are those of frames of the clip's size, and counts of trajectories, which
 /// [`Params`] states at a grid step of 8 pixels in large frames, are those at the spacing that the clip's trajectories
@@ -412,7 +417,7 @@ mod tests {
         let params = Params::default();
         let large = (640, 360);
         assert_eq!(*params.for_size(large), params);
-        let dense = params.at_spacing(4.0);
+        let dense = params.scaled(1.0, 4.0);
         assert_eq!(dense.embedding.min_component, 4 * params.embedding.min_component);
         assert_eq!(dense.connectedness.min_component, 4 * params.connectedness.min_component);
         assert_eq!((dense.spacing(), &dense.cut), (4.0, &params.cut));
@@ -422,7 +427,7 @@ mod tests {
     fn votes_are_asked_within_twenty_steps_at_most() {
         let params = Params::default();
         for (spacing, radius) in [(8.0, 24.0), (3.0, 24.0), (1.0, 20.0), (0.5, 10.0)] {
-            assert_eq!(params.at_spacing(spacing).vote_radius(), radius);
+            assert_eq!(params.scaled(1.0, spacing).vote_radius(), radius);
         }
     }
 

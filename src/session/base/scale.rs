@@ -1,7 +1,5 @@
 //! Input size, working size and the way between them.
 
-use crate::Error;
-use crate::error::check_size;
 use crate::trajectory::Trajectories;
 
 /// Size of the input and size at which it is processed, in pixels.
@@ -21,12 +19,6 @@ impl Scale {
         let reduced = |side: usize| ((side * max_side) as f64 / long as f64).round().max(1.0) as usize;
         let working = if long > max_side { (reduced(input.0), reduced(input.1)) } else { input };
         Self { input, working }
-    }
-
-    /// As [`Scale::new`], for a size that no [`crate::image::Frame`] has vouched for.
-    pub(crate) fn checked(input: (usize, usize), max_side: usize) -> Result<Self, Error> {
-        check_size(input.0, input.1)?;
-        Ok(Self::new(input, max_side))
     }
 
     /// Input pixels per working pixel, horizontally.

@@ -8,16 +8,24 @@ use super::recut::Recut;
 use super::work::{StageWork, Turn};
 use crate::Error;
 use crate::background::{Accounts, Background, Clustering, Parted, Sought, add_doubts, part_rigid};
-use crate::cut::{CutInput, GabrielCut, appearance, forget_strangers, labels_for};
+use crate::cut::{CutInput, CutParams, GabrielCut, Region, appearance, forget_strangers, labels_for, pixel_of};
 use crate::evidence::Signs;
 use crate::objects::{Objects, find_objects, number_objects, signs};
-use crate::session::base::{Cut, CutGround, Outputs, Stage};
+use crate::order::{pair, sort_by_key};
+use crate::session::base::{Cut, CutGround, CutRegion, Outputs, Stage};
 use crate::session::jobs::{Ledger, Made, Piece, PieceKind, Work};
 use crate::session::window::portraits;
+use crate::superpixel::Superpixels;
+use crate::trajectory::Trajectories;
 use std::sync::{Arc, OnceLock};
 
 /// Least log-odds of an object: what is doubted may still be one, and its pixels decide.
 const LEAST: f64 = -1.5;
+
+/// A stroke holds a superpixel if this share of the stroke lies in it, or if it covers this share of the superpixel.
+/// One that it only brushes may be large, and belong elsewhere.
+const STROKE_SHARE: f32 = 0.25;
+const SUPERPIXEL_SHARE: f32 = 0.1;
 
 /// A cut, the first one or one that a correction asks for.
 #[derive(Debug, Clone)]
@@ -81,7 +89,7 @@ impl CutWork {
     fn moving(&self, objects: Objects, voted: Option<Vec<u32>>, made: usize, clip: &Clip, outputs: &Outputs) -> Moving {
         let (recut, settings) = (self.recut.as_ref(), &clip.params.cut);
         let terms = Terms::new(outputs, recut, &objects, voted, clip);
-        let before = recut.filter(|_| settings.appearance_rounds > 0).map(Recut::present);
+        let before = recut.filter(|_| settings.appearance_rounds > 0).map(|recut| &recut.present);
         let evidence = before.map(|before| terms.evidence_with(outputs, before, clip));
         let evidence = evidence.unwrap_or_else(|| terms.evidence.clone());
         let input = terms.input(outputs, &evidence);
@@ -184,7 +192,8 @@ impl Terms {
             let settings = &clip.params.background;
             let mut evidence =
                 background.evidence(superpixels, &clip.flows, (tracks, label), &terms.is_object, settings);
-            let is_sure = |cluster: usize| recut.is_some_and(|recut| recut.is_open(objects.of_cluster[cluster]));
+            let is_sure =
+                |cluster: usize| recut.is_some_and(|recut| recut.open[usize::from(objects.of_cluster[cluster])]);
             add_doubts(&mut evidence, superpixels, (tracks, label), &outputs.cluster_doubts(is_sure));
             terms.evidence = evidence;
         }
@@ -202,6 +211,59 @@ impl Terms {
         evidence.resize(by_looks.len(), 0.0);
         evidence.iter_mut().zip(by_looks).for_each(|(sum, looks)| *sum += clip.params.cut.appearance_weight * looks);
         evidence
+    }
+}
+
+impl Recut {
+    /// The energy of the part that is cut anew.
+    fn cut(&self, input: &CutInput, params: &CutParams) -> GabrielCut {
+        let CutRegion { open, held } = self.region(input.superpixels);
+        GabrielCut::within(input, params, &Region { present: &self.present, open: &open, held: &held })
+    }
+
+    /// Which clusters can be given and taken, and which superpixels are held.
+    fn region(&self, superpixels: &[Superpixels]) -> CutRegion {
+        let of_cluster = &self.objects.of_cluster;
+        let open = of_cluster.iter().map(|&l| self.open[usize::from(l)]).collect();
+        let mut held = Vec::new();
+        for (t, superpixels) in superpixels.iter().enumerate() {
+            for (superpixel, label) in self.held_superpixels(t, superpixels) {
+                held.push((t, superpixel, of_cluster.iter().map(|&l| l == label).collect()));
+            }
+        }
+        CutRegion { open, held }
+    }
+
+    /// The denser trajectories that strokes were painted over have their labels, by the largest cluster of each.
+    fn vote(&self, tracks: &Trajectories, label: &mut [u32], size: (usize, usize)) {
+        for held in &self.held {
+            let Some(cluster) = self.objects.of_cluster.iter().position(|&l| l == held.label) else { continue };
+            for (i, x, y) in tracks.alive(held.t) {
+                if held.pixels.binary_search(&(pixel_of(size, x, y) as u32)).is_ok() {
+                    label[i] = cluster as u32;
+                }
+            }
+        }
+    }
+
+    /// The superpixels of frame `t` that strokes lie over to a good part of the stroke or of the superpixel, where
+    /// these agree on the label.
+    fn held_superpixels(&self, t: usize, superpixels: &Superpixels) -> Vec<(u32, u8)> {
+        let (label, area) = (superpixels.label(), superpixels.areas());
+        let mut under: Vec<(u32, u8)> = Vec::new();
+        for held in self.held.iter().filter(|h| h.t == t) {
+            let mut of_stroke: Vec<u32> = held.pixels.iter().map(|&p| label.data()[p as usize]).collect();
+            sort_by_key(&mut of_stroke, |&s| s.into());
+            let good = |pixels: &&[u32]| {
+                let count = pixels.len() as f32;
+                count >= STROKE_SHARE * held.pixels.len() as f32
+                    || count >= SUPERPIXEL_SHARE * area[pixels[0] as usize] as f32
+            };
+            under.extend(of_stroke.chunk_by(|a, b| a == b).filter(good).map(|pixels| (pixels[0], held.label)));
+        }
+        sort_by_key(&mut under, |&(s, l)| pair(s, l.into()));
+        under.dedup();
+        under.chunk_by(|a, b| a.0 == b.0).filter(|labels| labels.len() == 1).map(|labels| labels[0]).collect()
     }
 }
 

@@ -7,7 +7,7 @@ use crate::flow::CompactFlow;
 use crate::image::{Plane, sample_bilinear};
 use crate::session::base::{Outputs, Stage, Tracked};
 use crate::session::jobs::{Forward, Ledger, Made, PairFlow, PieceKind, Seen};
-use crate::trajectory::{Trajectories, structure};
+use crate::trajectory::{Tracker, Trajectories, structure};
 
 /// What is known of the present pair of frames.
 #[derive(Debug, Clone, Default)]
@@ -103,6 +103,36 @@ impl StageWork for MotionWork {
 
     fn awaits(&self, ledger: &Ledger, _: &Outputs) -> bool {
         matches!(self.pair, Pair::Nothing) && ledger.is_out(PieceKind::Pair, self.t)
+    }
+}
+
+impl Clip {
+    /// Trackers for the present window, and how many frames they have seen.
+    fn trackers(&mut self) -> (Trackers, usize) {
+        let fresh = |first| (Trackers::new(first, self.scale.working, &self.params), 0);
+        match &mut self.windows {
+            None => fresh(0),
+            Some(windows) => match windows.trackers.take() {
+                Some(trackers) => (trackers, windows.overlap),
+                None => fresh(windows.first_number),
+            },
+        }
+    }
+}
+
+impl Trackers {
+    fn each(&mut self) -> impl Iterator<Item = &mut Tracker> {
+        (!self.is_given).then_some(&mut self.tracks).into_iter().chain(&mut self.masks)
+    }
+
+    /// Starts tracks in the present frame, which has this structure.
+    fn seed(&mut self, structure: &Plane<f32>) {
+        self.each().for_each(|tracker| tracker.seed(structure));
+    }
+
+    /// Goes on to the next frame.
+    fn follow(&mut self, flow: &PairFlow) {
+        self.each().for_each(|tracker| tracker.follow(&flow.forward, &flow.backward, &flow.variation));
     }
 }
 

@@ -1,19 +1,11 @@
 //! The cut and the masks made again where a correction asks for it, and left as they are elsewhere.
 
 use crate::correction::{Held, regroup};
-use crate::cut::{CutInput, CutParams, GabrielCut, Region, pixel_of};
 use crate::image::{Frame, Plane};
 use crate::mask::refine_since;
 use crate::objects::Objects;
-use crate::order::{pair, sort_by_key};
-use crate::session::base::{CutRegion, Outputs, Params};
+use crate::session::base::{Outputs, Params};
 use crate::superpixel::Superpixels;
-use crate::trajectory::Trajectories;
-
-/// A stroke holds a superpixel if this share of the stroke lies in it, or if it covers this share of the superpixel.
-/// One that it only brushes may be large, and belong elsewhere.
-const STROKE_SHARE: f32 = 0.25;
-const SUPERPIXEL_SHARE: f32 = 0.1;
 
 /// What a correction wants of the trajectories.
 #[derive(Debug, Clone)]
@@ -32,13 +24,13 @@ pub(crate) struct Recut {
     /// Which clusters are which objects after the correction.
     pub(crate) objects: Objects,
     /// The cluster of each superpixel.
-    present: Vec<Vec<u32>>,
+    pub(crate) present: Vec<Vec<u32>>,
     /// The mask label that each superpixel had.
     had: Vec<Vec<u8>>,
     masks: Vec<Plane<u8>>,
     /// Which mask labels can be given and taken, 0 to 255.
-    open: Vec<bool>,
-    held: Vec<Held>,
+    pub(crate) open: Vec<bool>,
+    pub(crate) held: Vec<Held>,
 }
 
 impl Recut {
@@ -64,67 +56,6 @@ impl Recut {
             open: (0..=255).map(|l| wanted.concerned.contains(&l)).collect(),
             held: wanted.held,
         }
-    }
-
-    /// Whether a mask label is one of those that the correction is about.
-    pub(crate) fn is_open(&self, label: u8) -> bool {
-        self.open[usize::from(label)]
-    }
-
-    /// The cluster of each superpixel, frame by frame.
-    pub(crate) fn present(&self) -> &[Vec<u32>] {
-        &self.present
-    }
-
-    /// The energy of the part that is cut anew.
-    pub(crate) fn cut(&self, input: &CutInput, params: &CutParams) -> GabrielCut {
-        let CutRegion { open, held } = self.region(input.superpixels);
-        GabrielCut::within(input, params, &Region { present: &self.present, open: &open, held: &held })
-    }
-
-    /// Which clusters can be given and taken, and which superpixels are held.
-    pub(crate) fn region(&self, superpixels: &[Superpixels]) -> CutRegion {
-        let of_cluster = &self.objects.of_cluster;
-        let open = of_cluster.iter().map(|&l| self.open[usize::from(l)]).collect();
-        let mut held = Vec::new();
-        for (t, superpixels) in superpixels.iter().enumerate() {
-            for (superpixel, label) in self.held_superpixels(t, superpixels) {
-                held.push((t, superpixel, of_cluster.iter().map(|&l| l == label).collect()));
-            }
-        }
-        CutRegion { open, held }
-    }
-
-    /// The denser trajectories that strokes were painted over have their labels, by the largest cluster of each.
-    pub(crate) fn vote(&self, tracks: &Trajectories, label: &mut [u32], size: (usize, usize)) {
-        for held in &self.held {
-            let Some(cluster) = self.objects.of_cluster.iter().position(|&l| l == held.label) else { continue };
-            for (i, x, y) in tracks.alive(held.t) {
-                if held.pixels.binary_search(&(pixel_of(size, x, y) as u32)).is_ok() {
-                    label[i] = cluster as u32;
-                }
-            }
-        }
-    }
-
-    /// The superpixels of frame `t` that strokes lie over to a good part of the stroke or of the superpixel, where
-    /// these agree on the label.
-    fn held_superpixels(&self, t: usize, superpixels: &Superpixels) -> Vec<(u32, u8)> {
-        let (label, area) = (superpixels.label(), superpixels.areas());
-        let mut under: Vec<(u32, u8)> = Vec::new();
-        for held in self.held.iter().filter(|h| h.t == t) {
-            let mut of_stroke: Vec<u32> = held.pixels.iter().map(|&p| label.data()[p as usize]).collect();
-            sort_by_key(&mut of_stroke, |&s| s.into());
-            let good = |pixels: &&[u32]| {
-                let count = pixels.len() as f32;
-                count >= STROKE_SHARE * held.pixels.len() as f32
-                    || count >= SUPERPIXEL_SHARE * area[pixels[0] as usize] as f32
-            };
-            under.extend(of_stroke.chunk_by(|a, b| a == b).filter(good).map(|pixels| (pixels[0], held.label)));
-        }
-        sort_by_key(&mut under, |&(s, l)| pair(s, l.into()));
-        under.dedup();
-        under.chunk_by(|a, b| a.0 == b.0).filter(|labels| labels.len() == 1).map(|labels| labels[0]).collect()
     }
 
     /// The mask of frame `t`. Where no superpixel has another label and no stroke was painted, it is what it was;

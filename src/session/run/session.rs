@@ -3,8 +3,9 @@
 use super::clip::Clip;
 use super::state::Run;
 use crate::Error;
+use crate::error::check_size;
 use crate::image::Frame;
-use crate::session::base::{Outputs, Params, REFERENCE_STEP, Scale, Stage, Step, Tracked};
+use crate::session::base::{Outputs, Params, Scale, Stage, Step, Tracked};
 use crate::trajectory::Trajectories;
 
 /// One clip on its way through the stages.
@@ -95,7 +96,7 @@ impl Session {
         match &mut self.phase {
             Phase::Frames(clip) => {
                 if let (Some(given), true) = (&clip.given, clip.frames.is_empty()) {
-                    clip.params = self.params.for_size_at(clip.scale.working, typical_spacing(&given.tracks));
+                    clip.params = self.params.for_tracks(&given.tracks, true);
                 }
                 Ok(clip)
             }
@@ -117,21 +118,22 @@ impl Session {
         if matches!(self.phase, Phase::Begun(..)) {
             return Err(begun_error("trajectories were set"));
         }
-        let scale = Scale::checked(trajectories.size, self.params.clip.max_side as usize)?;
+        check_size(trajectories.size.0, trajectories.size.1)?;
+        let scale = Scale::new(trajectories.size, self.params.clip.max_side as usize);
         self.params.clip.check_given(&trajectories)?;
         if trajectories.num_frames < 2 {
             return Err(Error::TooFewFrames { got: trajectories.num_frames, needed: 2 });
         }
         trajectories.check()?;
         let tracked = Box::new(Tracked::given(trajectories, scale));
-        let spacing = typical_spacing(&tracked.tracks);
         match &mut self.phase {
             Phase::Frames(clip) if !clip.frames.is_empty() => {
+                let params = self.params.for_tracks(&tracked.tracks, true);
                 clip.give(tracked)?;
-                clip.params = self.params.for_size_at(scale.working, spacing);
+                clip.params = params;
             }
             phase => {
-                let mut clip = Box::new(Clip::new(scale, self.params.at_spacing(spacing), self.epoch));
+                let mut clip = Box::new(Clip::new(scale, self.params.for_tracks(&tracked.tracks, false), self.epoch));
                 clip.given = Some(tracked);
                 *phase = Phase::Frames(clip);
             }
@@ -197,10 +199,59 @@ fn begun_error(what: &str) -> Error {
     Error::state(&format!("{what} after the run had begun: clear the session or use a new one"))
 }
 
-/// Distance of neighbouring trajectories in a frame, in pixels: the side of the square that one has for itself on
-/// average.
-fn typical_spacing(tracks: &Trajectories) -> f32 {
-    let alive = tracks.x.len() as f32 / tracks.num_frames.max(1) as f32;
-    let area = (tracks.size.0 * tracks.size.1) as f32;
-    if alive > 0.0 { (area / alive).sqrt().clamp(2.0, 64.0) } else { REFERENCE_STEP }
+impl Clip {
+    fn push(&mut self, frame: &Frame) -> Result<(), Error> {
+        let frame = self.accepted(frame)?;
+        self.frames.push(frame);
+        Ok(())
+    }
+
+    /// Takes trajectories from outside beside the frames.
+    fn give(&mut self, tracked: Box<Tracked>) -> Result<(), Error> {
+        let (size, (width, height)) = (tracked.input.size, self.scale.input);
+        if self.windows.is_some() {
+            return Err(Error::state("trajectories were set in a clip that is taken window by window"));
+        }
+        if size != self.scale.input {
+            let reason =
+                format!("trajectories of {}x{} pixels (expected {width}x{height}, as the frames)", size.0, size.1);
+            return Err(Error::Data { reason });
+        }
+        self.given = Some(tracked);
+        Ok(())
+    }
+
+    /// Checks that there are enough frames for a run, and that trajectories from outside lie in them.
+    fn check(&self) -> Result<(), Error> {
+        if let Some(given) = &self.given {
+            return if self.frames.is_empty() { Ok(()) } else { fits(&given.input, self.frames.len()) };
+        }
+        let needed = (self.windows.as_ref().map_or(0, |w| w.overlap) + 1).max(2);
+        match self.frames.len() {
+            got if got < needed && !self.is_lone_frame() => Err(Error::TooFewFrames { got, needed }),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Checks that trajectories have this number of frames, and that their points lie in them.
+fn fits(tracks: &Trajectories, frames: usize) -> Result<(), Error> {
+    let reason = if tracks.num_frames == frames {
+        let (width, height) = tracks.size;
+        let Some((name, p, v, side)) = stray("x", &tracks.x, width).or_else(|| stray("y", &tracks.y, height)) else {
+            return Ok(());
+        };
+        format!("{name}[{p}] = {v} (expected a place in the frame, -0.5..={})", side - 0.5)
+    } else {
+        format!("trajectories of {} frames with {frames} frames pushed (expected as many)", tracks.num_frames)
+    };
+    Err(Error::Data { reason })
+}
+
+/// The first coordinate that lies beyond the frame: its name, number and value, and the side of the frame.
+#[inline(never)]
+fn stray(name: &'static str, values: &[f32], side: usize) -> Option<(&'static str, usize, f64, f64)> {
+    let side = side as f64;
+    let mut numbered = values.iter().map(|&v| f64::from(v)).enumerate();
+    numbered.find(|&(_, v)| v < -0.5 || v > side - 0.5).map(|(p, v)| (name, p, v, side))
 }
