@@ -9,9 +9,9 @@ use super::piece::{Made, PieceKind, Work};
 use super::recut::{Recut, Wanted};
 use super::stage::{Progress, Stage};
 use super::turn::Turn;
-use crate::background::{Background, BackgroundParams, add_doubts};
+use crate::background::{Background, BackgroundParams, LabelledTracks};
 use crate::camera::{Camera, Forward, Travel, Ways};
-use crate::cut::{CutInput, GabrielCut, appearance, paint};
+use crate::cut::{CutInput, GabrielCut, add_appearance, paint};
 use crate::image::{Frame, Plane};
 use crate::mask::refine;
 use crate::objects::Objects;
@@ -182,9 +182,10 @@ impl Terms {
         if let Some(background) = background {
             let (tracks, label) = clustered.counting(terms.voted.as_deref());
             let settings = &clip.params.background;
-            terms.evidence = background.evidence(superpixels, &clip.flows, (tracks, label), &terms.is_object, settings);
+            let labelled = LabelledTracks { tracks, label, is_object: &terms.is_object };
             let is_told = |cluster: usize| recut.is_some_and(|recut| recut.is_open(objects.of_cluster[cluster]));
-            add_doubts(&mut terms.evidence, superpixels, (tracks, label), &parts.doubts(is_told));
+            let doubts = parts.doubts(is_told);
+            terms.evidence = background.evidence(superpixels, &clip.flows, labelled, &doubts, settings);
         }
         terms
     }
@@ -204,11 +205,8 @@ impl Terms {
 
     /// The evidence with that of what the labels of a cut before look like.
     fn evidence_with(&self, parts: &Parts, before: &[Vec<u32>], clip: &Clip) -> Vec<f32> {
-        let said = appearance(&parts.superpixels, &clip.frames, before, &self.is_object);
-        let mut evidence = self.evidence.clone();
-        evidence.resize(said.len(), 0.0);
-        evidence.iter_mut().zip(said).for_each(|(sum, said)| *sum += clip.params.cut.appearance_weight * said);
-        evidence
+        let weight = clip.params.cut.appearance_weight;
+        add_appearance(&self.evidence, &parts.superpixels, &clip.frames, before, &self.is_object, weight)
     }
 }
 
@@ -310,7 +308,7 @@ pub(super) fn background_of(camera: Camera, clustered: &Clustered, clip: &Clip) 
     }
     let tracked = &clustered.embedded.tracked;
     let densest = tracked.denser.as_ref().unwrap_or(&tracked.tracks);
-    Some(Background::new(&clip.frames, camera, (densest, clip.params.trajectory.mask_step)))
+    Some(Background::new(&clip.frames, camera, densest, clip.params.trajectory.mask_step))
 }
 
 /// The cluster of each pixel of a frame, in agreement with its mask.

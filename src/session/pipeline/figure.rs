@@ -1,20 +1,16 @@
 //! Figure and ground: which clusters are objects.
 //!
-//! The background or the frame's rim (`objects`) says it of the clusters, pixels doubt it, and where none is left what
-//! stands out is tried (`background`). Objects take the labels that they had in the window before (`window`).
+//! The background (`judge`) or the frame's rim (`objects`) says it of the clusters, and pixels doubt it (`background`). Objects take the labels that they had in the window before (`window`).
 
 use super::clip::Clip;
 use super::found::{Clustered, Parts};
 use super::ledger::Ledger;
 use super::piece::{Made, PieceKind, Work};
-use crate::background::{Accounts, Background, Clustering, Parted, Sought, part_rigid};
-use crate::cut::{forget_strangers, labels_for};
-use crate::evidence::Signs;
-use crate::objects::{Objects, find_objects, number_objects, signs};
+use crate::background::{Accounts, LabelledTracks, Sought};
+use crate::evidence::Known;
+use crate::judge::{Observations, judge_clusters};
+use crate::objects::{Objects, find_objects, number_objects};
 use crate::window::portraits;
-
-/// Least log-odds of an object: what is doubted may still be one, and its pixels decide.
-const LEAST: f64 = -1.5;
 
 /// Which clusters are objects, and what the pixels of the frames say to that, frame by frame.
 #[derive(Debug, Clone)]
@@ -31,14 +27,23 @@ pub(super) struct Figure {
 impl Figure {
     /// Clusters may be made anew.
     pub(super) fn new(parts: &mut Parts, clip: &Clip) -> Self {
-        let mut is_object = part_clusters(parts, clip);
-        let mut voted = voted(parts, clip);
-        let has_none = !is_object.contains(&true);
-        if let Some((labels, objects)) = has_none.then(|| stand_out(parts, voted.as_deref(), clip)).flatten() {
-            (voted, is_object) = (Some(labels), objects);
-        }
-        let is_told = voted.is_some() && parts.clustered.embedded.tracked.denser.is_some();
-        let wanted = parts.background.as_ref().filter(|_| is_told).map_or(0, |b| b.num_accounts(&is_object));
+        let Parts { clustered, background, .. } = &*parts;
+        let judged = background.as_ref().and_then(|background| {
+            let known = clustered.found().known(&clip.params.affinity)?;
+            let observations = observations(clustered, &known, clip);
+            Some(judge_clusters(background, &clustered.clusters, &observations, &clip.params.background))
+        });
+        let (is_object, voted) = match judged {
+            Some(figure) => {
+                (parts.clustered.clusters, parts.doubts) = (figure.clusters, figure.doubts);
+                (figure.is_object, Some(figure.label))
+            }
+            None => {
+                let found = find_objects(&clustered.embedded.tracked.tracks, &clustered.clusters);
+                (found.of_cluster.iter().map(|&label| label > 0).collect(), voted(parts, clip))
+            }
+        };
+        let wanted = parts.background.as_ref().map_or(0, |background| background.num_accounts(&is_object));
         Self { is_object, voted, accounts: Vec::new(), wanted }
     }
 
@@ -48,8 +53,9 @@ impl Figure {
     }
 
     fn sought(&self, t: usize, parts: &Parts) -> Option<Sought> {
-        let labelled = (parts.clustered.embedded.tracked.denser.as_ref()?, self.voted.as_deref()?);
-        Some(parts.background.as_ref()?.sought(t, labelled, &self.is_object))
+        let tracks = parts.clustered.embedded.tracked.denser.as_ref()?;
+        let labelled = LabelledTracks { tracks, label: self.voted.as_deref()?, is_object: &self.is_object };
+        Some(parts.background.as_ref()?.sought(t, labelled))
     }
 
     pub(super) fn take(&self, parts: &Parts, clip: &mut Clip) -> Option<(PieceKind, usize, Work)> {
@@ -77,78 +83,33 @@ impl Figure {
         let Self { is_object, voted, accounts, .. } = self;
         let Parts { clustered, background, .. } = parts;
         let moving = background.as_mut().filter(|background| !background.is_still());
-        if let (Some(background), Some(denser), Some(voted)) = (moving, &clustered.embedded.tracked.denser, &voted) {
-            background.account(accounts, (denser, voted), &is_object);
+        if let (Some(background), Some(tracks), Some(label)) = (moving, &clustered.embedded.tracked.denser, &voted) {
+            background.account(accounts, LabelledTracks { tracks, label, is_object: &is_object });
         }
         (objects_of(parts, &is_object, clip), voted)
     }
 }
 
-/// Objects that no cluster shows, as clusters of their own: the labels of the denser trajectories anew, and which clusters
-/// are objects; `None` where there are none.
-fn stand_out(parts: &mut Parts, voted: Option<&[u32]>, clip: &Clip) -> Option<(Vec<u32>, Vec<bool>)> {
-    let Parts { clustered, background, .. } = parts;
-    let (background, params) = (background.as_ref()?, &clip.params);
-    let salient: Vec<bool> = clustered.salience().iter().map(|&s| f64::from(s) > params.saliency.threshold).collect();
-    let tracked = &clustered.embedded.tracked;
-    let before = Clustering { tracks: &tracked.tracks, clusters: &clustered.clusters, radius: params.vote_radius() };
-    let denser = (tracked.denser.as_ref()?, voted?);
-    let found = background.stand_out(&before, denser, &salient, params.trajectory.mask_step, &params.background)?;
-    clustered.clusters = found.clusters;
-    Some((found.voted, found.is_object))
-}
-
 /// The labels of the denser trajectories, by those that were clustered.
 pub(super) fn voted(parts: &Parts, clip: &Clip) -> Option<Vec<u32>> {
-    let Clustered { embedded, clusters, .. } = &parts.clustered;
-    let denser = embedded.tracked.denser.as_ref()?;
-    let (tracks, params) = (&embedded.tracked.tracks, &clip.params);
-    let mut voted = labels_for(denser, tracks, &clusters.label, clusters.count.max(1), params.vote_radius());
-    forget_strangers(&mut voted, parts.clustered.salience(), params.saliency.threshold);
-    Some(voted)
+    let clustered = &parts.clustered;
+    clustered.embedded.tracked.denser.as_ref()?;
+    let known = clustered.found().known(&clip.params.affinity)?;
+    Some(observations(clustered, &known, clip).propagate_labels(&clustered.clusters))
 }
 
-/// Which clusters are objects. Where the camera goes forward, they are made anew.
-fn part_clusters(parts: &mut Parts, clip: &Clip) -> Vec<bool> {
-    if let Some(Parted { clusters, is_object }) = before_rigid_scene(parts, clip) {
-        parts.clustered.clusters = clusters;
-        return is_object;
+/// What clusters are judged by.
+fn observations<'a>(clustered: &'a Clustered, known: &'a Known<'a>, clip: &Clip) -> Observations<'a> {
+    let (tracked, params) = (&clustered.embedded.tracked, &clip.params);
+    Observations {
+        known,
+        denser: tracked.denser.as_ref().unwrap_or(&tracked.tracks),
+        saliency: clustered.salience(),
+        saliency_threshold: params.saliency.threshold,
+        max_edge: params.connectedness.max_edge * params.spacing(),
+        vote_radius: params.vote_radius(),
+        spacing: params.trajectory.mask_step,
     }
-    let Parts { clustered, background, doubts, .. } = parts;
-    let Some(background) = background else {
-        let found = find_objects(&clustered.embedded.tracked.tracks, &clustered.clusters);
-        return found.of_cluster.iter().map(|&label| label > 0).collect();
-    };
-    let values = log_odds(clustered, background, clip);
-    let doubt = |value: f64| if value > LEAST { -value.min(0.0) as f32 } else { 0.0 };
-    *doubts = clustered.clusters.label.iter().map(|&l| doubt(values[l as usize])).collect();
-    values.iter().map(|&v| v > LEAST).collect()
-}
-
-/// Objects that no rigid scene explains; `None` unless the camera goes forward, and where all that was tracked is none
-/// of the scene.
-fn before_rigid_scene(parts: &Parts, clip: &Clip) -> Option<Parted> {
-    let embedded = &parts.clustered.embedded;
-    let longest = clip.params.connectedness.max_edge * clip.params.spacing();
-    let near = &embedded.discontinuities.neighborhoods;
-    let travel = parts.camera.as_ref()?.travel.as_ref()?;
-    let parted = part_rigid(travel, &embedded.tracked.tracks, near, longest);
-    parted.is_object.contains(&false).then_some(parted)
-}
-
-/// What speaks for each cluster that it is an object; above [`LEAST`] it is one.
-fn log_odds(clustered: &Clustered, background: &Background, clip: &Clip) -> Vec<f64> {
-    let (tracks, clusters) = (&clustered.embedded.tracked.tracks, &clustered.clusters);
-    if background.is_still() {
-        let unlike = background.unlike_plate(tracks, clusters);
-        let values: Vec<f64> = unlike.iter().map(|&unlike| Signs::Still { unlike }.value()).collect();
-        // Where nothing that was tracked belongs to the scene, no label is left for it: the rim decides.
-        if values.iter().any(|&v| v <= LEAST) {
-            return values;
-        }
-    }
-    let value = |signs: &Option<Signs>| signs.map_or(f64::NEG_INFINITY, |signs| signs.value());
-    signs(tracks, clusters, &clustered.strangeness(&clip.params.affinity)).iter().map(value).collect()
 }
 
 /// The objects, under the labels that they had in the window before.

@@ -12,6 +12,7 @@ use crate::discretize::Clusters;
 use crate::embedding::Embedding;
 use crate::evidence::{Known, strangeness};
 use crate::image::{Plane, Runs, sample_bilinear};
+use crate::judge::cluster_doubts;
 use crate::objects::Objects;
 use crate::saliency::{Saliency, SaliencyMaps};
 use crate::sparse::SymCsr;
@@ -226,14 +227,7 @@ impl Parts {
     /// What speaks against each cluster, by the trajectories that it has now: corrections make clusters anew. `is_sure` says
     /// of which clusters the user has told.
     pub(super) fn doubts(&self, is_sure: impl Fn(usize) -> bool) -> Vec<f32> {
-        let clusters = &self.clustered.clusters;
-        let mut sums = vec![(0.0, 0.0); clusters.count];
-        for (&l, &doubt) in clusters.label.iter().zip(&self.doubts) {
-            let sum = &mut sums[l as usize];
-            *sum = (sum.0 + f64::from(doubt), sum.1 + 1.0);
-        }
-        let mean = |(c, (sum, count)): (usize, (f64, f64))| if is_sure(c) || count == 0.0 { 0.0 } else { sum / count };
-        sums.into_iter().enumerate().map(|sum| mean(sum) as f32).collect()
+        cluster_doubts(&self.clustered.clusters, &self.doubts, is_sure)
     }
 
     /// What the cut is made from; `voted` has the labels of the denser trajectories.

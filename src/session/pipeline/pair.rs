@@ -1,6 +1,5 @@
 //! What two neighbouring frames tell: flow both ways, its variation, and where points of the second can be tracked.
 
-use super::geometry::Scale;
 use crate::flow::{FlowField, FlowParams, FlowPyramid, FlowScratch, flow_between_with, local_flow_variation};
 use crate::image::{Frame, Plane};
 use crate::trajectory::structure;
@@ -34,11 +33,7 @@ pub(super) struct Seen {
 
 impl Seen {
     pub(super) fn new(frame: &Frame, params: &FlowParams) -> Self {
-        let luma = frame.luma();
-        let size = (frame.width(), frame.height());
-        let reduced = Scale::new(size, params.max_side as usize).working;
-        let small = (reduced != size).then(|| frame.resized(reduced.0, reduced.1).luma());
-        Self { pyramid: FlowPyramid::new(small.as_ref().unwrap_or(&luma)), luma }
+        Self { pyramid: FlowPyramid::of_frame(frame, params.max_side), luma: frame.luma() }
     }
 
     /// The flow to another frame, at the size of the frames.
