@@ -58,8 +58,9 @@
 //! | connectedness | [`connectedness`] | [`components`](connectedness::components), [`constrain`](connectedness::constrain) | 3 | foreground, A → A without what it keeps apart |
 //! | clusters | [`discretize`] | [`discretize`](discretize::discretize) | 2.3 | embedding, d → [`Clusters`](discretize::Clusters) |
 //! | superpixels | [`contour`], [`superpixel`] | [`boundary_map`](contour::boundary_map), [`gabriel_superpixels`](superpixel::gabriel_superpixels) | 4.1 | a frame → [`Superpixels`](superpixel::Superpixels) |
-//! | cut | [`cut`] | [`gabriel_cut`](cut::gabriel_cut) | 4.2 | superpixels, labelled trajectories → [`CutLabels`](cut::CutLabels) |
-//! | masks | [`mask`] | [`find_objects`](mask::find_objects), [`refine`](mask::refine) | | cut, frames → a mask for each frame |
+//! | objects | [`background`], [`mask`] | [`Background`](background::Background), [`judge_clusters`](mask::judge_clusters) | | frames, flow, labelled trajectories → which clusters are objects, evidence for each superpixel |
+//! | cut | [`cut`] | [`gabriel_cut`](cut::gabriel_cut) | 4.2 | superpixels, labelled trajectories, evidence → [`CutLabels`](cut::CutLabels) |
+//! | masks | [`mask`] | [`refine`](mask::refine) | | cut, frames → a mask for each frame |
 //!
 //! Beside them: [`still`] finds discontinuities in single images; [`correction`] says what the user wants otherwise;
 //! [`synth`] makes clips whose masks and flow are known; [`image`], [`sparse`] and [`params`] are what all of these are
@@ -92,8 +93,8 @@ pub use base::{rng, sets};
 pub use dense::{contour, cut, superpixel};
 #[doc(hidden)]
 pub use figure::evidence;
-use figure::{background, camera, objects};
-pub use figure::{connectedness, discretize, saliency};
+pub use figure::{background, camera, connectedness, discretize, saliency};
+use figure::{judge, objects};
 pub use motion::{affinity, discontinuity, embedding, flow, trajectory};
 
 pub use error::Error;

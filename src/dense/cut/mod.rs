@@ -36,7 +36,7 @@ mod terms;
 mod tests;
 mod votes;
 
-pub(crate) use appearance::appearance;
+pub use appearance::add_appearance;
 pub(crate) use colour::{Colour, Corners, Histogram, UNSEEN};
 pub(crate) use expansion::rounded;
 #[doc(hidden)]

@@ -32,11 +32,12 @@ mod rigid;
 mod stand_out;
 
 pub(crate) use clean::{PlateInput, clean_plate};
-pub(crate) use rigid::{Parted, part_rigid};
+pub(crate) use rigid::Parted;
 pub(crate) use stand_out::{Clustering, StandOut};
 
 use crate::camera::Camera;
 use crate::cut::pixel_of;
+use crate::discontinuity::Neighborhoods;
 use crate::discretize::Clusters;
 use crate::flow::{CompactFlow, Field};
 use crate::image::{Frame, Plane};
@@ -89,9 +90,20 @@ const OPINION: f32 = 4.0;
 /// The least of which, in grey levels squared.
 const LEAST: f32 = 100.0;
 
+/// Trajectories, the cluster of each, and whether each cluster is an object. Other labels do not count.
+#[derive(Debug, Clone, Copy)]
+pub struct LabelledTracks<'a> {
+    /// The trajectories.
+    pub tracks: &'a Trajectories,
+    /// Label of each trajectory.
+    pub label: &'a [u32],
+    /// Whether each label is an object.
+    pub is_object: &'a [bool],
+}
+
 /// What pixels say in a clip.
 #[derive(Debug, Clone)]
-pub(crate) struct Background {
+pub struct Background {
     camera: Camera,
     /// The frames, reduced by `step`.
     pictures: Vec<Picture>,
@@ -108,7 +120,7 @@ pub(crate) struct Background {
 impl Background {
     /// Of all frames of a clip, which have equal sizes. Around trajectories that move, as far as `reach` pixels, frames are
     /// not the scene's: what moves slowly would be in the plate for as long as it takes to pass.
-    pub(crate) fn new(frames: &[Frame], camera: Camera, (tracks, reach): (&Trajectories, f32)) -> Self {
+    pub fn new(frames: &[Frame], camera: Camera, tracks: &Trajectories, reach: f32) -> Self {
         let side = frames.first().map_or(1, |f| f.width().max(f.height()));
         let step = side.div_ceil(SIDE).max(1);
         let pictures: Vec<Picture> = frames.iter().map(|frame| picture(frame, step)).collect();
@@ -154,6 +166,12 @@ impl Background {
         self.camera.goes_forward()
     }
 
+    /// Where the camera goes forward: objects that no rigid scene explains, in clusters of their own; `None` elsewhere.
+    /// `longest` is the longest edge between trajectories of one object, in pixels.
+    pub(crate) fn part_rigid(&self, tracks: &Trajectories, near: &Neighborhoods, longest: f32) -> Option<Parted> {
+        self.camera.travel.as_ref().map(|travel| rigid::part_rigid(travel, tracks, near, longest))
+    }
+
     /// Where the camera moves and no cluster is an object: `denser` trajectories, with their labels, that stand out and
     /// move alike, as clusters of their own (`stand_out`); `None` where there are none.
     pub(crate) fn stand_out(
@@ -176,17 +194,24 @@ impl Background {
     }
 
     /// What the accounts of the pixels of frame `t` are made from by these trajectories.
-    pub(crate) fn sought(&self, t: usize, labelled: (&Trajectories, &[u32]), is_object: &[bool]) -> Sought {
-        Sought::new(&self.pictures, self.step, t, &self.camera, labelled, is_object)
+    pub(crate) fn sought(&self, t: usize, labelled: LabelledTracks<'_>) -> Sought {
+        let LabelledTracks { tracks, label, is_object } = labelled;
+        Sought::new(&self.pictures, self.step, t, &self.camera, (tracks, label), is_object)
+    }
+
+    /// Where the camera moves: compares the pixels of all frames with where scene and objects are in other frames.
+    pub fn compare_frames(&mut self, labelled: LabelledTracks<'_>) {
+        let frames = 0..self.num_accounts(labelled.is_object);
+        self.account(frames.map(|t| self.sought(t, labelled).accounts()).collect(), labelled);
     }
 
     /// Takes the accounts of all frames, or none, by these trajectories.
-    pub(crate) fn account(&mut self, made: Vec<Accounts>, labelled: (&Trajectories, &[u32]), is_object: &[bool]) {
+    pub(crate) fn account(&mut self, made: Vec<Accounts>, labelled: LabelledTracks<'_>) {
         self.accounts = made;
         let mut scene = Verdict::default();
-        for (i, &label) in labelled.1.iter().enumerate() {
-            if object(label, is_object) == Some(false) {
-                self.add_along(labelled.0, i, &mut scene);
+        for (i, &label) in labelled.label.iter().enumerate() {
+            if object(label, labelled.is_object) == Some(false) {
+                self.add_along(labelled.tracks, i, &mut scene);
             }
         }
         // What goes by on the road is badly known between trajectories: there, unlike the scene is not strange.
@@ -229,14 +254,28 @@ impl Background {
         (count > 0).then(|| sum as f32 / (255 * count) as f32)
     }
 
-    /// Step 3: what speaks for an object in each superpixel, frame by frame, and against it where negative.
-    /// `is_object` says it of each label of the trajectories; other labels do not count.
-    pub(crate) fn evidence(
+    /// Log-odds that each superpixel is an object's, frame by frame, against it where negative. `doubts` are the log-odds
+    /// against each label, or none; the flow is that of each pair of frames.
+    #[must_use]
+    pub fn evidence(
         &self,
         superpixels: &[Superpixels],
         flows: &[CompactFlow],
-        (tracks, label): (&Trajectories, &[u32]),
-        is_object: &[bool],
+        labelled: LabelledTracks<'_>,
+        doubts: &[f32],
+        params: &BackgroundParams,
+    ) -> Vec<f32> {
+        let mut evidence = self.pixel_evidence(superpixels, flows, labelled, params);
+        add_doubts(&mut evidence, superpixels, labelled, doubts);
+        evidence
+    }
+
+    /// What pixels say of each superpixel.
+    fn pixel_evidence(
+        &self,
+        superpixels: &[Superpixels],
+        flows: &[CompactFlow],
+        labelled: LabelledTracks<'_>,
         params: &BackgroundParams,
     ) -> Vec<f32> {
         let mut evidence = Vec::new();
@@ -247,7 +286,7 @@ impl Background {
                     continue;
                 };
                 let said = verdicts(s, map, self.strange).into_iter();
-                let shares = object_shares(s, t, tracks, label, is_object);
+                let shares = object_shares(s, t, labelled);
                 evidence.extend(said.zip(shares).map(|(said, share)| {
                     let unseen = 1.0 - TRUST * share;
                     params.account_weight * said - params.doubt * unseen
@@ -326,20 +365,15 @@ fn motion(flow: &CompactFlow, half: f32) -> Plane<u8> {
 
 /// Takes from the evidence what speaks against the clusters of the trajectories in each superpixel, in the mean; `doubts`
 /// has it of each cluster.
-pub(crate) fn add_doubts(
-    evidence: &mut [f32],
-    superpixels: &[Superpixels],
-    (tracks, label): (&Trajectories, &[u32]),
-    doubts: &[f32],
-) {
+fn add_doubts(evidence: &mut [f32], superpixels: &[Superpixels], labelled: LabelledTracks<'_>, doubts: &[f32]) {
     if doubts.iter().all(|&doubt| doubt == 0.0) {
         return;
     }
     let mut first = 0;
     for (t, s) in superpixels.iter().enumerate() {
         let (superpixel, mut sums) = (s.label(), vec![(0.0, 0.0_f32); s.count]);
-        for (i, x, y) in tracks.alive(t) {
-            let Some(doubt) = label.get(i).and_then(|&l| doubts.get(l as usize)) else { continue };
+        for (i, x, y) in labelled.tracks.alive(t) {
+            let Some(doubt) = labelled.label.get(i).and_then(|&l| doubts.get(l as usize)) else { continue };
             let sum = &mut sums[superpixel.data()[pixel_of(s.runs().size(), x, y)] as usize];
             *sum = (sum.0 + doubt, sum.1 + 1.0);
         }
@@ -351,13 +385,8 @@ pub(crate) fn add_doubts(
 }
 
 /// The share of objects' trajectories among those of frame `t` in each superpixel.
-fn object_shares(
-    superpixels: &Superpixels,
-    t: usize,
-    tracks: &Trajectories,
-    label: &[u32],
-    is_object: &[bool],
-) -> Vec<f32> {
+fn object_shares(superpixels: &Superpixels, t: usize, labelled: LabelledTracks<'_>) -> Vec<f32> {
+    let LabelledTracks { tracks, label, is_object } = labelled;
     let (superpixel, mut found) = (superpixels.label(), vec![(0.0, 0.0_f32); superpixels.count]);
     for (i, x, y) in tracks.alive(t) {
         let Some(object) = label.get(i).and_then(|&l| object(l, is_object)) else { continue };
@@ -408,7 +437,7 @@ mod tests {
         for (x, y) in (0..20 * 6).map(|k| ((k % 20) as f32, (8 + k / 20) as f32)) {
             tracks.push(0, (0..10).map(|t| (x + 2.0 * t as f32, y, 0.0)));
         }
-        let far = |tracks| Background::new(&frames, Camera::at_rest(), (tracks, 1.0)).distance[0][(10, 10)];
+        let far = |tracks| Background::new(&frames, Camera::at_rest(), tracks, 1.0).distance[0][(10, 10)];
         let none = Trajectories::empty(10, (40, 20));
         assert_eq!(far(&none), 0);
         assert!(far(&tracks) > 200);
@@ -419,7 +448,7 @@ mod tests {
         let mut tracks = Trajectories::empty(10, (40, 20));
         tracks.push(0, (0..10).map(|t| (3.0 * t as f32 + 3.0, 11.0, 0.0)));
         tracks.push(0, (0..10).map(|_| (5.0, 2.0, 0.0)));
-        let background = Background::new(&frames(), Camera::at_rest(), (&tracks, 1.0));
+        let background = Background::new(&frames(), Camera::at_rest(), &tracks, 1.0);
         let unlike = background.unlike_plate(&tracks, &Clusters { count: 3, label: vec![0, 1] });
         assert!(unlike[0] > 0.9 && unlike[1..] == [0.0, 0.0], "{unlike:?}");
     }
@@ -453,23 +482,18 @@ mod tests {
         (tracks, label)
     }
 
-    fn account(background: &mut Background, labelled: (&Trajectories, &[u32]), is_object: &[bool]) {
-        let frames = 0..background.num_accounts(is_object);
-        let made = frames.map(|t| background.sought(t, labelled, is_object).accounts()).collect();
-        background.account(made, labelled, is_object);
-    }
-
     #[test]
     fn before_a_moving_camera_superpixels_go_with_what_explains_them() {
         let params = BackgroundParams::default();
         let (tracks, label) = followed();
-        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), (&tracks, 1.0));
-        account(&mut background, (&tracks, &label), &[false, true]);
+        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), &tracks, 1.0);
+        let labelled = LabelledTracks { tracks: &tracks, label: &label, is_object: &[false, true] };
+        background.compare_frames(labelled);
         // The square of frame 4, and all around it.
         let inside = |x: usize, y: usize| (24..48).contains(&x) && (20..44).contains(&y);
         let plane = Plane::from_fn(96, 64, |x, y| u32::from(inside(x, y)));
         let superpixels = vec![Superpixels::from(&plane); 10];
-        let found = background.evidence(&superpixels, &[], (&tracks, &label), &[false, true], &params);
+        let found = background.evidence(&superpixels, &[], labelled, &[], &params);
         assert!(found[8] < -1.0 && found[9] > 1.0, "{found:?}");
     }
 
@@ -480,7 +504,8 @@ mod tests {
         tracks.push(0, (0..2).map(|_| (7.0, 15.0, 0.0)));
         tracks.push(1, [(30.0, 11.0, 0.0)]);
         let mut evidence = vec![1.0; 6];
-        add_doubts(&mut evidence, &vec![halves(); 2], (&tracks, &[0, 1, 1]), &[0.0, 0.5]);
+        let labelled = LabelledTracks { tracks: &tracks, label: &[0, 1, 1], is_object: &[] };
+        add_doubts(&mut evidence, &vec![halves(); 2], labelled, &[0.0, 0.5]);
         assert_eq!(evidence, [1.0, 1.0, 1.0 - OPINION * 0.25, 1.0, 1.0 - OPINION * 0.5, 1.0 - OPINION * 0.25]);
     }
 
@@ -488,9 +513,10 @@ mod tests {
     fn without_objects_nothing_is_said() {
         let params = BackgroundParams::default();
         let (tracks, label) = followed();
-        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), (&tracks, 1.0));
-        account(&mut background, (&tracks, &label), &[false, false]);
-        let found = background.evidence(&vec![halves(); 10], &[], (&tracks, &label), &[false, false], &params);
+        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), &tracks, 1.0);
+        let labelled = LabelledTracks { tracks: &tracks, label: &label, is_object: &[false, false] };
+        background.compare_frames(labelled);
+        let found = background.evidence(&vec![halves(); 10], &[], labelled, &[], &params);
         assert_eq!(found, vec![0.0; 30]);
     }
 
@@ -508,11 +534,11 @@ mod tests {
             tracks.push(0, (0..10).map(|t| (3.0 * t as f32 + 1.0 + k as f32, 11.0, 0.0)));
             tracks.push(0, (0..10).map(|_| (7.0 * k as f32, 2.0, 0.0)));
         }
-        let background = Background::new(&frames(), Camera::at_rest(), (&tracks, 1.0));
+        let background = Background::new(&frames(), Camera::at_rest(), &tracks, 1.0);
         let label: Vec<u32> = (0..10).map(|i| i % 2).collect();
         let superpixels = vec![halves(); 10];
-        let params = BackgroundParams::default();
-        let found = background.evidence(&superpixels, &[], (&tracks, &label), &[true, false], &params);
+        let labelled = LabelledTracks { tracks: &tracks, label: &label, is_object: &[true, false] };
+        let found = background.evidence(&superpixels, &[], labelled, &[], &BackgroundParams::default());
         assert_eq!(found.len(), 30);
         // In the first frame the square is on the left, in the last on the right; above there is nothing at any time.
         assert!(found[0] < 0.0 && found[27] < 0.0, "{found:?}");

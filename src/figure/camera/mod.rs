@@ -18,10 +18,12 @@ mod homography;
 mod travel;
 mod warp;
 
-pub(crate) use dominant::{DominantMotion, Residuals, Search, dominant_motion};
+pub use dominant::DominantMotion;
+pub(crate) use dominant::{Residuals, Search, dominant_motion};
 pub(crate) use forward::{Forward, Going, Units};
 pub(crate) use homography::Homography;
-pub(crate) use travel::{Pair, Travel, Ways};
+pub use travel::Travel;
+pub(crate) use travel::{Pair, Ways};
 pub(crate) use warp::Warp;
 
 use crate::image::{Frame, Plane, gaussian_blur, sample_bilinear};
@@ -43,7 +45,7 @@ const LEAST_AGREEMENT: f64 = 0.15;
 
 /// The camera of a clip.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Camera {
+pub struct Camera {
     /// Whether it stands still.
     pub(crate) still: bool,
     /// How it goes forward, where it surely does.
@@ -55,7 +57,7 @@ pub(crate) struct Camera {
 impl Camera {
     /// The camera that these dominant motions, one a frame pair, and these frames speak for. It moves where there is
     /// nothing to tell by, and where it surely goes forward.
-    pub(crate) fn new(motions: &[DominantMotion], frames: &[Frame], travel: Option<Travel>) -> Self {
+    pub fn new(motions: &[DominantMotion], frames: &[Frame], travel: Option<Travel>) -> Self {
         let last = frames.len().min(motions.len() + 1).saturating_sub(1);
         let apart = APART.min(last);
         if apart == 0 {

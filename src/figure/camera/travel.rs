@@ -19,9 +19,9 @@ pub(crate) struct Pair {
     pub(crate) forward: Forward,
 }
 
-/// The pairs of frames of a clip.
+/// How the camera goes forward: in pairs of frames over the whole clip.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Travel {
+pub struct Travel {
     pub(crate) units: Units,
     pub(crate) pairs: Vec<Pair>,
 }
@@ -31,8 +31,7 @@ impl Travel {
     pub(crate) const SPAN: usize = SPAN;
 
     /// What the trajectories tell. `None` unless the camera surely goes forward in most pairs.
-    #[cfg(test)]
-    pub(crate) fn of(tracks: &Trajectories) -> Option<Self> {
+    pub fn of(tracks: &Trajectories) -> Option<Self> {
         Self::by(tracks, &mut |_, ways| ways.forward())
     }
 

@@ -76,7 +76,7 @@ impl SaliencyMaps {
     }
 
     /// The motion of the camera in each flow looked at.
-    pub(crate) fn motions(&self) -> &[DominantMotion] {
+    pub fn motions(&self) -> &[DominantMotion] {
         &self.motions
     }
 

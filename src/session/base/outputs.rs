@@ -10,7 +10,7 @@ use crate::cut::{CutInput, CutLabels};
 use crate::discontinuity::Discontinuities;
 use crate::discretize::Clusters;
 use crate::embedding::Embedding;
-use crate::evidence::{Known, strangeness};
+use crate::evidence::Known;
 use crate::image::{Plane, Runs};
 use crate::objects::Objects;
 use crate::saliency::{Saliency, SaliencyMaps};
@@ -162,28 +162,6 @@ impl Outputs {
     pub(crate) fn known<'a>(&'a self, params: &'a AffinityParams) -> Known<'a> {
         let maps = self.salient.as_ref().map(|salient| &salient.maps);
         Known::new(&self.tracked.tracks, &self.discontinuities, params, maps, self.separation.as_ref())
-    }
-
-    /// How far each cluster is from the camera's motion; empty without flow.
-    pub(crate) fn strangeness(&self, params: &AffinityParams) -> Vec<f64> {
-        if self.salient.is_none() { Vec::new() } else { strangeness(&self.clusters.label, &self.known(params)) }
-    }
-
-    /// The greatest saliency of each of the denser trajectories; empty where it is not known.
-    pub(crate) fn denser_saliency(&self) -> &[f32] {
-        self.salient.as_ref().map_or(&[], |salient| &salient.of_denser)
-    }
-
-    /// What speaks against each cluster, by the trajectories that it has now, since corrections change clusters. Nothing
-    /// does where `is_sure`, because the user has decided.
-    pub(crate) fn cluster_doubts(&self, is_sure: impl Fn(usize) -> bool) -> Vec<f32> {
-        let mut sums = vec![(0.0, 0.0); self.clusters.count];
-        for (&l, &doubt) in self.clusters.label.iter().zip(&self.doubts) {
-            let sum = &mut sums[l as usize];
-            *sum = (sum.0 + f64::from(doubt), sum.1 + 1.0);
-        }
-        let mean = |(c, (sum, count)): (usize, (f64, f64))| if is_sure(c) || count == 0.0 { 0.0 } else { sum / count };
-        sums.into_iter().enumerate().map(|sum| mean(sum) as f32).collect()
     }
 
     /// What a cut is made from; `voted` has the labels of the denser trajectories.

@@ -1,5 +1,6 @@
 //! Input size, working size and the way between them.
 
+use crate::image::fit_within;
 use crate::trajectory::Trajectories;
 
 /// Size of the input and size at which it is processed, in pixels.
@@ -15,10 +16,7 @@ pub(crate) struct Scale {
 impl Scale {
     /// Reduces the long side to `max_side` where it is longer.
     pub(crate) fn new(input: (usize, usize), max_side: usize) -> Self {
-        let long = input.0.max(input.1);
-        let reduced = |side: usize| ((side * max_side) as f64 / long as f64).round().max(1.0) as usize;
-        let working = if long > max_side { (reduced(input.0), reduced(input.1)) } else { input };
-        Self { input, working }
+        Self { input, working: fit_within(input, max_side) }
     }
 
     /// Input pixels per working pixel, horizontally.

@@ -2,7 +2,6 @@
 
 use crate::flow::{FlowField, FlowParams, FlowPyramid, FlowScratch, flow_between_with, local_flow_variation};
 use crate::image::{Frame, Plane};
-use crate::session::base::Scale;
 use crate::trajectory::structure;
 
 /// Flow of one frame pair, both ways, with what tracking through it needs; it depends on the two frames alone.
@@ -34,11 +33,7 @@ pub(crate) struct Seen {
 
 impl Seen {
     pub(crate) fn new(frame: &Frame, params: &FlowParams) -> Self {
-        let luma = frame.luma();
-        let size = (frame.width(), frame.height());
-        let reduced = Scale::new(size, params.max_side as usize).working;
-        let small = (reduced != size).then(|| frame.resized(reduced.0, reduced.1).luma());
-        Self { pyramid: FlowPyramid::new(small.as_ref().unwrap_or(&luma)), luma }
+        Self { pyramid: FlowPyramid::of_frame(frame, params.max_side), luma: frame.luma() }
     }
 
     /// The flow to another frame, at the size of the frames.

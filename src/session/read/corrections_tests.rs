@@ -3,6 +3,7 @@
 use crate::Session;
 use crate::correction::{Correction, Stroke};
 use crate::image::Plane;
+use crate::judge::cluster_doubts;
 use crate::session::base::Outputs;
 use crate::session::run::Phase;
 use crate::synth::Scene;
@@ -244,6 +245,10 @@ fn doubts_stay_with_their_trajectories_when_clusters_are_made_anew() {
         let Phase::Begun(run) = &mut session.phase else { panic!("the run has not begun") };
         &mut run.outputs
     }
+    fn doubts_now(session: &mut Session, is_sure: bool) -> Vec<f32> {
+        let Outputs { clusters, doubts, .. } = outputs(session);
+        cluster_doubts(clusters, doubts, |_| is_sure)
+    }
     let of_cluster = session.objects().unwrap().of_cluster.clone();
     let doubted = |l: &u32| f32::from(u8::from(of_cluster[*l as usize] == 2));
     let doubts = session.clusters().unwrap().label.iter().map(doubted).collect();
@@ -252,8 +257,8 @@ fn doubts_stay_with_their_trajectories_when_clusters_are_made_anew() {
     let of_cluster = session.objects().unwrap().of_cluster.clone();
     let expected: Vec<f32> = of_cluster.iter().map(|&label| f32::from(u8::from(label == 2))).collect();
     assert!(expected.contains(&1.0));
-    assert_eq!(outputs(&mut session).cluster_doubts(|_| false), expected);
-    assert_eq!(outputs(&mut session).cluster_doubts(|_| true), vec![0.0; of_cluster.len()]);
+    assert_eq!(doubts_now(&mut session, false), expected);
+    assert_eq!(doubts_now(&mut session, true), vec![0.0; of_cluster.len()]);
     session.undo_correction().unwrap();
-    assert!(outputs(&mut session).cluster_doubts(|_| false).contains(&1.0));
+    assert!(doubts_now(&mut session, false).contains(&1.0));
 }

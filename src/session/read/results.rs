@@ -12,7 +12,7 @@ use crate::discretize::{
     Clusters, DiscretizeMethod, DiscretizeParams, discretize, discretize_into, pieces, threshold_segmentation,
 };
 use crate::embedding::{Embedding, embed};
-use crate::evidence::{Known, Pair, Signs, UNLABELLED, pairs};
+use crate::evidence::{Known, Pair, Signs, UNLABELLED, pairs, strangeness};
 use crate::flow::{CompactFlow, FlowField};
 use crate::image::{Frame, Plane};
 use crate::objects::{Objects, signs};
@@ -261,7 +261,7 @@ impl Session {
             let unlike = background_of(camera, outputs, clip)?.unlike_plate(tracks, clusters);
             unlike.iter().map(|&unlike| Some(Signs::Still { unlike })).collect()
         } else {
-            signs(tracks, clusters, &outputs.strangeness(&clip.params.affinity))
+            signs(tracks, clusters, &strangeness(&clusters.label, &outputs.known(&clip.params.affinity)))
         };
         Some((still, signs.iter().map(|signs| signs.as_ref()?.terms()).collect()))
     }

@@ -1,16 +1,17 @@
 //! The cut over the whole clip, move by move; before it, which clusters are objects.
 //!
-//! The background or the frame's rim (`objects`) says it of the clusters, pixels doubt it, and where none is left what
-//! stands out is tried (`background`). Objects take the labels that they had in the window before (`window`).
+//! The background (`judge`) or the frame's rim (`objects`) says it of the clusters, and pixels doubt it (`background`).
+//! Objects take the labels that they had in the window before (`window`).
 
 use super::clip::Clip;
 use super::recut::Recut;
 use super::work::{StageWork, Turn};
 use crate::Error;
-use crate::background::{Accounts, Background, Clustering, Parted, Sought, add_doubts, part_rigid};
-use crate::cut::{CutInput, CutParams, GabrielCut, Region, appearance, forget_strangers, labels_for, pixel_of};
-use crate::evidence::Signs;
-use crate::objects::{Objects, find_objects, number_objects, signs};
+use crate::background::{Accounts, LabelledTracks, Sought};
+use crate::cut::{CutInput, CutParams, GabrielCut, Region, add_appearance, pixel_of};
+use crate::evidence::Known;
+use crate::judge::{Observations, cluster_doubts, judge_clusters};
+use crate::objects::{Objects, find_objects, number_objects};
 use crate::order::{pair, sort_by_key};
 use crate::session::base::{Cut, CutGround, CutRegion, Outputs, Stage};
 use crate::session::jobs::{Ledger, Made, Piece, PieceKind, Work};
@@ -18,9 +19,6 @@ use crate::session::window::portraits;
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 use std::sync::{Arc, OnceLock};
-
-/// Least log-odds of an object: what is doubted may still be one, and its pixels decide.
-const LEAST: f64 = -1.5;
 
 /// A stroke holds a superpixel if this share of the stroke lies in it, or if it covers this share of the superpixel.
 /// One that it only brushes may be large, and belong elsewhere.
@@ -39,7 +37,7 @@ pub(crate) struct CutWork {
 #[derive(Debug, Clone)]
 enum CutStep {
     /// Clusters become objects, frame by frame where pixels are asked, and then an energy.
-    Energy(Option<Figure>),
+    Energy(Option<Judging>),
     /// The energy is made less, move by move.
     Moves(Box<Moving>),
 }
@@ -113,25 +111,25 @@ impl StageWork for CutWork {
     /// What is object, frame by frame where pixels are asked; with the last of them the energy, and the first move; then
     /// a move.
     fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<Turn, Error> {
-        let figure = match &mut self.step {
+        let judging = match &mut self.step {
             CutStep::Moves(moving) => return Ok(moving.step(clip, outputs)),
-            CutStep::Energy(figure) => figure,
+            CutStep::Energy(judging) => judging,
         };
         let (objects, voted, made) = if let Some(recut) = &self.recut {
             (recut.objects.clone(), voted(outputs, clip), 0)
         } else {
-            let figure = match figure {
-                Some(figure) => {
-                    figure.step(outputs, clip);
-                    figure
+            let judging = match judging {
+                Some(judging) => {
+                    judging.step(outputs, clip);
+                    judging
                 }
-                None => figure.insert(Figure::new(outputs, clip)),
+                None => judging.insert(Judging::new(outputs, clip)),
             };
-            let (made, wanted) = (figure.accounts.len(), figure.wanted);
+            let (made, wanted) = (judging.accounts.len(), judging.wanted);
             if made < wanted {
                 return Ok(Turn::new(Stage::Cut, made + 1, wanted + 2));
             }
-            let (objects, voted) = figure.finish(outputs, clip);
+            let (objects, voted) = judging.finish(outputs, clip);
             (objects, voted, wanted)
         };
         let mut moving = Box::new(self.moving(objects, voted, made, clip, outputs));
@@ -141,15 +139,15 @@ impl StageWork for CutWork {
     }
 
     fn take(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Piece> {
-        let CutStep::Energy(Some(figure)) = &self.step else { return None };
-        let id = clip.ledger.take(PieceKind::Accounts, figure.accounts.len()..figure.wanted)?;
-        Some(Piece { id, work: Work::Accounts(figure.sought(id.t as usize, outputs)?) })
+        let CutStep::Energy(Some(judging)) = &self.step else { return None };
+        let id = clip.ledger.take(PieceKind::Accounts, judging.accounts.len()..judging.wanted)?;
+        Some(Piece { id, work: Work::Accounts(judging.sought(id.t as usize, outputs)?) })
     }
 
     fn awaits(&self, ledger: &Ledger, _: &Outputs) -> bool {
-        let CutStep::Energy(Some(figure)) = &self.step else { return false };
-        let made = figure.accounts.len();
-        made < figure.wanted && ledger.is_out(PieceKind::Accounts, made)
+        let CutStep::Energy(Some(judging)) = &self.step else { return false };
+        let made = judging.accounts.len();
+        made < judging.wanted && ledger.is_out(PieceKind::Accounts, made)
     }
 }
 
@@ -188,14 +186,12 @@ impl Terms {
         }
         let mut terms = Self { voted, is_object, evidence: Vec::new() };
         if let Some(background) = &outputs.background {
-            let CutInput { tracks, label, .. } = terms.input(outputs, &[]);
-            let settings = &clip.params.background;
-            let mut evidence =
-                background.evidence(superpixels, &clip.flows, (tracks, label), &terms.is_object, settings);
+            let CutInput { tracks, label, objects: is_object, .. } = terms.input(outputs, &[]);
             let is_sure =
                 |cluster: usize| recut.is_some_and(|recut| recut.open[usize::from(objects.of_cluster[cluster])]);
-            add_doubts(&mut evidence, superpixels, (tracks, label), &outputs.cluster_doubts(is_sure));
-            terms.evidence = evidence;
+            let doubts = cluster_doubts(&outputs.clusters, &outputs.doubts, is_sure);
+            let labelled = LabelledTracks { tracks, label, is_object };
+            terms.evidence = background.evidence(superpixels, &clip.flows, labelled, &doubts, &clip.params.background);
         }
         terms
     }
@@ -206,11 +202,8 @@ impl Terms {
 
     /// The evidence with that of what the labels of a cut before look like.
     fn evidence_with(&self, outputs: &Outputs, before: &[Vec<u32>], clip: &Clip) -> Vec<f32> {
-        let by_looks = appearance(&outputs.superpixels, &clip.frames, before, &self.is_object);
-        let mut evidence = self.evidence.clone();
-        evidence.resize(by_looks.len(), 0.0);
-        evidence.iter_mut().zip(by_looks).for_each(|(sum, looks)| *sum += clip.params.cut.appearance_weight * looks);
-        evidence
+        let weight = clip.params.cut.appearance_weight;
+        add_appearance(&self.evidence, &outputs.superpixels, &clip.frames, before, &self.is_object, weight)
     }
 }
 
@@ -269,7 +262,7 @@ impl Recut {
 
 /// Which clusters are objects, and what the pixels of the frames say to that, frame by frame.
 #[derive(Debug, Clone)]
-struct Figure {
+struct Judging {
     is_object: Vec<bool>,
     /// The labels of the denser trajectories; `None` without those.
     voted: Option<Vec<u32>>,
@@ -279,23 +272,32 @@ struct Figure {
     wanted: usize,
 }
 
-impl Figure {
+impl Judging {
     /// Clusters may be made anew.
     fn new(outputs: &mut Outputs, clip: &Clip) -> Self {
-        let mut is_object = part_clusters(outputs, clip);
-        let mut voted = voted(outputs, clip);
-        let has_none = !is_object.contains(&true);
-        if let Some((labels, objects)) = has_none.then(|| stand_out(outputs, voted.as_deref(), clip)).flatten() {
-            (voted, is_object) = (Some(labels), objects);
-        }
-        let is_told = voted.is_some() && outputs.tracked.denser.is_some();
-        let wanted = outputs.background.as_ref().filter(|_| is_told).map_or(0, |b| b.num_accounts(&is_object));
+        let judged = outputs.background.as_ref().map(|background| {
+            let known = outputs.known(&clip.params.affinity);
+            let observations = observations(outputs, &known, clip);
+            judge_clusters(background, &outputs.clusters, &observations, &clip.params.background)
+        });
+        let (is_object, voted) = match judged {
+            Some(figure) => {
+                (outputs.clusters, outputs.doubts) = (figure.clusters, figure.doubts);
+                (figure.is_object, Some(figure.label))
+            }
+            None => {
+                let objects = find_objects(&outputs.tracked.tracks, &outputs.clusters);
+                (objects.of_cluster.iter().map(|&label| label > 0).collect(), voted(outputs, clip))
+            }
+        };
+        let wanted = outputs.background.as_ref().map_or(0, |background| background.num_accounts(&is_object));
         Self { is_object, voted, accounts: Vec::new(), wanted }
     }
 
     fn sought(&self, t: usize, outputs: &Outputs) -> Option<Sought> {
-        let labelled = (outputs.tracked.denser.as_ref()?, self.voted.as_deref()?);
-        Some(outputs.background.as_ref()?.sought(t, labelled, &self.is_object))
+        let (tracks, label) = (outputs.tracked.denser.as_ref()?, self.voted.as_deref()?);
+        let labelled = LabelledTracks { tracks, label, is_object: &self.is_object };
+        Some(outputs.background.as_ref()?.sought(t, labelled))
     }
 
     /// The accounts of the next frame.
@@ -313,75 +315,32 @@ impl Figure {
     fn finish(&mut self, outputs: &mut Outputs, clip: &Clip) -> (Objects, Option<Vec<u32>>) {
         let (voted, accounts) = (self.voted.take(), std::mem::take(&mut self.accounts));
         let moving = outputs.background.as_mut().filter(|background| !background.is_still());
-        if let (Some(background), Some(denser), Some(voted)) = (moving, &outputs.tracked.denser, &voted) {
-            background.account(accounts, (denser, voted), &self.is_object);
+        if let (Some(background), Some(tracks), Some(label)) = (moving, &outputs.tracked.denser, &voted) {
+            background.account(accounts, LabelledTracks { tracks, label, is_object: &self.is_object });
         }
         (objects_of(outputs, &self.is_object, clip), voted)
     }
 }
 
-/// Objects that no cluster shows, as clusters of their own: the labels of the denser trajectories anew, and which clusters
-/// are objects; `None` where there are none.
-fn stand_out(outputs: &mut Outputs, voted: Option<&[u32]>, clip: &Clip) -> Option<(Vec<u32>, Vec<bool>)> {
-    let (background, params, tracked) = (outputs.background.as_ref()?, &clip.params, &outputs.tracked);
-    let salience = outputs.denser_saliency();
-    let salient: Vec<bool> = salience.iter().map(|&s| f64::from(s) > params.saliency.threshold).collect();
-    let before = Clustering { tracks: &tracked.tracks, clusters: &outputs.clusters, radius: params.vote_radius() };
-    let denser = (tracked.denser.as_ref()?, voted?);
-    let found = background.stand_out(&before, denser, &salient, params.trajectory.mask_step, &params.background)?;
-    outputs.clusters = found.clusters;
-    Some((found.voted, found.is_object))
-}
-
 /// The labels of the denser trajectories, by those that were clustered.
 fn voted(outputs: &Outputs, clip: &Clip) -> Option<Vec<u32>> {
-    let (clusters, params) = (&outputs.clusters, &clip.params);
-    let denser = outputs.tracked.denser.as_ref()?;
-    let tracks = &outputs.tracked.tracks;
-    let mut voted = labels_for(denser, tracks, &clusters.label, clusters.count.max(1), params.vote_radius());
-    forget_strangers(&mut voted, outputs.denser_saliency(), params.saliency.threshold);
-    Some(voted)
+    outputs.tracked.denser.as_ref()?;
+    let known = outputs.known(&clip.params.affinity);
+    Some(observations(outputs, &known, clip).propagate_labels(&outputs.clusters))
 }
 
-/// Which clusters are objects. Where the camera goes forward, they are made anew.
-fn part_clusters(outputs: &mut Outputs, clip: &Clip) -> Vec<bool> {
-    if let Some(Parted { clusters, is_object }) = before_rigid_scene(outputs, clip) {
-        outputs.clusters = clusters;
-        return is_object;
+/// What clusters are judged by.
+fn observations<'a>(outputs: &'a Outputs, known: &'a Known<'a>, clip: &Clip) -> Observations<'a> {
+    let (tracked, params) = (&outputs.tracked, &clip.params);
+    Observations {
+        known,
+        denser: tracked.denser.as_ref().unwrap_or(&tracked.tracks),
+        saliency: outputs.salient.as_ref().map_or(&[], |salient| &salient.of_denser),
+        saliency_threshold: params.saliency.threshold,
+        max_edge: params.connectedness.max_edge * params.spacing(),
+        vote_radius: params.vote_radius(),
+        spacing: params.trajectory.mask_step,
     }
-    let Some(background) = &outputs.background else {
-        let found = find_objects(&outputs.tracked.tracks, &outputs.clusters);
-        return found.of_cluster.iter().map(|&label| label > 0).collect();
-    };
-    let values = log_odds(outputs, background, clip);
-    let doubt = |value: f64| if value > LEAST { -value.min(0.0) as f32 } else { 0.0 };
-    outputs.doubts = outputs.clusters.label.iter().map(|&l| doubt(values[l as usize])).collect();
-    values.iter().map(|&v| v > LEAST).collect()
-}
-
-/// Objects that no rigid scene explains; `None` unless the camera goes forward, and where all that was tracked is none
-/// of the scene.
-fn before_rigid_scene(outputs: &Outputs, clip: &Clip) -> Option<Parted> {
-    let longest = clip.params.connectedness.max_edge * clip.params.spacing();
-    let near = &outputs.discontinuities.neighborhoods;
-    let travel = outputs.camera.as_ref()?.travel.as_ref()?;
-    let parted = part_rigid(travel, &outputs.tracked.tracks, near, longest);
-    parted.is_object.contains(&false).then_some(parted)
-}
-
-/// What speaks for each cluster that it is an object; above [`LEAST`] it is one.
-fn log_odds(outputs: &Outputs, background: &Background, clip: &Clip) -> Vec<f64> {
-    let (tracks, clusters) = (&outputs.tracked.tracks, &outputs.clusters);
-    if background.is_still() {
-        let unlike = background.unlike_plate(tracks, clusters);
-        let values: Vec<f64> = unlike.iter().map(|&unlike| Signs::Still { unlike }.value()).collect();
-        // Where nothing that was tracked belongs to the scene, no label is left for it: the rim decides.
-        if values.iter().any(|&v| v <= LEAST) {
-            return values;
-        }
-    }
-    let value = |signs: &Option<Signs>| signs.map_or(f64::NEG_INFINITY, |signs| signs.value());
-    signs(tracks, clusters, &outputs.strangeness(&clip.params.affinity)).iter().map(value).collect()
 }
 
 /// The objects, under the labels that they had in the window before.

@@ -99,5 +99,5 @@ pub(crate) fn background_of(camera: Camera, outputs: &Outputs, clip: &Clip) -> O
         return None;
     }
     let densest = outputs.tracked.denser.as_ref().unwrap_or(&outputs.tracked.tracks);
-    Some(Background::new(&clip.frames, camera, (densest, clip.params.trajectory.mask_step)))
+    Some(Background::new(&clip.frames, camera, densest, clip.params.trajectory.mask_step))
 }
