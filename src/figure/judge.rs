@@ -1,6 +1,6 @@
 //! Figure and ground: which clusters are objects, by what the background tells of them.
 
-use crate::background::{Background, BackgroundParams, Clustering, Parted};
+use crate::background::{Background, BackgroundParams, Clustering, Parted, part_rigid, stand_out};
 use crate::cut::{forget_strangers, labels_for};
 use crate::discretize::Clusters;
 use crate::evidence::{Known, Signs, strangeness};
@@ -75,11 +75,11 @@ pub fn judge_clusters(
         }
     };
     let label = observations.propagate_labels(&clusters);
-    if !is_object.contains(&true) {
+    if matches!(background, Background::Moving(_)) && params.stand_out && !is_object.contains(&true) {
         let Observations { known, denser, saliency, saliency_threshold, vote_radius, spacing, .. } = *observations;
         let salient: Vec<bool> = saliency.iter().map(|&s| f64::from(s) > saliency_threshold).collect();
         let before = Clustering { tracks: known.tracks, clusters: &clusters, radius: vote_radius };
-        if let Some(found) = background.stand_out(&before, (denser, &label), &salient, spacing, params) {
+        if let Some(found) = stand_out(&before, (denser, &label), &salient, spacing) {
             return Figure { clusters: found.clusters, is_object: found.is_object, label: found.voted, doubts };
         }
     }
@@ -102,14 +102,15 @@ pub fn cluster_doubts(clusters: &Clusters, doubts: &[f32], is_sure: impl Fn(usiz
 /// to the scene.
 fn part_from_rigid_scene(background: &Background, observations: &Observations<'_>) -> Option<Parted> {
     let Known { tracks, found, .. } = observations.known;
-    let parted = background.part_rigid(tracks, &found.neighborhoods, observations.max_edge)?;
+    let Background::Forward(travel, _) = background else { return None };
+    let parted = part_rigid(travel, tracks, &found.neighborhoods, observations.max_edge);
     parted.is_object.contains(&false).then_some(parted)
 }
 
 /// The log-odds of each cluster to be an object.
 fn log_odds(background: &Background, clusters: &Clusters, known: &Known<'_>) -> Vec<f64> {
-    if background.is_still() {
-        let unlike = background.unlike_plate(known.tracks, clusters);
+    if let Background::Still(scene) = background {
+        let unlike = scene.unlike_plate(known.tracks, clusters);
         let values: Vec<f64> = unlike.iter().map(|&unlike| Signs::Still { unlike }.value()).collect();
         // Where nothing that was tracked belongs to the scene, no label is left for it: the rim decides.
         if values.iter().any(|&v| v <= MIN_LOG_ODDS) {

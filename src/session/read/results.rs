@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::affinity::affinities;
-use crate::background::{PlateInput, clean_plate};
+use crate::background::{Background, PlateInput, clean_plate};
 use crate::camera::Camera;
 use crate::connectedness::Components;
 use crate::contour::{BoundaryMap, frame_boundaries};
@@ -253,15 +253,17 @@ impl Session {
         let settings = &clip.params.background;
         let camera = camera_of(outputs, &clip.frames, settings, &mut |_, ways| ways.forward())?;
         let (tracks, clusters) = (&outputs.tracked.tracks, &outputs.clusters);
-        if camera.goes_forward() {
-            return None;
-        }
-        let still = camera.still;
-        let signs = if still {
-            let unlike = background_of(camera, outputs, clip)?.unlike_plate(tracks, clusters);
-            unlike.iter().map(|&unlike| Some(Signs::Still { unlike })).collect()
-        } else {
-            signs(tracks, clusters, &strangeness(&clusters.label, &outputs.known(&clip.params.affinity)))
+        let (still, signs) = match camera {
+            Camera::Forward(..) => return None,
+            Camera::Moving(_) => {
+                let strangeness = strangeness(&clusters.label, &outputs.known(&clip.params.affinity));
+                (false, signs(tracks, clusters, &strangeness))
+            }
+            Camera::Still => {
+                let Background::Still(scene) = background_of(camera, outputs, clip)? else { return None };
+                let unlike = scene.unlike_plate(tracks, clusters);
+                (true, unlike.iter().map(|&unlike| Some(Signs::Still { unlike })).collect())
+            }
         };
         Some((still, signs.iter().map(|signs| signs.as_ref()?.terms()).collect()))
     }

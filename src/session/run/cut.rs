@@ -297,7 +297,7 @@ impl Judging {
     fn sought(&self, t: usize, outputs: &Outputs) -> Option<Sought> {
         let (tracks, label) = (outputs.tracked.denser.as_ref()?, self.voted.as_deref()?);
         let labelled = LabelledTracks { tracks, label, is_object: &self.is_object };
-        Some(outputs.background.as_ref()?.sought(t, labelled))
+        outputs.background.as_ref()?.sought(t, labelled)
     }
 
     /// The accounts of the next frame.
@@ -314,8 +314,8 @@ impl Judging {
     /// The objects, and the labels of the denser trajectories.
     fn finish(&mut self, outputs: &mut Outputs, clip: &Clip) -> (Objects, Option<Vec<u32>>) {
         let (voted, accounts) = (self.voted.take(), std::mem::take(&mut self.accounts));
-        let moving = outputs.background.as_mut().filter(|background| !background.is_still());
-        if let (Some(background), Some(tracks), Some(label)) = (moving, &outputs.tracked.denser, &voted) {
+        let Outputs { background, tracked, .. } = &mut *outputs;
+        if let (Some(background), Some(tracks), Some(label)) = (background, &tracked.denser, &voted) {
             background.account(accounts, LabelledTracks { tracks, label, is_object: &self.is_object });
         }
         (objects_of(outputs, &self.is_object, clip), voted)
