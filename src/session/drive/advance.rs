@@ -9,8 +9,11 @@ use crate::Error;
 use crate::image::Frame;
 use crate::session::base::{Outputs, Stage};
 use crate::session::jobs::Ledger;
-use crate::session::run::{Clip, Phase, Session};
+use crate::session::run::{Clip, Phase, Session, Trackers};
 use crate::session::window::{Thumbnail, portraits, unmatched_share};
+
+/// Frames before a window that trajectories remember.
+const REMEMBERED: usize = 100;
 
 impl Session {
     #[doc(hidden)]
@@ -156,5 +159,14 @@ impl Clip {
     /// How many frames [`Clip::advance`] drops.
     fn dropped_by(&self, overlap: usize) -> usize {
         if self.holds_frame() { self.frames.len() } else { self.frames.len() - overlap }
+    }
+}
+
+impl Trackers {
+    /// Goes on to a window that begins `dropped` frames later. The past is for the affinities; masks are made without
+    /// them.
+    fn advance(&mut self, dropped: usize) {
+        self.tracks.advance(dropped, REMEMBERED);
+        self.masks.iter_mut().for_each(|tracker| tracker.advance(dropped, 0));
     }
 }

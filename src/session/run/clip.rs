@@ -74,9 +74,6 @@ impl Clip {
     }
 }
 
-/// Frames before a window that trajectories remember.
-const REMEMBERED: usize = 100;
-
 /// The trackers of a clip, both through the same frames.
 #[derive(Debug, Clone)]
 pub(crate) struct Trackers {
@@ -92,12 +89,5 @@ impl Trackers {
     pub(crate) fn new(first: u32, size: (usize, usize), params: &Params) -> Self {
         let masks = params.clip.dense.then(|| Tracker::new(size, &params.trajectory.for_masks()));
         Self { tracks: Tracker::numbering_from(first, size, &params.trajectory), masks, is_given: false }
-    }
-
-    /// Goes on to a window that begins `dropped` frames later. The past is for the affinities; masks are made without
-    /// them.
-    pub(crate) fn advance(&mut self, dropped: usize) {
-        self.tracks.advance(dropped, REMEMBERED);
-        self.masks.iter_mut().for_each(|tracker| tracker.advance(dropped, 0));
     }
 }
