@@ -296,7 +296,6 @@ impl MovingScene {
                 params.account_weight * said - params.doubt * unseen
             }));
         }
-
         evidence
     }
 }
