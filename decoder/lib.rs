@@ -1,6 +1,6 @@
 //! What goes in and comes out as files, for JavaScript: image files to pixels, masks to the size of their pictures, to
-//! run lengths, prompts and a table; see `www/lib/worker/decode.js`, `www/lib/edit/enlarge.js`, and `coco.js`,
-//! `prompts.js` and `table.js` of `www/lib/export`.
+//! run lengths, prompts and a table; see `npm/worker/decode.js`, `npm/kit/edit/enlarge.js`, and `coco.js`,
+//! `prompts.js` and `table.js` of `npm/kit/export`.
 //!
 //! It compiles these files of the library, a tenth of it, and not the library: nobody waits for that twice.
 

@@ -25,7 +25,7 @@ import {
 
 const WASM = 'wasm32-unknown-unknown';
 const dist = join(root, 'dist');
-const lib = join(root, 'www', 'lib');
+const lib = join(root, 'npm');
 const bin = (name) => join(root, 'node_modules', name);
 // What rustc emits for wasm32 today, spelt out because wasm-opt accepts no more than it is told; never relaxed SIMD,
 // which Safari and Node 20 refuse.
@@ -253,7 +253,7 @@ async function buildVendored(entry) {
   copyFileSync(entry, outfile.replace('.js', '.d.ts'));
 }
 
-/** The hand-written modules, by their places below `www/lib`. */
+/** The hand-written modules, by their places below `npm`. */
 function libraryFiles() {
   return readdirSync(lib, { recursive: true })
     .filter((name) => /\.(js|json|d\.ts)$/.test(name))
@@ -299,7 +299,7 @@ async function buildTypes() {
   const { describeTypes, importPlatform } = await import('./declarations.mjs');
   copyModules('.d.ts');
   run(process.execPath, [bin('typescript/bin/tsc'), '--project', join(lib, 'tsconfig.json')], {
-    hint: 'The types of www/lib do not agree.',
+    hint: 'The types of npm do not agree.',
   });
   describeTypes(lib, dist);
   importPlatform(dist);

@@ -33,6 +33,8 @@ if (process.platform !== 'linux' || process.arch !== 'x64') fail('Fuzzing is set
 if (output('rustc', ['+nightly', '--version']) === null)
   fail('The nightly compiler was not found: rustup toolchain install nightly --profile minimal');
 ensureRustTool('cargo-fuzz');
+const writer = ['--features', 'pnm', '--test', 'integration', 'seeds_of_fuzzing_are_written', '--', '--ignored'];
+run('cargo', ['test', '--quiet', ...writer]);
 for (const name of chosen) {
   const options = ['--sanitizer', sanitizerOf(name), '--target-dir', built(name)];
   run('cargo', ['+nightly', 'fuzz', 'build', name, ...options]);

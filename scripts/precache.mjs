@@ -15,11 +15,11 @@ const NOT_THE_PAGES = ['node.js', 'inline.js', 'worker.bundle.js'];
  */
 const folders = [
   {
-    folder: join(root, 'www'),
+    folder: join(root, 'studio'),
     at: './',
-    wanted: (name) => !/^(lib\/|service-worker\.js$)|\.(json|ts|md)$/.test(name),
+    wanted: (name) => !/^service-worker\.js$|\.(json|ts|md)$/.test(name),
   },
-  { folder: join(root, 'lab'), at: './lab/', wanted: (name) => /\.(html|css|js)$/.test(name) },
+  { folder: join(root, 'www'), at: './lab/', wanted: (name) => /\.(html|css|js)$/.test(name) },
   {
     folder: join(root, 'dist'),
     at: './dist/',
@@ -72,7 +72,7 @@ export function listed(places, instead = {}) {
 
 /** The text of the service worker, filled in with the files that it keeps. */
 export function serviceWorker(list = precacheList()) {
-  const source = readFileSync(join(root, 'www', 'service-worker.js'), 'utf8');
-  if (!source.includes(PLACEHOLDER)) throw new Error('www/service-worker.js has no place for the list of files.');
+  const source = readFileSync(join(root, 'studio', 'service-worker.js'), 'utf8');
+  if (!source.includes(PLACEHOLDER)) throw new Error('studio/service-worker.js has no place for the list of files.');
   return source.replace(PLACEHOLDER, `const PRECACHE = ${JSON.stringify(list)};`);
 }

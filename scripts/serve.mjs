@@ -1,4 +1,4 @@
-// A static file server for development and tests: `www/` at `/`, the lab at `/lab/`, the built package at `/dist/`. Nothing
+// A static file server for development and tests: `studio/` at `/`, the lab (`www/`) at `/lab/`, the built package at `/dist/`. Nothing
 // else is reachable, and from no other machine.
 
 import { createReadStream } from 'node:fs';
@@ -10,8 +10,8 @@ import { root } from './tools.mjs';
 
 const mounts = [
   { prefix: '/dist/', folder: join(root, 'dist') },
-  { prefix: '/lab/', folder: join(root, 'lab') },
-  { prefix: '/', folder: join(root, 'www') },
+  { prefix: '/lab/', folder: join(root, 'www') },
+  { prefix: '/', folder: join(root, 'studio') },
 ];
 
 const types = {

@@ -15,7 +15,7 @@ import { root } from './tools.mjs';
 const BUNDLES = [
   { folder: 'dist', entries: ['index.js', 'selftest.js', 'worker.js', 'lab.js'] },
   { folder: 'dist', entries: ['aside-worker.js'] },
-  { folder: 'demo', entries: ['main.js', 'page.js'] },
+  { folder: 'view', entries: ['main.js', 'page.js'] },
 ];
 
 /**
@@ -25,18 +25,18 @@ const BUNDLES = [
 const LEAST_MAPPED = 4096;
 
 /** Folders as they are built, and as they are served. */
-const PLACES = { dist: join(root, 'dist'), demo: join(root, 'www', 'demo') };
+const PLACES = { dist: join(root, 'dist'), view: join(root, 'studio', 'view') };
 
 /** Where the page finds the package, which it imports by name: its document says so to browsers. */
 const IMPORT_MAP = /\s*<script type="importmap">([^<]*)<\/script>/;
-const PAGE = readFileSync(join(root, 'www', 'index.html'), 'utf8');
+const PAGE = readFileSync(join(root, 'studio', 'index.html'), 'utf8');
 const { imports: NAMES } = JSON.parse(/** @type {string} */ (IMPORT_MAP.exec(PAGE)?.[1]));
 
 /** The page's list of the package's entries: served as the one file that they are together, which weighs less. */
-const LIBRARY = join(PLACES.demo, 'library.js');
+const LIBRARY = join(root, 'studio', 'model', 'library.js');
 
 /** The lab is bundled with the package, so that it loads only what it takes of it. */
-const LAB = join(root, 'lab');
+const LAB = join(root, 'www');
 
 /**
  * Writes the site of what is built.
@@ -51,14 +51,14 @@ export async function writeSite(target) {
   for (const name of names.filter((file) => !file.endsWith('/') && !isMade(file))) {
     const to = join(target, name);
     mkdirSync(dirname(to), { recursive: true });
-    cpSync(name.startsWith('./dist/') ? join(root, name) : join(root, 'www', name), to);
+    cpSync(name.startsWith('./dist/') ? join(root, name) : join(root, 'studio', name), to);
   }
   await writeDocument(target);
   await writeLab(join(target, 'lab'));
   for (const name of ['media.js', 'zip.js']) copyWithMap(join('dist', 'vendor', name), target);
   for (const one of BUNDLES) await writeBundle(one, target);
   const isOfSite = (/** @type {string} */ name) =>
-    /^(dist|demo|icons|lab)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name) &&
+    /^(dist|view|icons|lab)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name) &&
     !name.endsWith('.map');
   const list = listed([{ folder: target, at: './', wanted: isOfSite }]);
   await writeServiceWorker(list, target);
@@ -89,7 +89,7 @@ function copyWithMap(name, target) {
 async function writeDocument(target) {
   const source = withoutImportMap(PAGE);
   const link = /\s*<link rel="stylesheet" href="(.*?)">/g;
-  const sheets = [...source.matchAll(link)].map(([, href]) => readFileSync(join(root, 'www', href), 'utf8'));
+  const sheets = [...source.matchAll(link)].map(([, href]) => readFileSync(join(root, 'studio', href), 'utf8'));
   let count = 0;
   const one = '\n<link rel="stylesheet" href="./page.css">';
   const html = source.replace(link, () => (count++ === 0 ? one : ''));
@@ -162,7 +162,7 @@ function apart(folder) {
       const place = resolve(resolveDir, path);
       const inDist = relative(PLACES.dist, place).replaceAll(sep, '/');
       const ofPage = place === LIBRARY ? 'dist/index.js' : NAMES[path];
-      const file = folder === 'demo' ? ofPage : /^(vendor\/|index\.js$)/.test(inDist) && `dist/${inDist}`;
+      const file = folder === 'view' ? ofPage : /^(vendor\/|index\.js$)/.test(inDist) && `dist/${inDist}`;
       if (!file) return undefined;
       const to = relative(folder, file).replaceAll(sep, '/');
       return { path: to.startsWith('.') ? to : `./${to}`, external: true };

@@ -15,7 +15,7 @@ const TINY = { width: 96, height: 54, frames: 4, seed: 1 };
 const SAMPLES = { small: SMALL, tiny: TINY };
 
 /** Files that say what the sample is, by their paths on the server: the page's and the lab's. */
-const SAMPLE_FILES = { '/demo/source.js': 'www/demo/source.js', '/lab/clip.js': 'lab/clip.js' };
+const SAMPLE_FILES = { '/view/source.js': 'studio/view/source.js', '/lab/clip.js': 'www/clip.js' };
 
 /** Serves the project, with pages whose sample is another or, with 'whole', their own. */
 export function serveSite(sample) {

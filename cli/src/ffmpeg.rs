@@ -2,7 +2,7 @@
 //!
 //! The contract is that of `docs/frames.md`: each picture of the file once, in the order of display, with its own time;
 //! of the default track; upright, with square pixels, at the size of the first picture; in the colours that the file
-//! says; and no damaged picture. The package (`www/lib/node`) asks for the same in the same words.
+//! says; and no damaged picture. The package (`npm/node`) asks for the same in the same words.
 //!
 //! `ffmpeg` runs twice. The first run lists the packets of all video tracks without decoding them, which tells the
 //! track, the number of pictures, the duration of the last one and the times that pictures must have. The second decodes

@@ -1,4 +1,4 @@
-// What `npm run test:fast` does: an answer within a minute of an edit in `src`, within ten seconds of one in `www`.
+// What `npm run test:fast` does: an answer within a minute of an edit in `src`, within ten seconds of one in JavaScript.
 
 import { readdirSync } from 'node:fs';
 import { join } from 'node:path';
@@ -9,7 +9,7 @@ import { PARTS, tasksOf } from './tasks.mjs';
 const OF_SRC = ['src, unit tests', 'tests/node/golden.test.mjs'];
 /** Of the unit tests the slowest module, which other tests mostly fail with. */
 const SLOWEST = 'session::pipeline::long_tests';
-const OF_WWW = ['sessions', 'video-driver', 'export', 'edit', 'streams', 'words', 'security'].map(
+const OF_SCRIPTS = ['sessions', 'video-driver', 'export', 'edit', 'security'].map(
   (name) => `tests/node/${name}.test.mjs`,
 );
 
@@ -53,8 +53,8 @@ function unitTests(task, which) {
 function usual() {
   const changed = changedFiles(output('git', ['status', '--porcelain', '--no-renames']) ?? '');
   const inRust = changed.some((file) => /^(src|tests\/.*\.rs|Cargo)/.test(file));
-  const inPage = changed.some((file) => /^www\//.test(file));
-  return [...(inRust || !inPage ? OF_SRC : []), ...(inPage || !inRust ? OF_WWW : [])];
+  const inScripts = changed.some((file) => /^(npm|studio|www)\//.test(file));
+  return [...(inRust || !inScripts ? OF_SRC : []), ...(inScripts || !inRust ? OF_SCRIPTS : [])];
 }
 
 /** The files that `git status --porcelain` names, also where the space before its first row is cut off. */

@@ -228,7 +228,7 @@ fn edges(list: &[Edge]) -> JsValue {
     ])
 }
 
-/// The numbers of `EdgeKind` in `www/lib/stages/image.js`.
+/// The numbers of `EdgeKind` in `npm/stages/image.js`.
 fn kind_number(kind: EdgeKind) -> u8 {
     match kind {
         EdgeKind::Constraint => 0,

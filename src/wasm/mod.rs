@@ -1,7 +1,7 @@
 //! The JavaScript interface: a thin newtype over [`Session`](crate::Session).
 //!
 //! Every method converts, makes one call of the core, and converts back; defaults, stepping, cancelling and the choice
-//! of worker or main thread belong to `www/lib`. Arrays come out as copies, never as views of wasm memory: memory that
+//! of worker or main thread belong to `npm`. Arrays come out as copies, never as views of wasm memory: memory that
 //! grows detaches views. Nothing here decodes image files, so that the decoders stay out of this wasm file; they are in
 //! one of their own, made of the package in `decoder/`.
 

@@ -4,22 +4,7 @@ import assert from 'node:assert/strict';
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { describe, test } from 'node:test';
-import {
-  ended,
-  inPhase,
-  layerNames,
-  onlyLong,
-  paintedShare,
-  picture,
-  run,
-  screenshot,
-  sharedClips,
-  showOnly,
-  SMALL,
-  text,
-  useSample,
-  useSite,
-} from './support.mjs';
+import { ended, inPhase, onlyLong, run, screenshot, sharedClips, SMALL, text, useSample, useSite } from './support.mjs';
 
 const CARS = join(sharedClips, 'dashcam-cars-38f.mp4');
 const LANE = join(sharedClips, 'dashcam-lane-221f.mp4');
@@ -85,29 +70,6 @@ describe('video files', () => {
 
 describe('clips dropped on the page, whole', onlyLong, () => {
   const sample = useSample(useSite());
-
-  test('the dashcam clip: each layer shows something of it', { skip: without(CARS) }, async () => {
-    const { page, faults } = sample;
-    assert.equal(await run(page, [CARS]), 'done');
-    assert.match(await text(page, '#subline'), /38 frames of 480 × 270/);
-    const clusters = await page.evaluate(() => globalThis.tracecutDemo.result.clusters.count);
-    assert.ok(clusters >= 2, `${clusters} clusters`);
-    await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(19));
-    await screenshot(page, 'dashcam');
-    const pictures = new Set();
-    const objects = await page.evaluate(() => globalThis.tracecutDemo.result.objects.length);
-    const ids = await layerNames(page);
-    for (const id of ids) {
-      await showOnly(page, id);
-      // Masks of a clip in which nothing but background is found are clear.
-      if (id !== 'masks' || objects > 0) await page.waitForFunction(paintedShare);
-      await screenshot(page, `dashcam-${id}`);
-      pictures.add(await picture(page));
-    }
-    assert.ok(ids.length >= 10, ids);
-    assert.equal(pictures.size, ids.length);
-    assert.deepEqual(faults, []);
-  });
 
   for (const [name, frames, windows] of [
     ['dashcam-cars-38f', 38, 1],

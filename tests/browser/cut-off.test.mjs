@@ -10,7 +10,7 @@ describe('a run that was cut off', () => {
   /** The runs that are remembered. */
   const runs = (page) =>
     page.evaluate(async () => {
-      const { stored } = await import('/demo/saved/storage.js');
+      const { stored } = await import('/view/storage.js');
       return (await stored()).filter(({ id }) => id.startsWith('run-')).map(({ about }) => about.take.step);
     });
   /** Until those are remembered, by the steps that they take. */

@@ -119,13 +119,13 @@ describe('the cut-out view', () => {
     const smooth = await shown();
     assert.notDeepEqual(smooth, before);
     const wanted = await page.evaluate(async () => {
-      const library = await import('/demo/library.js');
+      const library = await import('/model/library.js');
       const { points } = globalThis.tracecutDemo.app;
       const { corrections } = globalThis.tracecutDemo.app.job;
       const { width, height, numFrames } = points.result;
       const masks = { width, height, numFrames, labels: (t) => points.mask(t) };
       const result = await library.smoothMasks(masks, { picture: (t) => corrections.pixels(t) });
-      const { edgesOf } = await import('/demo/saved/look.js');
+      const { edgesOf } = await import('/model/look.js');
       const edges = edgesOf({ smallest: 0.02, grow: 0, feather: 0 }, masks);
       const frame = globalThis.tracecutDemo.app.viewer.view.frame;
       return [...library.adjustMask({ labels: result.labels(frame), width, height }, edges).labels];

@@ -2,17 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import {
-  accessibilityFaults,
-  layerSwitches,
-  onlyLong,
-  openFix,
-  openSample,
-  openSave,
-  screenshot,
-  text,
-  useSite,
-} from './support.mjs';
+import { accessibilityFaults, onlyLong, openFix, openSample, openSave, screenshot, text, useSite } from './support.mjs';
 
 const PHONE = { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true, bypassCSP: true };
 const SIDE = { ...PHONE, viewport: { width: 844, height: 390 } };
@@ -129,7 +119,8 @@ describe('devices', () => {
         [...document.querySelectorAll('#views span')].map((span) => getComputedStyle(span).backgroundColor),
       );
       assert.notEqual(states[0], states[1], 'the view that is chosen');
-      const [on, off] = await layerSwitches(page);
+      await page.click('[data-layer="image"]');
+      const [on, off] = ['masks', 'image'].map((id) => page.locator(`[data-layer="${id}"]`));
       const colour = (box) => box.evaluate((element) => getComputedStyle(element).backgroundColor);
       assert.notEqual(await colour(on), await colour(off), 'a switch that is on');
       await openFix(page);

@@ -19,7 +19,7 @@ async function open(t) {
 
 /** Runs in the page: a small world of known content, and canvases of both kinds. */
 async function prepare() {
-  const tracecut = await import('/demo/library.js');
+  const tracecut = await import('/model/library.js');
   const [width, height] = [40, 30];
   /** Object 1 is a square, object 2 a column at the rim. */
   const label = (x, y) => (x >= 10 && x < 20 && y >= 10 && y < 20 ? 1 : x >= 36 ? 2 : 0);

@@ -212,7 +212,7 @@ async function watchFrames(frames) {
 /** Runs in the page: what the other functions share. */
 async function prepare() {
   const media = await import('/dist/vendor/media.js');
-  const library = await import('/demo/library.js');
+  const library = await import('/model/library.js');
   const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
   const base64Of = async (blob) => {
     const url = await new Promise((done) => {

@@ -25,7 +25,7 @@ async function open(t) {
 
 /** Runs in the page: the clip, and how files are read again. */
 async function prepare([width, height, times]) {
-  const tracecut = await import('/demo/library.js');
+  const tracecut = await import('/model/library.js');
   const media = await import('/dist/vendor/media.js');
   const frames = times.map((_, t) => {
     const image = new ImageData(width, height);

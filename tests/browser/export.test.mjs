@@ -40,7 +40,7 @@ test('files of masks are the same everywhere', async (t) => {
   await serve('files.js', `export ${files}`);
   await serve(
     'worker.js',
-    "import { files } from './files.js'; import('/demo/library.js').then(files).then((list) => postMessage(list));",
+    "import { files } from './files.js'; import('/model/library.js').then(files).then((list) => postMessage(list));",
   );
   const [inPage, inWorker] = await page.evaluate(async () => {
     const worker = new Worker('/worker.js', { type: 'module' });
@@ -48,7 +48,7 @@ test('files of masks are the same everywhere', async (t) => {
       Object.assign(worker, { onmessage: ({ data }) => done(data), onerror: failed }),
     );
     const { files: made } = await import('/files.js');
-    return [await made(await import('/demo/library.js')), await answer];
+    return [await made(await import('/model/library.js')), await answer];
   });
   const hashes = (list) => list.map((file) => fnv1a(Buffer.from(file, 'utf8')));
   const expected = hashes(await files(inNode));

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { accessibilityFaults, ended, openSample, screenshot, text, useSite } from './support.mjs';
+import { accessibilityFaults, openSample, screenshot, text, useSite } from './support.mjs';
 
 describe('first steps', () => {
   const site = useSite();
@@ -16,9 +16,6 @@ describe('first steps', () => {
     const words = await page.locator('#guide strong').allInnerTexts();
     assert.deepEqual(words, ['Objects', 'Fix', 'Save']);
     assert.match(await text(page, '#summary'), /^Object \d/);
-    assert.equal(await page.locator('#stage-list').isVisible(), false);
-    await page.click('#stages summary');
-    assert.equal(await page.locator('#stage-list').isVisible(), true);
     assert.deepEqual(await accessibilityFaults(page), []);
     await screenshot(page, 'guide');
     await page.click('#help-close');
@@ -26,19 +23,5 @@ describe('first steps', () => {
     assert.equal(await text(page, '#correct-open'), 'Fix');
     assert.match(await text(page, '#export-open'), /^Save/);
     assert.deepEqual(faults, []);
-  });
-
-  test('the layers of the stages lie behind “How it works”; their keys work all the same', async () => {
-    const { page } = await openSample(site, { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true });
-    assert.equal(await ended(page), 'done');
-    assert.equal(await page.locator('[data-layer="masks"]').isVisible(), true);
-    assert.equal(await page.locator('[data-layer="image"]').isVisible(), true);
-    assert.equal(await page.locator('[data-layer="trajectories"]').isVisible(), false);
-    await page.keyboard.press('2');
-    assert.equal(await page.locator('[data-layer="trajectories"]').isChecked(), true);
-    await page.keyboard.press('2');
-    await screenshot(page, 'guide-phone');
-    await page.click('#layers-all > summary');
-    assert.equal(await page.locator('[data-layer="trajectories"]').isVisible(), true);
   });
 });

@@ -74,10 +74,8 @@ test('a clip is opened, segmented, corrected and saved by keyboard alone', async
   await tabTo('.object-main');
   await page.keyboard.press('Enter');
   assert.equal(await page.getAttribute('.object-main', 'aria-pressed'), 'true');
-  await tabTo('#layers-all > summary');
-  await page.keyboard.press('Enter');
-  await tabTo('[data-layer="trajectories"]');
+  await tabTo('[data-layer="masks"]');
   await page.keyboard.press(' ');
-  assert.equal(await page.locator('[data-layer="trajectories"]').isChecked(), true);
+  assert.equal(await page.locator('[data-layer="masks"]').isChecked(), false);
   assert.deepEqual(faults, []);
 });

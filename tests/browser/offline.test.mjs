@@ -12,13 +12,20 @@ import { ended, openSample, plainFrame, pngFile, run, text, useSite } from './su
 /** Waits until the page is kept. */
 const kept = (page) => page.evaluate(() => navigator.serviceWorker.ready.then(({ active }) => active.state));
 
-/** Whether a file of `www/` that is no more on the host is answered for by the version in force. */
+/** Where a file lies that is served by this name. @param {string} name */
+const placeOf = (name) =>
+  name.startsWith('./dist/') ? name : name.replace(/^\.\/(lab\/)?/, (_, lab) => (lab ? 'www/' : 'studio/'));
+
+/** Whether a file of `studio/` that is no more on the host is answered for by the version in force. */
 const answered = (page, file) =>
-  page.evaluate(async (name) => (await fetch(name)).ok, `./${relative(join(root, 'www'), file).replaceAll(sep, '/')}`);
+  page.evaluate(
+    async (name) => (await fetch(name)).ok,
+    `./${relative(join(root, 'studio'), file).replaceAll(sep, '/')}`,
+  );
 
 describe('without a network', () => {
   const site = useSite({ sample: 'tiny' });
-  const extra = join(root, 'www', 'demo', 'of-another-version.js');
+  const extra = join(root, 'studio', 'view', 'of-another-version.js');
   after(() => rmSync(extra, { force: true }));
 
   test('the page opens again and does all that it did', async () => {
@@ -51,7 +58,7 @@ describe('without a network', () => {
   test('every file that the page asks for is kept', async () => {
     const files = precacheList().files.map(([file]) => file);
     assert.deepEqual(
-      files.filter((file) => !existsSync(join(root, /^\.\/(dist|lab)\//.test(file) ? '' : 'www', file))),
+      files.filter((file) => !existsSync(join(root, placeOf(file)))),
       [],
     );
     const { page } = await site.open();

@@ -73,16 +73,6 @@ describe('a run', () => {
     assert.equal(await ended(page), 'done');
   });
 
-  test('without masks ends with the trajectories', async () => {
-    const { page, faults } = await openSample(site, { query: '#clip.dense=false' });
-    const { count, hasMasks } = await page.evaluate(() => {
-      const { result, app } = globalThis.tracecutDemo;
-      return { count: result.trajectories.count, hasMasks: app.points.hasMasks };
-    });
-    assert.ok(count > 0 && !hasMasks);
-    assert.deepEqual(faults, []);
-  });
-
   test('gives way to another clip that is opened meanwhile', async () => {
     const { page, faults } = await openSample(site);
     await page.click('#again');

@@ -1,13 +1,11 @@
-// The sample clip on the page: the objects are found and coloured, each layer shows something of its own, and the
-// labels are those that the package gives in Node.
+// The sample clip on the page: the objects are found and coloured, and the labels are those that the package gives in Node.
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { createSession, synthClip } from '../../dist/node.js';
-import '../page-modules.mjs';
-import { layerNames, paintedShare, picture, screenshot, showOnly, text, useSample, useSite } from './support.mjs';
+import { screenshot, showOnly, text, useSample, useSite } from './support.mjs';
 
-const { SAMPLE } = await import('../../www/demo/source.js');
+const { SAMPLE } = await import('../../studio/view/source.js');
 
 const FRAME = 12;
 
@@ -17,7 +15,7 @@ describe('the sample', () => {
   test('is segmented on load, without a click, and described in words', async () => {
     const { page, faults } = sample;
     assert.match(await text(page, '#headline'), /^[2-9] moving objects and the background$/);
-    assert.match(await text(page, '#subline'), /trajectories · 24 frames of 480 × 270 · computed in \d/);
+    assert.match(await text(page, '#subline'), /^24 frames of 480 × 270 · computed in \d/);
     const ms = await page.evaluate(() => performance.getEntriesByName('masks')[0].startTime);
     console.log(`from opening the page to the sample's masks: ${(ms / 1000).toFixed(2)} s of page time`);
     const objects = await page.evaluate(() => globalThis.tracecutDemo.result.objects.length);
@@ -65,41 +63,9 @@ describe('the sample', () => {
     const owners = counts.map((row) => row.indexOf(Math.max(...row)));
     const pure = counts.reduce((sum, row, k) => sum + row[owners[k]], 0);
     assert.ok(total > 1000, `only ${total} painted pixels`);
-    assert.equal(owners[0], 0, 'grey is the background');
     assert.ok(pure / total > 0.93, `${((100 * pure) / total).toFixed(1)} % of painted pixels lie in their object`);
     const found = new Set(owners.filter((owner) => owner > 0));
     assert.ok(found.size >= 2, `${found.size} of ${masks - 1} objects have a colour of their own`);
-  });
-
-  test('says in the readout what saliency, foreground and components are under the pointer', async () => {
-    const { page } = sample;
-    await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
-    await showOnly(page, 'saliency', 'foreground', 'components');
-    await page.hover('#canvas', { position: await page.evaluate(middleOfObject, 1) });
-    const words =
-      /^Object 1 · trajectory .* · saliency (0\.[5-9]\d|1\.00), trajectory’s \S+, in context \S+ · foreground · component \d of \d$/;
-    await page.waitForFunction(() => /saliency/.test(document.querySelector('#readout').textContent));
-    assert.match(await text(page, '#readout'), words);
-    await page.hover('#canvas', { position: await page.evaluate(middleOfObject, 0) });
-    assert.match(await text(page, '#readout'), /^Background · .*saliency 0\.[0-4]/);
-    const { width, height } = await page.locator('#canvas').boundingBox();
-    await page.hover('#canvas', { position: { x: 0.09 * width, y: 0.8 * height } });
-    assert.match(await text(page, '#readout'), /not foreground · no component$/);
-  });
-
-  test('has the foreground red where the scene has its objects', async () => {
-    const { page } = sample;
-    await showOnly(page, 'foreground');
-    const [inside, outside] = await page.evaluate(redPixels, FRAME);
-    assert.ok(inside > 300, `${inside} red pixels in objects`);
-    assert.ok(outside < 0.1 * inside, `${outside} outside`);
-  });
-
-  test('gives a component the same colour from frame to frame', async () => {
-    const { page } = sample;
-    const { changes, steps } = await page.evaluate(colorChanges);
-    assert.ok(steps > 1000, `${steps} steps of trajectories in components`);
-    assert.ok(changes <= 0.02 * steps, `${changes} of ${steps} change their colour`);
   });
 
   test('names the object under the pointer, and shows it alone after a click', async () => {
@@ -121,30 +87,27 @@ describe('the sample', () => {
     const colors = () =>
       page.evaluate(paintedPixels, FRAME).then(({ counts }) => counts.map((row) => row.some((n) => n > 0)));
     const all = await colors();
-    assert.ok(all.every(Boolean));
+    assert.ok(all.slice(1).every(Boolean));
     await page.click('[data-object="1"] .object-main');
     assert.deepEqual(
       await colors(),
       all.map((_, k) => k === 1),
     );
     await page.click('#show-all');
-    await page.click('[data-object="0"] .eye');
+    await page.uncheck('[data-object="1"] .keep input');
     assert.deepEqual(
       await colors(),
-      all.map((_, k) => k > 0),
+      all.map((_, k) => k > 1),
     );
+    await page.click('#show-all');
   });
 
-  test('has the same labels, masks, saliency and components as in Node, to the byte', async () => {
+  test('has the same labels and masks as in Node, to the byte', async () => {
     const { page } = sample;
     const inPage = await page.evaluate(() => {
       const { result } = globalThis.tracecutDemo;
       const masks = Array.from({ length: result.numFrames }, (_, t) => [...result.labels(t)].join(''));
-      const { saliency, components } = result;
-      const salient = [saliency.ofPoints, saliency.inContext, saliency.foreground, components.ofPoint].map((list) => [
-        ...list,
-      ]);
-      return { label: [...result.clusters.label], x: [...result.trajectories.x], masks, salient };
+      return { label: [...result.clusters.label], x: [...result.trajectories.x], masks };
     });
     const clip = await synthClip(SAMPLE);
     const session = await createSession();
@@ -153,11 +116,6 @@ describe('the sample', () => {
     session.close();
     assert.deepEqual([...result.clusters.label], inPage.label);
     assert.deepEqual([...result.trajectories.x], inPage.x);
-    const { saliency, components } = result;
-    const salient = [saliency.ofPoints, saliency.inContext, saliency.foreground, components.ofPoint].map((list) => [
-      ...list,
-    ]);
-    assert.deepEqual(salient, inPage.salient);
     inPage.masks.forEach((mask, t) => assert.ok(mask === [...result.labels(t)].join(''), `masks of frame ${t} differ`));
   });
 });
@@ -167,44 +125,12 @@ describe('the layers of a sample', () => {
 
   test('colours have names for any number of objects, none of them twice', async () => {
     const names = await sample.page.evaluate(async () => {
-      const { colourName } = await import('/demo/result/palette.js');
+      const { colourName } = await import('/model/palette.js');
       return Array.from({ length: 255 }, (_, k) => colourName(k + 1));
     });
     assert.deepEqual(names.slice(0, 8), ['orange', 'light blue', 'pink', 'yellow', 'green', 'red', 'blue', 'purple']);
     assert.equal(new Set(names).size, 255);
     assert.equal(names[9], 'purple 2');
-  });
-
-  test('shows something different in each layer', async () => {
-    const { page } = sample;
-    await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
-    const ids = await layerNames(page);
-    assert.deepEqual(ids, [
-      'masks',
-      'trajectories',
-      'superpixels',
-      'contours',
-      'boundaries',
-      'discontinuities',
-      'embedding',
-      'saliency',
-      'foreground',
-      'components',
-      'flow',
-      'background',
-      'image',
-    ]);
-    const pictures = new Map();
-    for (const id of ids) {
-      await showOnly(page, id);
-      // Some layers are fetched or computed when they are first shown.
-      await page.waitForFunction(paintedShare);
-      const share = await page.evaluate(paintedShare);
-      assert.ok(share > 0.002, `${id} paints ${share} of the canvas`);
-      pictures.set(await picture(page), id);
-      await screenshot(page, `sample-${id}`);
-    }
-    assert.equal(pictures.size, ids.length, `only ${[...pictures.values()]} differ`);
   });
 
   test('fades a layer, and shows its outlines without its fill', async () => {
@@ -225,53 +151,25 @@ describe('the layers of a sample', () => {
     await setting('fill', 0.5);
     assert.equal(await alpha(), whole);
   });
-
-  test('changes each layer with its switches, and back', async () => {
-    const { page } = sample;
-    const switches = [
-      ['contours', 'deleted'],
-      ['superpixels', 'mean'],
-      ['boundaries', 'thin'],
-      ['saliency', 'shown'],
-      ['saliency', 'context'],
-      ['components', 'links'],
-    ];
-    for (const [id, setting] of switches) {
-      await showOnly(page, id);
-      await page.waitForFunction(paintedShare);
-      const before = await picture(page);
-      await page.click(`[data-setting="${id}.${setting}"]`);
-      assert.notEqual(await picture(page), before, `${id}.${setting}`);
-      await page.click(`[data-setting="${id}.${setting}"]`);
-      assert.equal(await picture(page), before, `${id}.${setting} back`);
-    }
-  });
-
-  test('switches the foreground with its key', async () => {
-    const { page } = sample;
-    const on = () => page.locator('[data-layer="foreground"]').isChecked();
-    await showOnly(page, 'masks');
-    await page.keyboard.press('f');
-    assert.equal(await on(), true);
-    await page.keyboard.press('F');
-    assert.equal(await on(), false);
-  });
 });
 
 /**
- * Runs in the page. Draws nothing but the points of a frame and counts, for each object's colour, in which object of
+ * Runs in the page. Draws nothing but the masks of a frame and counts, for each object's colour, in which object of
  * the scene the painted pixels lie.
  */
 function paintedPixels(frame) {
   const { app, source, result, objectColor } = globalThis.tracecutDemo;
   const were = app.layers.map((layer) => layer.on);
-  for (const layer of app.layers) layer.on = layer.id === 'trajectories';
-  app.layers.find((layer) => layer.id === 'trajectories').settings.trail.value = 0;
+  for (const layer of app.layers) layer.on = layer.id === 'masks';
+  const { fill } = app.layers.find((layer) => layer.id === 'masks').settings;
+  const before = fill.value;
+  fill.value = 1;
   app.timeline.seek(frame);
   app.viewer.draw();
   const { canvas } = app.viewer;
   const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
   app.layers.forEach((layer, k) => (layer.on = were[k]));
+  fill.value = before;
   const mask = source.clip.mask(frame);
   const masks = 1 + mask.reduce((most, value) => Math.max(most, value), 0);
   const colors = Array.from({ length: app.points.count }, (_, k) => Number.parseInt(objectColor(k).slice(1), 16));
@@ -309,44 +207,6 @@ function middleOfObject(object) {
   const distance = ([x, y]) => Math.hypot(x - mean[0], y - mean[1]);
   const [x, y] = own.reduce((best, place) => (distance(place) < distance(best) ? place : best));
   return { x: (x + 0.5) / viewer.view.unit, y: (y + 0.5) / viewer.view.unit };
-}
-
-/** Runs in the page: how many pixels of the red of the foreground lie in objects of the scene, and how many do not. */
-function redPixels(frame) {
-  const { app, source, result } = globalThis.tracecutDemo;
-  app.layers.find((layer) => layer.id === 'foreground').settings.trail.value = 0;
-  app.timeline.seek(frame);
-  app.viewer.draw();
-  const { canvas } = app.viewer;
-  const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
-  const mask = source.clip.mask(frame);
-  const scale = result.width / canvas.width;
-  const counts = [0, 0];
-  for (let p = 0; 4 * p < data.length; p += 1) {
-    if (data[4 * p] < 250 || data[4 * p + 1] !== 0x2b || data[4 * p + 2] !== 0x3d) continue;
-    const [x, y] = [p % canvas.width, Math.floor(p / canvas.width)];
-    counts[mask[Math.floor(y * scale) * result.width + Math.floor(x * scale)] > 0 ? 0 : 1] += 1;
-  }
-  return counts;
-}
-
-/** Runs in the page: how many steps trajectories take in components, and in how many of them the colour changes. */
-async function colorChanges() {
-  const { steadyColors } = await import('/demo/layers/components.js');
-  const { points } = globalThis.tracecutDemo.app;
-  const { count, startFrame, offset } = points.result.trajectories;
-  const { ofPoint } = points.result.components;
-  const colors = steadyColors(points);
-  let [changes, steps] = [0, 0];
-  for (let i = 0; i < count; i += 1) {
-    for (let p = offset[i]; p + 1 < offset[i + 1]; p += 1) {
-      if (ofPoint[p] < 0 || ofPoint[p + 1] < 0) continue;
-      const t = startFrame[i] + p - offset[i];
-      steps += 1;
-      if (colors[t][ofPoint[p]] !== colors[t + 1][ofPoint[p + 1]]) changes += 1;
-    }
-  }
-  return { changes, steps };
 }
 
 /** How far each object of a made clip moves to the right against the scene, in parts of the width. */

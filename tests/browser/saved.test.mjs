@@ -183,8 +183,8 @@ describe('work', () => {
 
   const works = (page) =>
     page.evaluate(async () => {
-      const { kept } = await import('/demo/saved/slots.js');
-      return (await kept()).map(({ name, corrected, picture, earlier }) => ({
+      const [{ kept }, storage] = await Promise.all([import('/model/slots.js'), import('/view/storage.js')]);
+      return (await kept(storage)).map(({ name, corrected, picture, earlier }) => ({
         name,
         corrected,
         picture: picture?.size ?? 0,
@@ -293,18 +293,18 @@ describe('work', () => {
   const fill = (page, count, corrected) =>
     page.evaluate(
       async ([many, isCorrected]) => {
-        const { keep, kept } = await import('/demo/saved/slots.js');
+        const [{ keep, kept }, storage] = await Promise.all([import('/model/slots.js'), import('/view/storage.js')]);
         const take = { start: 0, frames: 2, step: 1, side: 480 };
         const kinds = [];
         for (let at = 1; at <= many; at += 1)
           kinds.push(
-            await keep({
+            await keep(storage, {
               ...{ id: `w${at}`, name: `n${at}`, at, files: [], project: new Uint8Array(3), edits: null },
               ...{ corrected: isCorrected && at <= 8, picture: null, earlier: [] },
               about: { name: `n${at}`, take, changed: [], run: `r${at}` },
             }),
           );
-        return { ids: (await kept()).map(({ id }) => id), kinds };
+        return { ids: (await kept(storage)).map(({ id }) => id), kinds };
       },
       [count, corrected],
     );

@@ -3,52 +3,32 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { parameters } from '../../dist/node.js';
-import '../page-modules.mjs';
-import { ended, inPhase, picture, plainFrame, pngFile, run, SMALL, text, useSample, useSite } from './support.mjs';
+import {
+  ended,
+  inPhase,
+  openSample,
+  picture,
+  plainFrame,
+  pngFile,
+  run,
+  SMALL,
+  text,
+  useSample,
+  useSite,
+} from './support.mjs';
 
-const { Countdown, StageClock, timeLeft } = await import('../../www/demo/run/stage-clock.js');
-const { ESSENTIALS, GROUPS } = await import('../../www/demo/settings.js');
+const { Countdown, StageClock, timeLeft } = await import('../../studio/model/stage-clock.js');
+const { ESSENTIALS } = await import('../../studio/model/settings.js');
 
 describe('settings', () => {
-  const sample = useSample(useSite());
+  const site = useSite();
+  const sample = useSample(site);
 
-  test('hold every parameter of the package, with its meaning and range', async () => {
-    const { page } = sample;
-    const all = parameters().filter(({ name }) => !name.startsWith('still.'));
-    await page.click('#settings-all > summary');
-    await page.click('#settings-expert > summary');
-    for (const summary of await page.locator('.group:not([hidden]) > summary').all()) await summary.click();
-    // Rows are built when their group has opened.
-    await page.waitForFunction(() =>
-      [...document.querySelectorAll('.group:not([hidden])')].every((group) => group.querySelector('.setting')),
-    );
-    const shown = await page.locator('#settings-all .group:not([hidden]) .setting').evaluateAll((rows) =>
-      rows.map((row) => {
-        const { min, max } = row.querySelector('input, select');
-        return { name: row.dataset.parameter, doc: row.querySelector('.about').textContent, range: [min, max] };
-      }),
-    );
-    assert.deepEqual(shown.map(({ name }) => name).sort(), all.map(({ name }) => name).sort());
-    for (const { name, doc, kind, min, max } of all) {
-      const row = shown.find((one) => one.name === name);
-      assert.equal(row.doc, doc);
-      if (kind === 'number' || kind === 'integer') assert.deepEqual(row.range, [String(min), String(max)], name);
-    }
-    const first = await page.locator('#settings-groups .setting').count();
-    assert.equal(first, all.filter(({ expert }) => !expert).length);
-    await page.click('#settings-expert > summary');
-    await page.click('#settings-all > summary');
-  });
-
-  test('name only parameters and groups that there are', () => {
+  test('name only parameters that there are', () => {
     const names = parameters().map(({ name }) => name);
     assert.deepEqual(
       ESSENTIALS.map(({ name }) => name).filter((name) => !names.includes(name)),
       [],
-    );
-    assert.deepEqual(
-      GROUPS.map(({ id }) => id),
-      [...new Set(names.map((name) => name.split('.')[0]))],
     );
   });
 
@@ -75,24 +55,17 @@ describe('settings', () => {
     assert.deepEqual(faults, []);
   });
 
-  test('refuse what is out of range, and say what is legal', async () => {
-    const { page } = sample;
-    await page.evaluate(() =>
-      document
-        .querySelectorAll('#settings-all, #settings-expert, [data-group="flow"]')
-        .forEach((details) => (details.open = true)),
-    );
-    const field = page.locator('#setting-all-flow-smoothness');
-    await field.fill('5000');
-    assert.equal(await field.getAttribute('aria-invalid'), 'true');
-    assert.equal(await page.locator('#pending').isVisible(), false);
-    assert.match(await text(page, '[data-parameter="flow.smoothness"] .value'), /0\.001 to 1000/);
-    await field.fill('40');
-    assert.equal(await field.getAttribute('aria-invalid'), 'false');
-    assert.equal(await page.locator('#pending').isVisible(), true);
+  test('of a link are told where the page has no slider for them; masks cannot be left out', async () => {
+    const { page } = await openSample(site, { query: '#flow.smoothness=40&cut.spatialWeight=2&clip.dense=false' });
+    assert.equal(await text(page, '#settings-others'), 'Also changed: flow.smoothness = 40.');
+    assert.deepEqual(await page.evaluate(() => globalThis.tracecutDemo.app.job.options), {
+      cut: { spatialWeight: 2 },
+      flow: { smoothness: 40 },
+    });
     await page.click('#settings-reset');
-    assert.equal(await field.inputValue(), '25');
-    assert.equal(await page.locator('#pending').isVisible(), false);
+    assert.equal(await page.locator('#settings-others').isVisible(), false);
+    assert.equal(await page.locator('#pending').isVisible(), true);
+    await page.context().close();
   });
 
   test('of still images count for still images', async () => {

@@ -89,9 +89,7 @@ describe('a still image', () => {
     const { page, faults } = sample;
     const large = plainFrame(400, 300, (x, y) => [(x * y) % 251, (3 * x) % 200, y % 256]);
     await page.setInputFiles('#file', [pngFile('large.png', large)]);
-    await page.waitForFunction(
-      () => document.querySelector('.stage-row.is-current .stage-name')?.textContent === 'Pixel embedding',
-    );
+    await page.waitForFunction(() => globalThis.tracecutDemo.app.job?.current?.id === 'imageEdges');
     await page.keyboard.press('Escape');
     await inPhase(page, 'stopped');
     await page.click('#resume');

@@ -83,7 +83,7 @@ export async function openSave(page) {
   await page.evaluate(() => (document.querySelector('#export-more').open = true));
 }
 
-/** Waits for one phase of the page (see demo/store.js). */
+/** Waits for one phase of the page (see studio/model/store.js). */
 export async function inPhase(page, phase) {
   await page.waitForFunction((wanted) => document.body.dataset.phase === wanted, phase);
 }
@@ -116,15 +116,9 @@ export async function text(page, selector) {
   return (await page.locator(selector).innerText()).trim();
 }
 
-/** The switches of the layers that the panel offers, those with nothing to show left out. */
-export async function layerSwitches(page) {
-  await page.evaluate(() => (document.querySelector('#layers-all').open = true));
-  return page.locator('.layer:not([hidden]) [data-layer]:enabled').all();
-}
-
-/** The names of these layers in the order of the panel. */
-export async function layerNames(page) {
-  return Promise.all((await layerSwitches(page)).map((box) => box.getAttribute('data-layer')));
+/** The names of the layers that the panel offers, in its order. */
+export function layerNames(page) {
+  return page.locator('.layer:not([hidden]) [data-layer]').evaluateAll((all) => all.map((box) => box.dataset.layer));
 }
 
 /** The picture on the canvas, drawn as things stand, as a data URL. */
@@ -138,8 +132,7 @@ export async function picture(page) {
 /** Switches all layers off but these; without any named, all of them on. */
 export async function showOnly(page, ...ids) {
   await page.evaluate((wanted) => {
-    document.querySelector('#layers-all').open = true;
-    for (const box of document.querySelectorAll('.layer:not([hidden]) [data-layer]:enabled'))
+    for (const box of document.querySelectorAll('.layer:not([hidden]) [data-layer]'))
       if (box.checked !== (wanted.length === 0 || wanted.includes(box.dataset.layer))) box.click();
   }, ids);
 }

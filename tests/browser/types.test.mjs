@@ -6,7 +6,7 @@ import { test } from 'node:test';
 import { join } from 'node:path';
 import { root } from '../../scripts/tools.mjs';
 
-for (const folder of ['www/demo', 'lab'])
+for (const folder of ['studio', 'www'])
   test(`the types in the comments of ${folder} agree`, () => {
     const compiler = join(root, 'node_modules', 'typescript', 'bin', 'tsc');
     const { status, stdout } = spawnSync(process.execPath, [compiler, '--project', `${folder}/tsconfig.json`], {

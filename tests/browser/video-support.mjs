@@ -32,7 +32,7 @@ export async function openLibrary({ url, browser }) {
   await page.goto(`${url}dist/index.js`);
   await page.evaluate(async () => {
     document.body.innerHTML = '<input type="file" id="file" multiple>';
-    globalThis.tracecut = await import('/demo/library.js');
+    globalThis.tracecut = await import('/model/library.js');
   });
   await page.evaluate(helpers);
   return { page, faults };

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { MOST, Zoom } from '../../www/demo/zoom.js';
+import { MOST, Zoom } from '../../studio/model/zoom.js';
 import { accessibilityFaults, openSample, screenshot, text, useSite } from './support.mjs';
 
 test('a place stays where it is while it is enlarged, and nothing beyond the clip is shown', () => {

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { alikeObjects } from '../../www/demo/result/alike.js';
+import { alikeObjects } from '../../studio/model/alike.js';
 
 const [width, height, numFrames] = [96, 64, 12];
 

@@ -118,29 +118,53 @@ test('what reads files is compiled without the library, of the files of the room
   );
 });
 
-test('the package imports nothing of the page, and the page takes the package from library.js', () => {
+test('the package imports nothing of the studio, and the studio takes the package from library.js', () => {
   const imported = (folder) =>
     codeIn(folder).flatMap((file) => {
       const names = [...read(file).matchAll(/(?:\bfrom|\bimport)\s*\(?\s*'([^'\n]+)'/g)].map(([, name]) => name);
       return names.map((name) => ({ file, name }));
     });
   const [ofPackage, ofPage] = [
-    imported('www/lib'),
-    imported('www/demo').filter(({ file }) => !file.endsWith('demo/library.js')),
+    imported('npm'),
+    imported('studio').filter(({ file }) => !/(library|service-worker)\.js$/.test(file)),
   ];
   assert.ok(ofPackage.length > 200 && ofPage.length > 200);
   assert.deepEqual(
-    ofPackage.filter(({ name }) => name.includes('demo/')),
+    ofPackage.filter(({ name }) => name.includes('studio/')),
     [],
   );
   assert.deepEqual(
-    ofPage.filter(({ name }) => /\b(lib|dist)\//.test(name) || !/^(\.|tracecut\/selftest$|fflate$)/.test(name)),
+    ofPage.filter(({ name }) => /\b(npm|dist)\//.test(name) || !/^(\.|tracecut\/selftest$|fflate$)/.test(name)),
     [],
   );
 });
 
+/** What only a browser's pages have. */
+const DOM =
+  /\b(document|navigator|localStorage|indexedDB|matchMedia|requestAnimationFrame|OffscreenCanvas|createImageBitmap|location|byId|HTML\w*Element)\b|\bnew (ImageData|Image|Worker)\b|\bwindow\.(?!shot\b|frames\b|firstFrame\b|settled\b)/;
+
+test('the model of the studio has no word of the DOM, and imports nothing of the view', () => {
+  const model = codeIn('studio/model');
+  const code = (file) => read(file).replace(/\/\*[^]*?\*\/|\/\/.*$/gm, '');
+  assert.ok(model.length > 25, `${model.length} files`);
+  assert.deepEqual(
+    model.flatMap(
+      (file) =>
+        DOM.exec(code(file))
+          ?.slice(0, 1)
+          .map((word) => ({ file, word })) ?? [],
+    ),
+    [],
+  );
+  assert.deepEqual(
+    model.filter((file) => /\.\.\/view\//.test(read(file))),
+    [],
+  );
+  assert.match(code('studio/view/viewer.js'), DOM);
+});
+
 test('the lab imports the public entries of the package and nothing else', () => {
-  const files = codeIn('lab');
+  const files = codeIn('www');
   const names = files.flatMap((file) =>
     [...read(file).matchAll(/\b(?:from|import) '([^']+)'/g)].map(([, name]) => name),
   );
@@ -154,7 +178,7 @@ test('the lab imports the public entries of the package and nothing else', () =>
 });
 
 test('no files of the package, the page or the lab import each other in a circle', () => {
-  for (const [folder, known] of Object.entries({ 'www/lib': [], 'www/demo': [], lab: [] })) {
+  for (const [folder, known] of Object.entries({ npm: [], studio: [], www: [] })) {
     const imports = new Map(codeIn(folder).map((file) => [file, localImports(file)]));
     assert.deepEqual(circlesIn(imports), known, folder);
   }

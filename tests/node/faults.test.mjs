@@ -55,7 +55,7 @@ test('a thread that is killed under segmentVideo ends the loop and the source', 
   assert.ok(windows[0].frames().next().value.labels.length > 0, 'what came before stays');
 });
 
-for (const file of ['tracecut_bg.wasm', 'node/worker.js', 'decoder_bg.wasm', 'export/masks.js'])
+for (const file of ['tracecut_bg.wasm', 'node/worker.js', 'decoder_bg.wasm', 'kit/export/masks.js'])
   test(`without ${file} what needs it is a wasm-load error, and the rest works`, async (t) => {
     const folder = mkdtempSync(join(tmpdir(), 'tracecut-missing-'));
     t.after(() => rmSync(folder, { recursive: true, force: true }));
@@ -69,7 +69,7 @@ for (const file of ['tracecut_bg.wasm', 'node/worker.js', 'decoder_bg.wasm', 'ex
     };
     if (file === 'tracecut_bg.wasm') return assert.rejects(api.createSession(), isOurs);
     if (file === 'node/worker.js') await assert.rejects(api.createSession({ worker: true }), isOurs);
-    if (file === 'export/masks.js') await assert.rejects(api.masksZip(null), isOurs);
+    if (file === 'kit/export/masks.js') await assert.rejects(api.masksZip(null), isOurs);
     const session = await api.createSession();
     t.after(() => session.close());
     if (file === 'decoder_bg.wasm') await assert.rejects(session.push(new Uint8Array([137, 80, 78, 71])), isOurs);

@@ -14,7 +14,7 @@ test('a project that installs the tarball segments a clip, and installs nothing 
     readdirSync(join(folder, 'node_modules')).filter((name) => !name.startsWith('.')),
     ['tracecut'],
   );
-  assert.ok(!existsSync(join(folder, 'node_modules', 'tracecut', 'www')));
+  assert.ok(!existsSync(join(folder, 'node_modules', 'tracecut', 'npm')));
   const script = "import { outcome } from './segment.js'; console.log(JSON.stringify(await outcome()));";
   const printed = execFileSync(process.execPath, ['--input-type=module', '--eval', script], {
     cwd: folder,

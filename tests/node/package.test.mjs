@@ -97,7 +97,7 @@ test('the licences list the libraries that the package holds', () => {
 });
 
 test('every module of the source is in the build, unchanged', () => {
-  for (const name of modules()) assert.equal(read(join('dist', name)), read(join('www', 'lib', name)), name);
+  for (const name of modules()) assert.equal(read(join('dist', name)), read(join('npm', name)), name);
 });
 
 test('no module of the package imports anything by a bare name, so that a page needs no bundler', () => {
@@ -186,9 +186,9 @@ test('the lock file names no registry', () => {
   assert.doesNotMatch(read('package-lock.json'), /"resolved"/);
 });
 
-/** The modules below www/lib, which lie alike below dist. */
+/** The modules below npm, which lie alike below dist. */
 function modules() {
-  return readdirSync(join(root, 'www', 'lib'), { recursive: true })
+  return readdirSync(join(root, 'npm'), { recursive: true })
     .map((name) => name.replaceAll('\\', '/'))
     .filter((name) => name.endsWith('.js'));
 }

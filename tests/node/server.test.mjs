@@ -1,4 +1,4 @@
-// The development server serves www/, lab/ and dist/ and nothing else.
+// The development server serves studio/, www/ (the lab) and dist/ and nothing else.
 
 import assert from 'node:assert/strict';
 import { mkdirSync, mkdtempSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';

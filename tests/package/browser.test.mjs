@@ -16,7 +16,7 @@ const site = useServerAndBrowser();
 async function open(t, policy) {
   const page = await emptyPage(t, site, { policy, modules: ['fingerprint.mjs'] });
   await page.evaluate(async (scene) => {
-    const tracecut = await import('/demo/library.js');
+    const tracecut = await import('/model/library.js');
     const { fingerprint, fnv1a } = await import('/fingerprint.mjs');
     const frames = async () => {
       const clip = await tracecut.synthClip(scene);

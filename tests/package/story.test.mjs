@@ -25,7 +25,7 @@ for (const options of [{ threads: 1 }, { threads: 2 }, { worker: false }])
 async function tell([options, stories, steps]) {
   const unheard = [];
   addEventListener('unhandledrejection', ({ reason }) => unheard.push(String(reason)));
-  const [api, { play, prepare }] = await Promise.all([import('/demo/library.js'), import('/story.mjs')]);
+  const [api, { play, prepare }] = await Promise.all([import('/model/library.js'), import('/story.mjs')]);
   const world = await prepare(api, options);
   const counts = {};
   for (let seed = 0; seed < stories; seed += 1)

@@ -1,4 +1,4 @@
-//! The program whose results are hashed. `www/lib/selftest/run.js` is the same program: same clips, same bytes, same
+//! The program whose results are hashed. `npm/selftest/run.js` is the same program: same clips, same bytes, same
 //! order.
 
 use crate::failure::{Failure, Result};

@@ -1,25 +1,21 @@
-//! Files of the repository with faults in them. The tests of `bench/` read such files too.
+//! The files that fuzzing begins with, with faults in them. The tests of `bench/` read such files too.
 
 #[path = "../../../tests/rust/made/choices.rs"]
 mod choices;
 #[path = "../../../tests/rust/made/mutate.rs"]
 mod mutate;
+#[path = "../../../tests/rust/made/seeds.rs"]
+mod seeds;
 
 use choices::Choices;
-use std::fs;
 use std::ops::Range;
-use std::path::Path;
 
 /// A reader, and the target whose seeds it reads.
 pub type Reader = (&'static str, fn(&[u8]));
 
-/// The seeds of a fuzz target, by name: `tests/rust/random.rs` makes them.
+/// The seeds of a fuzz target, by name.
 pub fn seeds(target: &str) -> Vec<(String, Vec<u8>)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/seeds").join(target);
-    let entries = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
-    let mut files: Vec<_> = entries.map(|path| (path.display().to_string(), fs::read(&path).unwrap())).collect();
-    files.sort();
-    files
+    seeds::all().into_iter().filter(|seed| seed.0 == target).map(|(_, name, bytes)| (name, bytes)).collect()
 }
 
 /// Has each reader read its seeds with faults of each of these kinds.

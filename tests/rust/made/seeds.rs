@@ -1,4 +1,4 @@
-//! Files that readers accept, made by hand, for fuzzing and property tests to begin with. `fuzz/seeds` holds them too.
+//! Files that readers accept, made by hand, for fuzzing and property tests to begin with.
 
 use super::choices::Choices;
 use image::codecs::jpeg::JpegEncoder;

@@ -1,0 +1,232 @@
+// A project file: the masks of a clip and what was changed by hand, to be opened again. A ZIP archive: `project.json`,
+// masks as runs, trajectories, and files of the caller's, such as the video itself.
+
+import { TraceCutError, checkedOptions, illegal, isPlainObject, wholeNumber } from '../../check/errors.js';
+import { checkMasks, labelsOf, timesOf } from '../../check/masks.js';
+import { VERSION } from '../../parameters.js';
+import { part } from '../../places.js';
+import { encodeRuns, joinedWords } from '../../session/objects.js';
+import { Decoder, Encoder } from '../../text.js';
+import { VideoResult } from '../../video/result.js';
+import { aside } from '../../worker/aside.js';
+import { breath } from '../../worker/pause.js';
+
+/** @typedef {import('../../check/masks.js').MaskSource} MaskSource */
+/** @typedef {import('./editor.js').SavedEdits} SavedEdits */
+/** @typedef {import('../../video/result.js').ClipTrajectories} ClipTrajectories */
+
+/**
+ * What is saved beside the masks.
+ * @typedef {object} ProjectOptions
+ * @property {import('./editor.js').MaskEditor} [editor] its edits by hand, over these very masks
+ * @property {unknown} [about] the caller's own, anything that JSON can hold
+ * @property {Record<string, Uint8Array>} [files] by name, stored as they are; a name may have folders (`a/b.txt`), none of
+ *   them `..`, and begins with no root or drive
+ * @property {number} [frameRate] frames per second, where the masks have no times; 25 if not given
+ * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
+ */
+
+/**
+ * A project that was opened: `masks` as they were before `edits`, which `MaskEditor.restore` does again.
+ * @typedef {{readonly masks: VideoResult, readonly edits: SavedEdits | null, readonly about: unknown, readonly files:
+ *   Record<string, Uint8Array>}} Project
+ */
+
+const FORMAT = 1;
+const FOLDER = 'files/';
+/** Archives that unpack to more are refused, in bytes. */
+const MOST_BYTES = 2 ** 31;
+const MAX_SIDE = 16384;
+const MAX_FRAMES = 10_000_000;
+/** Frames between two breaths. */
+const BATCH = 8;
+
+/**
+ * Masks, and what was changed in them, as a file. The same masks and edits give the same bytes.
+ * @param {import('../../check/masks.js').MaskSource} masks without edits
+ * @param {ProjectOptions} [options]
+ * @returns {Promise<Uint8Array<ArrayBuffer>>} for `openProject`
+ */
+export async function saveProject(masks, options = {}) {
+  checkMasks(masks);
+  const {
+    editor,
+    about = null,
+    files = {},
+    frameRate = 25,
+    signal,
+  } = checkedOptions(options, ['editor', 'about', 'files', 'frameRate', 'signal']);
+  const times = timesOf(masks, frameRate);
+  const { width, height, numFrames } = masks;
+  const runs = [];
+  for (let t = 0; t < numFrames; t += 1) {
+    signal?.throwIfAborted();
+    const own = encodeRuns(labelsOf(masks, t));
+    runs.push(Uint32Array.of(own.length), own);
+    if (t % BATCH === BATCH - 1) await breath();
+  }
+  const shots = masks.shots?.map(({ first, last }) => ({ first, last })) ?? null;
+  const json = {
+    tracecut: VERSION,
+    format: FORMAT,
+    width,
+    height,
+    numFrames,
+    times: [...(times ?? [])],
+    end: masks.end ?? null,
+    shots,
+  };
+  const text = JSON.stringify({ ...json, edits: editor?.toJSON() ?? null, about });
+  /** @type {Record<string, Uint8Array>} */
+  const entries = {
+    'project.json': new Encoder().encode(text),
+    'masks.bin': bytesOfWords(runs),
+    'trajectories.bin': bytesOfWords(trajectoryWords(masks)),
+  };
+  for (const [name, bytes] of Object.entries(files)) entries[FOLDER + inside(name)] = bytes;
+  const stored = Object.keys(files).map((name) => FOLDER + name);
+  return aside({ kind: 'zip', files: entries, stored });
+}
+
+/**
+ * Opens what `saveProject` made.
+ * @param {Uint8Array | ArrayBuffer | Blob} file
+ * @returns {Promise<Project>}
+ */
+export async function openProject(file) {
+  const bytes = await bytesOf(file);
+  const { unzipSync } = await part(import('../../vendor/zip.js'));
+  /** @type {Record<string, Uint8Array>} */
+  let entries;
+  let total = 0;
+  try {
+    entries = unzipSync(bytes, {
+      filter({ originalSize }) {
+        total += originalSize;
+        if (total > MOST_BYTES) throw illegal('data', 'the size of the project', total, `up to ${MOST_BYTES} bytes`);
+        return true;
+      },
+    });
+  } catch (cause) {
+    if (cause instanceof TraceCutError) throw cause;
+    throw new TraceCutError('data', 'this is no project file, or it is damaged', { cause });
+  }
+  const { 'project.json': json, 'masks.bin': masks, 'trajectories.bin': tracks } = entries;
+  if (!json || !masks || !tracks) throw new TraceCutError('data', 'this archive is no project file');
+  const { width, height, times, end, shots, edits, about, format } = parsed(json);
+  if (format !== FORMAT) throw illegal('data', 'the format of the project', format, `${FORMAT}`);
+  const files = Object.entries(entries).filter(([name]) => name.startsWith(FOLDER));
+  return {
+    masks: new VideoResult({
+      width,
+      height,
+      times: Float64Array.from(times),
+      end: typeof end === 'number' ? end : null,
+      shots: shots ?? [{ first: 0, last: times.length - 1 }],
+      runs: runsOf(wordsOf(masks, 'masks.bin'), times.length, width * height),
+      trajectories: trajectoriesOf(wordsOf(tracks, 'trajectories.bin')),
+    }),
+    edits,
+    about,
+    files: Object.fromEntries(files.map(([name, content]) => [inside(name.slice(FOLDER.length)), content])),
+  };
+}
+
+/**
+ * The name of a file: whoever writes it into a folder writes it there and nowhere else.
+ * @param {string} name
+ */
+function inside(name) {
+  const parts = name.split(/[\\/]/);
+  if (parts.some((one) => ['', '.', '..'].includes(one)) || /^[a-z]:|\0/i.test(name))
+    throw illegal('data', 'the name of a file', name, 'a name without "..", a root or a drive, such as "clip.webm"');
+  return name;
+}
+
+/** @param {unknown} file */
+async function bytesOf(file) {
+  if (file instanceof Uint8Array) return file;
+  if (file instanceof ArrayBuffer) return new Uint8Array(file);
+  if (typeof Blob !== 'undefined' && file instanceof Blob) return new Uint8Array(await file.arrayBuffer());
+  throw illegal('data', 'file', file, 'the bytes of a project: a Uint8Array, an ArrayBuffer or a Blob');
+}
+
+/**
+ * @param {Uint8Array} bytes
+ * @returns {any} checked where it is used
+ */
+function parsed(bytes) {
+  /** @type {any} */
+  let json;
+  try {
+    json = JSON.parse(new Decoder().decode(bytes));
+  } catch (cause) {
+    throw new TraceCutError('data', 'project.json is damaged', { cause });
+  }
+  if (!isPlainObject(json) || !Array.isArray(json.times)) throw new TraceCutError('data', 'project.json is damaged');
+  wholeNumber('data', 'width', json.width, 1, MAX_SIDE);
+  wholeNumber('data', 'height', json.height, 1, MAX_SIDE);
+  wholeNumber('data', 'the number of frames', json.times.length, 1, MAX_FRAMES);
+  return json;
+}
+
+/**
+ * The runs of each frame, checked: every one covers its frame.
+ * @param {Uint32Array<ArrayBuffer>} words
+ * @param {number} numFrames
+ * @param {number} size pixels of a frame
+ */
+function runsOf(words, numFrames, size) {
+  const frames = [];
+  let from = 0;
+  for (let t = 0; t < numFrames; t += 1) {
+    const count = words[from] ?? 0;
+    const runs = words.slice(from + 1, from + 1 + count);
+    const covered = runs.reduce((sum, run) => sum + (run >>> 8), 0);
+    if (covered !== size)
+      throw new TraceCutError('data', `the mask of frame ${t} covers ${covered} pixels (expected ${size})`);
+    frames.push(runs);
+    from += 1 + count;
+  }
+  return frames;
+}
+
+/**
+ * Trajectories as words: their number and the number of their points, first frames, offsets, places, labels.
+ * @param {any} masks
+ */
+function trajectoryWords({ trajectories, clusters }) {
+  if (!trajectories) return [Uint32Array.of(0, 0, 0)];
+  const { count, startFrame, offset, x, y, label } = trajectories;
+  const labels = label ?? clusters?.label?.map((/** @type {number} */ c) => clusters.object?.[c] ?? 0);
+  const places = [x, y].map((values) => new Uint32Array(Float32Array.from(values).buffer));
+  return [Uint32Array.of(count, x.length), startFrame, offset, ...places, Uint32Array.from(labels)];
+}
+
+/**
+ * @param {Uint32Array<ArrayBuffer>} words
+ * @returns {ClipTrajectories}
+ */
+function trajectoriesOf(words) {
+  const [count = 0, points = 0] = words;
+  let from = 2;
+  const take = (/** @type {number} */ length) => words.slice(from, (from += length));
+  const [startFrame, offset] = [take(count), take(count + 1)];
+  const [x, y] = [take(points), take(points)].map((places) => new Float32Array(places.buffer));
+  const label = Uint8Array.from(take(count));
+  if (from !== words.length || offset[count] !== points || !x || !y)
+    throw new TraceCutError('data', 'the trajectories of the project are damaged');
+  return { count, startFrame, offset, x, y, label };
+}
+
+/** @param {readonly Uint32Array[]} parts */
+const bytesOfWords = (parts) => new Uint8Array(joinedWords(parts).buffer);
+
+/**
+ * @param {Uint8Array} bytes
+ * @param {string} name
+ */
+function wordsOf(bytes, name) {
+  if (bytes.length % 4 !== 0) throw new TraceCutError('data', `${name} is cut off`);
+  return new Uint32Array(bytes.slice().buffer);
+}

@@ -1,0 +1,88 @@
+// Prompts for models that follow an object from a hint, such as SAM 2: which frame shows it best, its box, points and mask.
+
+import { checkedOptions } from '../../check/errors.js';
+import { checkMasks, chosenLabels, firstOf, labelsOf, timesOf } from '../../check/masks.js';
+import { Prompts } from '../../decoder.js';
+import { VERSION } from '../../parameters.js';
+import { platform } from '../../platform.js';
+import { callDecoder } from '../../worker/decode.js';
+import { breath } from '../../worker/pause.js';
+
+/**
+ * What tells a promptable model which object is meant, under the names that SAM 2's video predictor has for it, in pixels:
+ * `box` is left, top, right and bottom; `points` are `[x, y]`, of which `labels` says 1 for on the object and 0 for beside it;
+ * `mask` holds the object's largest connected part as COCO run lengths. `obj_id` is the label, `frame_idx` the frame that shows it best.
+ * @typedef {{obj_id: number, frame_idx: number, box: number[], points: number[][], labels: number[],
+ *   mask: {size: [number, number], counts: string}}} ObjectPrompt
+ */
+
+/**
+ * @typedef {object} PromptsOptions
+ * @property {import('../../check/masks.js').ObjectChoice} [objects] all but the background if not given
+ * @property {import('../../check/options.js').WasmSource} [decoder] where `decoder_bg.wasm` is, when not beside the package
+ */
+
+/**
+ * The prompts of a clip, with the size of its masks in pixels, and the times of its frames (of a window: of its own) in
+ * seconds, where they are known.
+ * @typedef {{info: {description: string, version: string}, width: number, height: number, prompts: ObjectPrompt[],
+ *   times?: number[]}} PromptList
+ */
+
+/** @typedef {[object: number, frame: number, box: Uint32Array, inside: Uint32Array, outside: Uint32Array, counts: string]} Entry */
+
+/** Frames between two breaths. */
+const BATCH = 8;
+
+/**
+ * A prompt for each object: nobody has to click for models that follow an object from a click, a box or a mask. Points lie as
+ * deep in the object as may be, and as far from it; docs/interchange.md says how SAM 2, SAM 3 and ComfyUI take them.
+ *
+ * ```js
+ * const json = JSON.stringify(await prompts(result));
+ * ```
+ * @param {import('../../check/masks.js').MaskSource} masks
+ * @param {PromptsOptions} [options]
+ * @returns {Promise<PromptList>} for `JSON.stringify`; prompts by their objects, ascending
+ */
+export async function prompts(masks, options = {}) {
+  checkMasks(masks);
+  const { objects, decoder } = checkedOptions(options, ['objects', 'decoder']);
+  const chosen = chosenLabels(objects);
+  const { width, height, numFrames } = masks;
+  const times = timesOf(masks);
+  const module = await platform.loadDecoder(decoder);
+  /** @template T @param {() => T} work */
+  const call = (work) =>
+    callDecoder(module, work, (words) => [
+      'poisoned',
+      `prompts cannot be made: the module stopped on an internal error: ${words}`,
+    ]);
+  const found = await call(() => new Prompts());
+  for (let t = 0; t < numFrames; t += 1) {
+    if (t % BATCH === BATCH - 1) await breath();
+    const labels = labelsOf(masks, t);
+    await call(() => found.add(firstOf(masks) + t, labels, width, chosen));
+  }
+  /** @type {Entry[]} */
+  const entries = await call(() => found.finish());
+  return {
+    info: { description: 'Prompts for objects that TraceCut found', version: VERSION },
+    width,
+    height,
+    prompts: entries.map(([object, frame, box, inside, outside, counts]) => ({
+      obj_id: object,
+      frame_idx: frame,
+      box: Array.from(box),
+      points: [...pairs(inside), ...pairs(outside)],
+      labels: [...pairs(inside).map(() => 1), ...pairs(outside).map(() => 0)],
+      mask: { size: [height, width], counts },
+    })),
+    ...(times && { times: [...times] }),
+  };
+}
+
+/** @param {Uint32Array} places */
+function pairs(places) {
+  return Array.from({ length: places.length / 2 }, (_, k) => [Number(places[2 * k]), Number(places[2 * k + 1])]);
+}

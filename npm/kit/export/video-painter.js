@@ -1,0 +1,238 @@
+// Paints the frames of a video that is written: overlays, cut-out objects, masks.
+
+import { illegal } from '../../check/errors.js';
+import { labelsOf } from '../../check/masks.js';
+import { GROUNDS, boxOf, drawGround, isOfFrame } from '../../draw/cutout.js';
+import { drawLabels } from '../../draw/labels.js';
+import { checkSize, context2d, drawable, maskAtSize } from '../edit/at-size.js';
+
+/** @typedef {import('./video.js').EncodeFrame} EncodeFrame */
+/** @typedef {import('../edit/at-size.js').Drawable} Drawable */
+/** @typedef {import('../edit/at-size.js').MaskAtSize} MaskAtSize */
+
+/**
+ * How many of their surrounding pixels cut-out objects keep under a transparent mask: colours are coded for blocks of
+ * pixels.
+ */
+const MARGIN = 4;
+
+const BLACK = '#000000';
+const WHITE = '#ffffff';
+
+/** One canvas for all frames. */
+export class Painter {
+  /**
+   * @param {import('../../check/masks.js').MaskSource} masks
+   * @param {import('./video.js').Plan} plan
+   */
+  constructor(masks, plan) {
+    this.masks = masks;
+    this.plan = plan;
+    this.canvas = new OffscreenCanvas(1, 1);
+    this.context = context2d(this.canvas);
+    this.aside = context2d(new OffscreenCanvas(1, 1));
+    /** @type {OffscreenCanvasRenderingContext2D | undefined} The objects' shape. */
+    this.shape = undefined;
+    this.size = { width: 0, height: 0 };
+    /** @type {MaskAtSize | null} That of the frame painted last, at the video's size. */
+    this.mask = null;
+    // A canvas passes over what it does not know as a colour.
+    if (plan.style === 'cutout' && !plan.alpha && !this.isKnown(plan.background)) {
+      throw illegal('param', 'background', plan.background, GROUNDS);
+    }
+  }
+
+  /** @param {import('../../draw/cutout.js').Ground} background */
+  isKnown(background) {
+    if (typeof background !== 'string' || isOfFrame(background)) return true;
+    return [BLACK, WHITE].some((other) => this.fills(background, other) !== other);
+  }
+
+  /**
+   * The fill style that a colour gives over another.
+   * @param {string} color
+   * @param {string} before
+   */
+  fills(color, before) {
+    this.context.fillStyle = before;
+    this.context.fillStyle = color;
+    return this.context.fillStyle;
+  }
+
+  /**
+   * A copy of a frame, and its mask at the size of the frame.
+   * @param {EncodeFrame | {frame: EncodeFrame} | null} item
+   * @param {number} t frames come in order
+   * @returns {Promise<import('../edit/ahead.js').Taken<ImageBitmap | null>>}
+   */
+  async take(item, t) {
+    const frame = item === null ? null : await drawable(item, t);
+    try {
+      const { width, height } = frame ?? this.masks;
+      if (t === 0) this.begin(width, height);
+      checkSize({ width, height }, this.size, t);
+      const picture = frame && (await this.copyOf(frame));
+      return { picture, mask: this.maskOf(picture, t), close: () => picture?.close() };
+    } finally {
+      frame?.close?.();
+    }
+  }
+
+  /** @param {Drawable} frame */
+  copyOf({ image, width, height }) {
+    this.context.globalCompositeOperation = 'source-over';
+    this.context.drawImage(image, 0, 0, width, height);
+    return createImageBitmap(this.canvas, 0, 0, width, height);
+  }
+
+  /**
+   * @param {ImageBitmap | null} picture
+   * @param {number} t
+   */
+  async maskOf(picture, t) {
+    const { masks, plan, size } = this;
+    const none = new Uint8Array(0);
+    // Painted as they are.
+    if (plan.style === 'masks') return { ...size, labels: none, alpha: none };
+    // Without a picture a mask stays as it is.
+    const frame = picture ?? { ...size, data: none };
+    const mask = { labels: labelsOf(masks, t), width: masks.width, height: masks.height };
+    return maskAtSize(mask, frame, plan.chosen, plan.edges, plan.decoder);
+  }
+
+  /**
+   * @param {ImageBitmap | null} picture as it was taken
+   * @param {MaskAtSize} mask
+   * @param {number} t
+   */
+  paint(picture, mask, t) {
+    const { context, plan } = this;
+    this.mask = mask;
+    context.globalCompositeOperation = 'source-over';
+    if (plan.style === 'alpha') this.paintAlpha(mask);
+    else if (plan.style === 'masks' || !picture) this.paintMasks(t);
+    else {
+      context.drawImage(picture, 0, 0);
+      if (plan.style === 'overlay') this.paintOverlay(mask);
+      else this.paintCutout(picture, mask);
+    }
+    this.pad();
+  }
+
+  /**
+   * @param {number} width
+   * @param {number} height
+   */
+  begin(width, height) {
+    this.size = { width, height };
+    const even = this.plan.format === 'mp4' ? 2 : 1;
+    Object.assign(this.canvas, { width: even * Math.ceil(width / even), height: even * Math.ceil(height / even) });
+    Object.assign(this.aside.canvas, { width, height });
+  }
+
+  /** @param {number} t */
+  paintMasks(t) {
+    this.context.fillStyle = BLACK;
+    this.context.fillRect(0, 0, this.canvas.width, this.canvas.height);
+    this.context.imageSmoothingEnabled = false;
+    drawLabels(this.context, this.masks, t, { ...this.drawing(), opacity: 1, outline: false });
+  }
+
+  /** @param {MaskAtSize} mask */
+  paintAlpha({ alpha, width, height }) {
+    const picture = new ImageData(width, height);
+    const pixels = new Uint32Array(picture.data.buffer);
+    for (let p = 0; p < pixels.length; p += 1) pixels[p] = 0xff000000 + 0x10101 * Number(alpha[p]);
+    this.context.putImageData(picture, 0, 0);
+  }
+
+  /** @param {MaskAtSize} mask */
+  paintOverlay({ labels, width, height }) {
+    const { outlineWidth, maskOpacity } = this.plan;
+    const { context, aside } = this;
+    aside.globalCompositeOperation = 'source-over';
+    // Fill and outline overlap: they fade together.
+    if (maskOpacity < 1) aside.clearRect(0, 0, width, height);
+    drawLabels(maskOpacity < 1 ? aside : context, { width, height, numFrames: 1, labels: () => labels }, 0, {
+      ...this.drawing(),
+      outlineWidth,
+    });
+    if (maskOpacity === 1) return;
+    context.globalAlpha = maskOpacity;
+    context.drawImage(aside.canvas, 0, 0);
+    context.globalAlpha = 1;
+  }
+
+  /**
+   * @param {ImageBitmap} picture
+   * @param {MaskAtSize} mask
+   */
+  paintCutout(picture, mask) {
+    const { aside, context, plan } = this;
+    this.paintMask(mask, plan.alpha ? MARGIN : 0);
+    aside.globalCompositeOperation = 'source-in';
+    aside.drawImage(picture, 0, 0);
+    drawGround(context, picture, this.size, plan.alpha ? BLACK : plan.background);
+    context.drawImage(aside.canvas, 0, 0);
+  }
+
+  /**
+   * Paints the objects white on nothing, aside.
+   * @param {MaskAtSize} mask
+   * @param {number} margin how many pixels wider on all sides
+   */
+  paintMask({ alpha, width, height }, margin) {
+    // One clear pixel where there is no object.
+    const box = boxOf(alpha, width, height) ?? { x: 0, y: 0, width: 1, height: 1 };
+    const picture = new ImageData(box.width, box.height);
+    const pixels = new Uint32Array(picture.data.buffer);
+    // The alpha is the last of the four bytes, on all machines that browsers run on the highest.
+    // With a margin it says where colours are wanted at all: also under what is nearly clear.
+    const full = margin > 0;
+    for (let y = 0, p = 0; y < box.height; y += 1) {
+      const row = (box.y + y) * width + box.x;
+      for (let at = row; at < row + box.width; at += 1, p += 1)
+        pixels[p] = 0xffffff + 0x1000000 * (full && alpha[at] ? 255 : Number(alpha[at]));
+    }
+    this.spread(picture, margin, box);
+  }
+
+  /**
+   * Paints a picture on nothing, aside.
+   * @param {ImageData} picture at most as large as the frame
+   * @param {number} margin how many pixels wider on all sides
+   * @param {{x: number, y: number}} place in the frame
+   */
+  spread(picture, margin, { x, y }) {
+    const { aside, size } = this;
+    const { width, height } = picture;
+    const shape = (this.shape ??= context2d(new OffscreenCanvas(size.width, size.height)));
+    shape.putImageData(picture, 0, 0);
+    aside.globalCompositeOperation = 'source-over';
+    aside.clearRect(0, 0, size.width, size.height);
+    const lay = (/** @type {number} */ dx, /** @type {number} */ dy) =>
+      aside.drawImage(shape.canvas, 0, 0, width, height, x + dx, y + dy, width, height);
+    const steps = margin > 0 ? [-margin, 0, margin] : [];
+    for (const dy of steps) for (const dx of steps) lay(dx, dy);
+    // Its own colours lie over those of its margin.
+    lay(0, 0);
+  }
+
+  /** @returns {Uint8Array<ArrayBuffer>} how opaque each pixel of the frame painted last is, 0 to 255 */
+  alpha() {
+    return this.mask?.alpha ?? new Uint8Array(this.size.width * this.size.height);
+  }
+
+  /** Fills the row and column beyond an odd size with copies of the last. */
+  pad() {
+    const { width, height } = this.size;
+    const { canvas, context } = this;
+    if (canvas.width > width) context.drawImage(canvas, width - 1, 0, 1, height, width, 0, 1, height);
+    if (canvas.height > height) context.drawImage(canvas, 0, height - 1, canvas.width, 1, 0, height, canvas.width, 1);
+  }
+
+  drawing() {
+    const { chosen, labels } = this.plan;
+    return { ...labels, objects: (/** @type {number} */ label) => chosen[label] === 1 };
+  }
+}

@@ -1,0 +1,301 @@
+/**
+ * A run over a clip of any length, window by window: what is settled is shown while more is to come. Of a clip that is
+ * one window the session stays open: it corrects. Work that is opened again is such a run
+ * whose masks are there already.
+ * @module
+ */
+
+import { VideoSegmentation, segmentVideo } from './library.js';
+import { Presence } from './presence.js';
+import { LONG, PageError, countObjects, headline, plural, remark } from './words.js';
+import { Corrections } from './corrections.js';
+import { Job } from './job.js';
+import { inSlices, untilAborted } from './stage-clock.js';
+
+/** @typedef {import('./library.js').Result} Result */
+/** @typedef {import('./library.js').Session} Session */
+/** @typedef {import('./library.js').VideoResult} VideoResult */
+/** @typedef {import('./stage-clock.js').StagePlan} StagePlan */
+
+/** Frames that are segmented together, and how many of them the next window shares. */
+export const { window: WINDOW, overlap: OVERLAP } = VideoSegmentation.usual;
+
+/**
+ * Stages of a clip that is one window, with the share of the whole time that each usually takes; after a run, its own
+ * shares are taken.
+ *
+ * @type {StagePlan[]}
+ */
+const STAGES = [
+  { id: 'frames', name: 'Reading frames', share: 0.14 },
+  { id: 'flow', name: 'Optical flow', share: 0.33 },
+  { id: 'trajectories', name: 'Trajectories', share: 0.12 },
+  { id: 'affinities', name: 'Motion affinities', share: 0.02 },
+  { id: 'embedding', name: 'Embedding', share: 0.04 },
+  { id: 'discontinuities', name: 'Discontinuities', share: 0.02 },
+  { id: 'saliency', name: 'Saliency', share: 0.06 },
+  { id: 'connectedness', name: 'Connectedness', share: 0.03 },
+  { id: 'clusters', name: 'Clusters', share: 0.03 },
+  { id: 'superpixels', name: 'Superpixels', share: 0.16 },
+  { id: 'cut', name: 'Gabriel cut', share: 0.05 },
+  { id: 'masks', name: 'Masks', share: 0.07 },
+];
+
+/** Those of a longer one. @type {StagePlan[]} */
+const WINDOW_STAGES = [
+  { id: 'windows', name: 'Finding what moves', share: 0.9 },
+  { id: 'frames', name: 'Reading frames', share: 0.1 },
+];
+
+const NO_TRAJECTORIES = {
+  count: 0,
+  startFrame: new Uint32Array(0),
+  offset: new Uint32Array(1),
+  x: new Float32Array(0),
+  y: new Float32Array(0),
+  label: new Uint8Array(0),
+};
+
+export class ClipJob extends Job {
+  /** @param {import('./source.js').Take} take */
+  static stagesFor({ frames }) {
+    return frames > WINDOW ? WINDOW_STAGES : STAGES;
+  }
+
+  /** @param {ConstructorParameters<typeof Job>} parts */
+  constructor(...parts) {
+    super(...parts);
+    this.inWindows = this.take.frames > WINDOW;
+    /** @type {import('./library.js').VideoSegmentation | null} */
+    this.video = null;
+    /** @type {ReturnType<ClipJob['work']> | undefined} The work that `video` does; it waits while the run is stopped. */
+    this.working = undefined;
+    this.life = new AbortController();
+    this.report = () => {};
+    this.onWindow = () => {};
+    this.stopped = false;
+    /** Whether something was settled while more was to come, and the run is not through. */
+    this.streaming = false;
+    this.windows = 0;
+    /** @type {Iterator<unknown>} What the package has settled, on its way to `presence`. */
+    this.settling = [].values();
+    /** @type {VideoResult | null} Of the whole clip, or of what was settled when the run was stopped. */
+    this.masks = null;
+    /** @type {Session | null} Of a clip that is one window. */
+    this.session = null;
+    /** @type {Result | undefined} What that has found. */
+    this.found = undefined;
+    /** @type {Corrections} */
+    this.corrections = new Corrections(this);
+    /** Whether corrections of an earlier visit are in the masks themselves. */
+    this.holdsOthers = false;
+  }
+
+  get isCorrected() {
+    return !this.partial && (this.holdsOthers || this.corrections.done.length > 0);
+  }
+
+  /** @returns {Result | VideoResult | null} as corrected, but for what was done by hand */
+  get result() {
+    return this.found ?? this.masks;
+  }
+
+  set result(result) {
+    if (this.session) this.found = /** @type {Result} */ (result);
+    else this.masks = /** @type {VideoResult} */ (result);
+  }
+
+  /** The stages of windows go on side by side: their times say nothing about the next run. */
+  get measured() {
+    return this.inWindows ? null : super.measured;
+  }
+
+  /**
+   * Runs to the end, from where it was stopped. Rejects with the signal's reason as soon as it is aborted.
+   *
+   * @param {AbortSignal} signal
+   * @param {() => void} report called after each step
+   * @param {() => void} onWindow called when more frames are settled, and others are still to come
+   */
+  async run(signal, report, onWindow) {
+    Object.assign(this, { report, onWindow, stopped: false, masks: null });
+    this.start();
+    this.video?.resume();
+    this.working ??= this.work();
+    Object.assign(this, await untilAborted(this.working, signal), { streaming: false });
+  }
+
+  /** @returns {Promise<{masks: VideoResult | null, found?: Result}>} */
+  async work() {
+    const { options, inWindows, life } = this;
+    const video = segmentVideo(this.frames(), {
+      ...options,
+      // What fits into one window is one shot.
+      ...(inWindows ? {} : { shot: { unmatched: 1 } }),
+      keep: true,
+      frameRate: this.source.fps / this.take.step,
+      signal: life.signal,
+      onProgress: (progress) => {
+        this.advance(progress);
+        if (!this.stopped) this.report();
+      },
+    });
+    this.video = video;
+    const masks = await video.collect((window) => this.add(window));
+    if (inWindows) this.mark('windows', 1, 1);
+    if (this.windows > 1 || life.signal.aborted) video.session?.close();
+    else this.session = video.session;
+    return { masks, found: await this.session?.run() };
+  }
+
+  async *frames() {
+    const { images, take } = this;
+    const { signal } = this.life;
+    for await (const { frame, time, end = null } of this.source.frames(take, signal)) {
+      signal.throwIfAborted();
+      await this.arrived(frame, time, end);
+      this.mark('frames', images.length, Math.max(take.frames, images.length + 1));
+      if (!this.stopped) this.report();
+      if (time === null) yield frame;
+      else yield end === null ? { frame, time } : { frame, time, duration: end - time };
+    }
+    signal.throwIfAborted();
+    if (images.length < 2) throw new PageError(images.length === 0 ? 'no-frames' : 'one-frame');
+    this.mark('frames', images.length, images.length);
+  }
+
+  /** @param {{stage: string, done: number, total: number, window: number}} progress */
+  advance({ stage, done, total, window }) {
+    this.windows = Math.max(this.windows, window + 1);
+    const at = STAGES.findIndex(({ id }) => id === stage);
+    if (!this.inWindows) return at < 0 ? undefined : this.mark(stage, done, total);
+    const whole = STAGES.reduce((sum, { share }) => sum + share, 0);
+    const before = STAGES.slice(0, Math.max(0, at)).reduce((sum, { share }) => sum + share, 0);
+    const part = (before + ((STAGES[at]?.share ?? 0) * done) / Math.max(1, total)) / whole;
+    const expected = Math.max(window + 1, Math.ceil((this.take.frames - OVERLAP) / (WINDOW - OVERLAP)));
+    // Not the last step: that is done when everything is collected.
+    this.mark('windows', Math.min(expected - 0.01, window + part), expected);
+  }
+
+  /** @param {import('./library.js').WindowResult} window */
+  async add(window) {
+    // A frame of the next window is read before a window is computed.
+    const isLast = window.firstFrame + window.settled.to === this.images.length;
+    this.streaming ||= !isLast;
+    this.settling = this.settle(window);
+    await inSlices(this.settling);
+    if (!isLast && !this.stopped) this.onWindow();
+  }
+
+  /**
+   * A frame a step.
+   *
+   * @param {import('./library.js').WindowResult} window
+   */
+  *settle(window) {
+    this.presence ??= new Presence(window);
+    if (window.shot > this.cuts.length) this.cuts.push(this.presence.frames.length);
+    for (const { labels } of window.frames()) yield this.presence.addMask(labels);
+  }
+
+  /** What is settled by now is a result too. */
+  stop() {
+    this.video?.pause();
+    while (!this.settling.next().done);
+    this.stopped = true;
+    this.masks = this.streaming ? (this.video?.collected ?? null) : null;
+    return this.partial;
+  }
+
+  get partial() {
+    return this.stopped && this.masks !== null;
+  }
+
+  /** Frames whose masks are settled while others are to come. */
+  get settled() {
+    return this.streaming ? (this.presence?.frames.length ?? 0) : 0;
+  }
+
+  /** What is settled so far, or the whole when it is. @returns {import('./job.js').Shown} */
+  get shown() {
+    const { found, presence, session, corrections } = this;
+    const result = corrections.over(found ? resultOf(found) : this.masksAsResult());
+    if (!found || !session)
+      return {
+        ...{ result, presence, numbers: this.numbers, headline: countObjects, answers: {} },
+        notice: (facts) => this.notice(facts),
+      };
+    return {
+      ...{ result, presence },
+      answers: { background: (t) => found.background(t) },
+      numbers: [`${plural(this.images.length, 'frame')} of ${this.size}`],
+      headline: (facts) => headline(found, facts),
+      notice: () => remark(found),
+    };
+  }
+
+  get numbers() {
+    return this.inWindows ? [this.extent, LONG.remark(WINDOW)] : [this.extent];
+  }
+
+  /** @returns {string} `120 frames of 480 × 270 in 3 windows and 2 shots` */
+  get extent() {
+    const shots = this.cuts.length + 1;
+    const windows = plural(this.windows, 'window');
+    const pieces = shots > 1 ? `${windows} and ${plural(shots, 'shot')}` : windows;
+    return `${plural(this.masks?.numFrames ?? this.settled, 'frame')} of ${this.size} in ${pieces}`;
+  }
+
+  /** @param {import('./job.js').Facts[]} facts */
+  notice(facts) {
+    if (this.partial) return LONG.partial(this.settled, this.take.frames);
+    const some = facts.some(({ object, first }) => object > 0 && first >= 0);
+    return some || !this.masks ? '' : LONG.nothing;
+  }
+
+  /**
+   * @returns {import('./points.js').Result} the masks, in the form that the page's layers look at; trajectories come
+   *   with the whole result
+   */
+  masksAsResult() {
+    const { masks, video } = this;
+    const { width, height } = masks ?? this.images;
+    const trajectories = masks?.trajectories ?? NO_TRAJECTORIES;
+    const highest = (this.presence?.frames ?? []).reduce((most, { n }) => Math.max(most, n.length - 1), 0);
+    const objects = masks?.objects ?? Array.from({ length: highest }, (_, k) => ({ label: k + 1 }));
+    return {
+      ...{ width, height },
+      numFrames: masks?.numFrames ?? this.settled,
+      trajectories,
+      objects,
+      labels: (t) => /** @type {{labels: (t: number) => Uint8Array}} */ (masks ?? video).labels(t),
+      toTracksDat: () => {
+        if (!masks) throw new PageError('unfinished');
+        return masks.toTracksDat();
+      },
+    };
+  }
+
+  close() {
+    this.corrections.close();
+    this.life.abort();
+    this.session?.close();
+    super.close();
+  }
+}
+
+/**
+ * @param {Result} found of a clip that is one window
+ * @returns {import('./points.js').Result}
+ */
+function resultOf(found) {
+  const { width, height, numFrames, trajectories, clusters } = found;
+  const objectOf = /** @type {Uint8Array} */ (clusters.object);
+  const label = Uint8Array.from(clusters.label, (cluster) => objectOf[cluster]);
+  return {
+    ...{ width, height, numFrames, clusters, objects: found.objects ?? [] },
+    trajectories: { ...trajectories, label },
+    labels: (t) => found.labels(t),
+    toTracksDat: () => found.toTracksDat(),
+  };
+}

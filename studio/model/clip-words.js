@@ -1,0 +1,91 @@
+/** A clip, and the part of it that is taken, in words. @module */
+
+import { WINDOW } from './clip-job.js';
+import { DEFAULT_TAKE, endOf, kindOf, timeOf, workingSize } from './source.js';
+import { plural } from './words.js';
+
+/** @typedef {import('./source.js').Source} Source */
+/** @typedef {import('./source.js').Take} Take */
+
+/**
+ * What the user has put in. A take that went to the clip's end still does when its start or step is changed.
+ *
+ * @param {{start: number, frames: number, step: number, side: number}} typed
+ * @param {Take} take the one before
+ * @param {Source | null} source
+ * @param {boolean} isLength whether the number of frames was typed
+ * @returns {Take}
+ */
+export function wantedTake({ frames, ...typed }, take, source, isLength) {
+  const toEnd = !isLength && source !== null && take.start + take.frames * take.step >= source.count;
+  const number = Number.isFinite(frames) ? Math.max(2, Math.round(frames)) : DEFAULT_TAKE.frames;
+  return { ...typed, frames: toEnd ? source.count : number };
+}
+
+/**
+ * @param {Take} take
+ * @returns {number} its last frame
+ */
+export function lastOf({ start, frames, step }) {
+  return start + (frames - 1) * step;
+}
+
+/**
+ * @param {Source} source
+ * @returns {(frame: number) => string} `1.2 s`, `image 13`
+ */
+export function placeIn(source) {
+  return (frame) => (source.kind === 'video' ? `${timeOf(source, frame).toFixed(1)}\u00a0s` : `image ${frame + 1}`);
+}
+
+/**
+ * @param {Source} source
+ * @param {Take} take
+ * @param {number} pace milliseconds per pixel and frame, 0 if not known
+ * @returns {string} what is taken, and how long that may last
+ */
+export function takeText(source, take, pace) {
+  const { width, height } = workingSize(source, take.side);
+  const size = `${width} × ${height}`;
+  const at = placeIn(source);
+  const what =
+    kindOf(source) === 'still'
+      ? `Seen at ${size}`
+      : `${plural(take.frames, 'frame')} of ${size}, ${at(take.start)} to ${at(lastOf(take))}`;
+  const ms = pace * width * height * take.frames;
+  const time = ms > 0 ? `About ${Math.max(1, Math.round(ms / 1000))}\u00a0s on this computer` : '';
+  const windows =
+    take.frames > WINDOW
+      ? `More than ${WINDOW} frames are taken in windows; the first are shown while the others are computed`
+      : '';
+  return `${[what, time, windows].filter(Boolean).join('. ')}.`;
+}
+
+/**
+ * @param {Source} source
+ * @returns {string}
+ */
+export function clipFacts(source) {
+  const size = `${source.width} × ${source.height}`;
+  if (source.kind === 'still') return size;
+  if (source.kind === 'video')
+    return `${size}, ${(endOf(source) - timeOf(source, 0)).toFixed(1)} s at ${Number(source.fps.toFixed(2))} fps`;
+  return `${size}, ${plural(source.count, source.kind === 'images' ? 'image' : 'frame')}`;
+}
+
+/**
+ * @param {Source} source
+ * @param {number} first
+ * @param {number} last
+ * @returns {string} `0.5–1.7 s of 3.0 s`, `images 7–30 of 30`
+ */
+export function partWords(source, first, last) {
+  if (source.kind !== 'video') return `images ${first + 1}–${last + 1} of ${source.count}`;
+  return `${timeOf(source, first).toFixed(1)}–${placeIn(source)(last)} of ${lengthOf(source)}`;
+}
+
+/** @param {Source} source */
+export function lengthOf(source) {
+  if (source.kind !== 'video') return `${source.count} images`;
+  return `${endOf(source).toFixed(1)}\u00a0s`;
+}

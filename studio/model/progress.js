@@ -1,0 +1,36 @@
+/** How far a run is, in words. @module */
+
+import { Countdown, timeLeft } from './stage-clock.js';
+import { count, doing, remaining, seconds } from './words.js';
+
+/** @typedef {import('./stage-clock.js').StageClock} StageClock */
+
+/** One run's progress. */
+export class Progress {
+  constructor() {
+    this.countdown = new Countdown();
+  }
+
+  /**
+   * @param {StageClock} clock
+   * @param {string} headline that is shown by now
+   * @returns {Partial<import('./store.js').State>} what is to be shown; a new stage is also told
+   */
+  of(clock, headline) {
+    const stage = clock.current;
+    if (!stage) return {};
+    const name = doing(stage.id);
+    const now = performance.now();
+    const left = this.countdown.follow(timeLeft(clock, now), now);
+    const words = [
+      stage.total > 1 ? `${count(stage.done)} of ${count(stage.total)}` : '',
+      `${seconds(clock.ms + now - clock.markedAt)} so far`,
+      left === null ? '' : remaining(left),
+    ];
+    return {
+      ...(headline === name ? {} : { headline: name, live: name }),
+      subline: words.filter(Boolean).join(' · '),
+      share: clock.share,
+    };
+  }
+}

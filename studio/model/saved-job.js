@@ -1,0 +1,48 @@
+/** Work that is opened again: the frames are read, the masks are there already. Fetched when some is. @module */
+
+import { Presence } from './presence.js';
+import { ClipJob } from './clip-job.js';
+
+/** @typedef {import('./stage-clock.js').StagePlan} StagePlan */
+
+export class SavedJob extends ClipJob {
+  /** @returns {StagePlan[]} */
+  static stagesFor() {
+    return [{ id: 'frames', name: 'Reading frames', share: 1 }];
+  }
+
+  /**
+   * @param {ConstructorParameters<typeof ClipJob>} parts
+   * @param {import('./library.js').Project} project
+   * @param {import('./slots.js').About} about
+   */
+  constructor(parts, project, { run, within = false }) {
+    super(...parts);
+    this.project = project;
+    this.id = run ?? this.id;
+    this.holdsOthers = within;
+  }
+
+  async work() {
+    const { masks, edits } = this.project;
+    for await (const _ of this.frames());
+    this.times = [...masks.times];
+    this.end = masks.end;
+    this.cuts = masks.shots.slice(1).map(({ first }) => first);
+    this.masks = masks;
+    if (edits) this.corrections.adopt(edits);
+    const now = this.corrections.masks ?? masks;
+    const presence = new Presence(masks);
+    for (let t = 0; t < masks.numFrames; t++) presence.addMask(now.labels(t));
+    return { masks, presence };
+  }
+
+  /** @returns {null} */
+  get measured() {
+    return null;
+  }
+
+  get extent() {
+    return `${this.masks?.numFrames ?? 0} frames of ${this.size}, opened again`;
+  }
+}

@@ -1,0 +1,394 @@
+/**
+ * Correcting a result: one object is chosen, by a click or in a list; it is merged, split, made background, painted or
+ * wiped away, what was missed is added, or strokes say what belongs together and what does not. The result changes in
+ * place; every step can be undone and done again. Fetched when it is first opened.
+ * @module
+ */
+
+import { byId, h } from '../dom.js';
+import { moveOf, nameAndColour, placeName } from '../../model/describe.js';
+import { objectName } from '../../model/palette.js';
+import { listed } from '../../model/selection.js';
+import { showCorrected } from '../../model/show-result.js';
+import { explain, percent, seconds } from '../../model/words.js';
+import { Brush, NEW_OBJECT } from '../../model/brush.js';
+import { BRUSH_HELP, Strokes, isBrush } from './strokes.js';
+
+/** @typedef {import('../../model/answers.js').Spot} Spot */
+/** @typedef {import('../../model/corrections.js').Corrections} Corrections */
+
+/** @typedef {'pick' | 'together' | 'apart' | import('../../model/brush.js').BrushTool} Tool */
+
+export class Correction {
+  /** @param {Pick<import('../page.js').Page, 'app' | 'store' | 'viewer' | 'keys' | 'selection'>} page */
+  constructor({ app, store, viewer, keys, selection }) {
+    this.app = app;
+    this.store = store;
+    this.viewer = viewer;
+    this.selection = selection;
+    this.busy = false;
+    /** @type {number} The object that is meant. */
+    this.object = 1;
+    /** The object that it would be merged with. */
+    this.other = 0;
+    /** @type {{t: number, x: number, y: number} | null} Where it was clicked. */
+    this.place = null;
+    /** @type {Tool} */
+    this.tool = 'pick';
+    this.brush = new Brush({
+      store,
+      corrector: () => this.corrector,
+      object: () => this.object,
+      choose: (object) => this.chooseNew(object),
+      carries: () => /** @type {HTMLInputElement} */ (byId('brush-carry')).checked,
+      // The buttons keep their places.
+      tellCarrying: (isCarrying) => disable('brush-stop', !isCarrying),
+      tellSizes: (isSmaller, isLarger) => {
+        disable('add-smaller', !isSmaller);
+        disable('add-larger', !isLarger);
+      },
+      show: (frames) => this.show(frames),
+      tell: (text, wrong) => this.tell(text, wrong),
+    });
+    this.strokes = new Strokes(viewer, () => this.update(), {
+      radius: () => /** @type {HTMLInputElement} */ (byId('brush-size')).valueAsNumber / 2,
+      paint: (stroke, tool) => this.brush.stroke(stroke, tool),
+    });
+    this.list = /** @type {HTMLSelectElement} */ (byId('correct-object'));
+    this.into = /** @type {HTMLSelectElement} */ (byId('correct-into'));
+    /** @type {HTMLInputElement[]} */
+    this.tools = [...byId('correct-tools').querySelectorAll('input')];
+    this.connect();
+    // Who opens it may have chosen a tool before it was fetched.
+    const chosen = this.tools.find(({ checked }) => checked)?.value;
+    viewer.painters.push((ctx, view) => this.draw(ctx, view));
+    viewer.onPick((spot, more, away) => this.pick(spot, more, away));
+    const undoable = () => this.on || store.state.before !== null || (this.corrector?.count() ?? 0) > 0;
+    const redoable = () => this.on || (this.corrector?.redoable() ?? 0) > 0;
+    keys.on('Ctrl+z', () => this.undo(), undoable);
+    for (const key of ['Ctrl+y', 'Ctrl+Shift+z']) keys.on(key, () => this.redo(), redoable);
+    store.watch(['visit'], () => this.leave());
+    store.watch(['correcting'], ({ correcting }) => {
+      document.body.toggleAttribute('data-correcting', correcting);
+      byId('correct-open').setAttribute('aria-pressed', String(correcting));
+    });
+    this.use(/** @type {Tool} */ (chosen ?? 'pick'));
+  }
+
+  connect() {
+    /** @type {Record<string, () => unknown>} */
+    const buttons = {
+      'correct-done': () => this.toggle(false),
+      'correct-merge': () => this.apply((c) => c.join(this.other, [this.object])),
+      'correct-background': () => this.apply((c) => c.join(0, [this.object])),
+      'correct-split': () => this.apply((c) => c.split(this.object, this.place ?? undefined)),
+      'correct-undo': () => this.undo(),
+      'correct-redo': () => this.redo(),
+      'brush-stop': () => this.brush.stop(),
+      'add-smaller': () => this.brush.resize(-1),
+      'add-larger': () => this.brush.resize(1),
+      'strokes-apply': () => this.applyStrokes(),
+      'strokes-clear': () => this.strokes.clear(),
+    };
+    for (const [id, act] of Object.entries(buttons)) byId(id).addEventListener('click', act);
+    this.list.addEventListener('change', () => this.choose(Number(this.list.value)));
+    this.into.addEventListener('change', () => (this.other = Number(this.into.value)));
+    for (const radio of this.tools) radio.addEventListener('change', () => this.use(/** @type {Tool} */ (radio.value)));
+  }
+
+  get on() {
+    return this.store.state.correcting;
+  }
+
+  /** @returns {Corrections | null} */
+  get corrector() {
+    const { found, job } = this.store.state;
+    return found?.points ? (job?.corrector ?? null) : null;
+  }
+
+  /** What the button and the key do. */
+  open() {
+    this.toggle();
+  }
+
+  /** @param {boolean} [on] */
+  toggle(on = !this.on) {
+    const correcting = on && this.corrector !== null;
+    this.store.set({ correcting, ...(correcting ? { playing: false } : {}) });
+    this.use(correcting ? this.tool : 'pick');
+    this.tell('');
+    this.fill();
+  }
+
+  /** Lists the objects of the result on screen. */
+  fill() {
+    const { found } = this.store.state;
+    if (!this.on || !found) return;
+    const objects = listed(found.facts).map(({ object }) => object);
+    if (this.makesNew) objects.push(NEW_OBJECT);
+    if (!objects.includes(this.object)) this.object = objects.find((object) => object > 0) ?? 0;
+    this.other = 0;
+    const called = (/** @type {number} */ object) => (object === NEW_OBJECT ? 'New object' : nameAndColour(object));
+    this.list.replaceChildren(...objects.map((object) => h('option', { value: object }, called(object))));
+    // What becomes background has a button of its own.
+    const others = objects.filter((object) => object > 0);
+    this.into.replaceChildren(...others.map((object) => h('option', { value: object }, objectName(object))));
+    this.update();
+  }
+
+  /**
+   * @param {number} object
+   * @param {{t: number, x: number, y: number} | null} [place]
+   */
+  choose(object, place = null) {
+    this.object = object;
+    this.place = place;
+    this.tell('');
+    this.update();
+  }
+
+  /** Whether the tool can begin an object. */
+  get makesNew() {
+    return this.tool === 'paint' || this.tool === 'add';
+  }
+
+  /**
+   * An object that a tool has made or gone on with.
+   *
+   * @param {number} object
+   */
+  chooseNew(object) {
+    this.object = object;
+    this.fill();
+  }
+
+  /**
+   * Shows what was done by hand.
+   *
+   * @param {number[] | null} frames those that changed, null for all
+   */
+  show(frames) {
+    showCorrected(this.store, frames);
+    this.fill();
+  }
+
+  /**
+   * @param {Spot} spot
+   * @param {boolean} more whether it is chosen with others
+   * @param {boolean} away whether what is there is taken away
+   */
+  pick({ object, x, y }, more, away) {
+    if (!this.on || this.busy) return;
+    if (this.tool === 'pick' && more) return this.selection.choose(object);
+    if (this.tool === 'add') this.brush.add({ x, y }, object, away);
+    if (this.tool === 'pick' && object >= 0) this.choose(object, { t: this.store.state.frame, x, y });
+  }
+
+  /** @param {Tool} tool */
+  use(tool) {
+    this.tool = tool;
+    for (const radio of this.tools) radio.checked = radio.value === tool;
+    this.strokes.use(this.on && tool !== 'pick' && tool !== 'add' ? tool : null);
+    // A thing that was missed is a new one.
+    if (tool === 'add') this.object = NEW_OBJECT;
+    this.fill();
+    this.update();
+  }
+
+  /** Which buttons there are, and the facts of the object that is meant. */
+  update() {
+    const { corrector } = this;
+    if (!this.on || !corrector) return;
+    this.showChoice();
+    this.showTool();
+    this.enable(corrector);
+    this.viewer.redraw();
+  }
+
+  /** The two lists, and what is known of the object that is meant. */
+  showChoice() {
+    const { object, into } = this;
+    const facts = this.store.state.found?.facts ?? [];
+    if (this.other === object || this.other === 0)
+      this.other = listed(facts).find((one) => one.object > 0 && one.object !== object)?.object ?? 0;
+    for (const option of into.options) option.hidden = option.disabled = option.value === String(object);
+    into.value = String(this.other);
+    this.list.value = String(object);
+    byId('correct-facts').textContent =
+      object === 0 ? 'Everything that is no object.' : factsText(facts.find((one) => one.object === object));
+    byId('correct-split').textContent =
+      object === 0 ? 'Make an object here' : this.place ? 'Split off this part' : 'Split';
+  }
+
+  showTool() {
+    const { tool, strokes } = this;
+    const [picking, brushing] = [tool === 'pick', isBrush(tool)];
+    byId('correct-actions').hidden = !picking;
+    byId('correct-chosen').hidden = !picking && !brushing;
+    byId('stroke-actions').hidden = picking || brushing;
+    byId('brush-actions').hidden = !brushing;
+    byId('brush-width').hidden = tool === 'add';
+    byId('add-sizes').hidden = tool !== 'add';
+    byId('stroke-help').hidden = picking;
+    byId('stroke-help').textContent = isBrush(tool)
+      ? BRUSH_HELP[tool]
+      : tool === 'together'
+        ? 'Paint over what is one thing.'
+        : 'Paint over each of the things that are not one: a stroke for each.';
+    byId('strokes-count').textContent = `${strokes.list.length} painted`;
+  }
+
+  /** @param {Corrections} corrector */
+  enable(corrector) {
+    const { busy, object, tool, strokes } = this;
+    disable('strokes-apply', busy || strokes.list.length < (tool === 'apart' ? 2 : 1));
+    disable('strokes-clear', busy || strokes.list.length === 0);
+    for (const id of ['correct-merge', 'correct-into']) disable(id, busy || object === 0 || this.other === 0);
+    disable('correct-background', busy || object === 0);
+    const lacksPlace = !this.place && (object === 0 || corrector.splitsAtPlace);
+    const noPart = object === 0 && corrector.splitsAtPlace;
+    disable('correct-split', busy || lacksPlace || noPart);
+    byId('correct-split').title =
+      lacksPlace || noPart ? 'Click the part of the object that is another thing first' : '';
+    disable('correct-undo', busy || (corrector.count() === 0 && !this.store.state.before));
+    disable('correct-redo', busy || corrector.redoable() === 0);
+  }
+
+  applyStrokes() {
+    const { tool } = this;
+    const list = this.strokes.list;
+    return this.apply((c) => (tool === 'apart' ? c.apart(list) : c.together(list)));
+  }
+
+  async undo() {
+    await this.brush.settled();
+    // The first step may be the run that took the place of others.
+    if (!this.corrector?.count()) await this.app.restore();
+    else await this.apply((c) => c.undo(), 'Undone');
+  }
+
+  async redo() {
+    await this.brush.settled();
+    if ((this.corrector?.redoable() ?? 0) > 0) await this.apply((c) => c.redo(), 'Done again');
+  }
+
+  /**
+   * @param {(corrector: Corrections) => Promise<number[] | null>} correct gives the frames that change
+   * @param {string} [done] what is told then, in place of the time that it took
+   */
+  async apply(correct, done) {
+    const { store, corrector } = this;
+    if (!corrector || this.busy) return;
+    const { visit } = store.state;
+    const began = performance.now();
+    this.busy = true;
+    this.tell('Correcting…');
+    this.update();
+    try {
+      const frames = await correct(corrector);
+      if (visit !== store.state.visit) return;
+      this.strokes.clear();
+      this.place = null;
+      showCorrected(store, frames ?? null);
+      const words = done ?? `Corrected in ${seconds(performance.now() - began)}`;
+      this.tell(`${words}. ${store.state.headline}.`);
+    } catch (error) {
+      const { title, detail } = explain(error);
+      if (visit === store.state.visit) this.tell(`That is not possible here: ${detail || title}.`, true);
+    } finally {
+      if (visit === store.state.visit) {
+        this.busy = false;
+        this.fill();
+      }
+    }
+  }
+
+  /** A new clip: nothing is chosen any more. */
+  leave() {
+    this.busy = false;
+    this.brush.stop();
+    this.strokes.clear();
+    this.use('pick');
+    this.tell('');
+    this.object = 1;
+  }
+
+  /**
+   * @param {string} text
+   * @param {boolean} [wrong]
+   */
+  tell(text, wrong = false) {
+    byId('correct-status').textContent = text;
+    byId('correct-status').classList.toggle('is-wrong', wrong);
+  }
+
+  /**
+   * Marks the object that is meant, and strokes.
+   *
+   * @param {CanvasRenderingContext2D} ctx scaled to clip pixels
+   * @param {import('../layers/layer.js').View} view
+   */
+  draw(ctx, view) {
+    if (!this.on) return;
+    if ((this.tool === 'pick' || this.tool === 'erase') && this.object > 0)
+      drawFrame(ctx, view, boxOf(view, this.object));
+    this.strokes.draw(ctx, view);
+  }
+}
+
+/**
+ * @param {import('../../model/presence.js').Facts | undefined} facts
+ * @returns {string}
+ */
+function factsText(facts) {
+  return facts ? `${placeName(facts.from)}, ${moveOf(facts)}, ${percent(facts.share)}` : '';
+}
+
+/**
+ * @param {string} id
+ * @param {boolean} disabled
+ */
+function disable(id, disabled) {
+  /** @type {HTMLButtonElement} */ (byId(id)).disabled = disabled;
+}
+
+/**
+ * @param {import('../layers/layer.js').View} view
+ * @param {number} object
+ * @returns {[left: number, top: number, right: number, bottom: number] | null} where it is in the frame, in pixels
+ */
+export function boxOf({ points, frame, width, height }, object) {
+  const mask = points?.mask(frame);
+  if (!mask) return null;
+  let [left, top, right, bottom] = [width, height, -1, -1];
+  for (let at = mask.indexOf(object); at >= 0; at = mask.indexOf(object, at + 1)) {
+    const x = at % width;
+    const y = (at - x) / width;
+    if (x < left) left = x;
+    if (x > right) right = x;
+    if (y < top) top = y;
+    bottom = y;
+  }
+  return right < 0 ? null : [left, top, right, bottom];
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {import('../layers/layer.js').View} view
+ * @param {[number, number, number, number] | null} box
+ */
+export function drawFrame(ctx, { unit }, box) {
+  if (!box) return;
+  const [left, top, right, bottom] = box;
+  const room = 4 * unit;
+  for (const [style, width, dash] of /** @type {const} */ ([
+    ['rgb(0 0 0 / 0.6)', 4, []],
+    ['#fff', 2, [6, 4]],
+  ])) {
+    ctx.strokeStyle = style;
+    ctx.lineWidth = width * unit;
+    ctx.setLineDash(dash.map((length) => length * unit));
+    ctx.strokeRect(left - room, top - room, right - left + 2 * room, bottom - top + 2 * room);
+  }
+  ctx.setLineDash([]);
+}

@@ -1,0 +1,145 @@
+/** A video file as a source of frames, each with its own time; pixels of whatever the browser can draw. @module */
+
+import { videoFrames, videoInfo, videoStrip } from '../model/library.js';
+import { workingSize } from '../model/source.js';
+import { PageError } from '../model/words.js';
+
+/** Reads pixels of whatever the browser can draw. */
+export class Grabber {
+  constructor() {
+    this.canvas = new OffscreenCanvas(1, 1);
+    this.ctx = /** @type {OffscreenCanvasRenderingContext2D} */ (
+      this.canvas.getContext('2d', { willReadFrequently: true, alpha: false })
+    );
+  }
+
+  /**
+   * @param {CanvasImageSource} picture
+   * @param {{width: number, height: number}} size the picture's own size in pixels
+   * @param {number} side longest side of the answer
+   * @returns {ImageData}
+   */
+  grab(picture, size, side) {
+    const { width, height } = workingSize(size, side);
+    if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
+    this.ctx.imageSmoothingQuality = 'high';
+    this.ctx.drawImage(picture, 0, 0, width, height);
+    return this.ctx.getImageData(0, 0, width, height);
+  }
+}
+
+/**
+ * Some browsers add noise to what a page reads from a canvas, against fingerprinting. Then the same clip gives other
+ * bytes each time, and results differ a little.
+ *
+ * @returns {boolean}
+ */
+export function readsAreNoisy() {
+  const side = 32;
+  const canvas = new OffscreenCanvas(side, side);
+  const ctx = /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext('2d', { willReadFrequently: true }));
+  ctx.fillStyle = 'rgb(120, 130, 140)';
+  ctx.fillRect(0, 0, side, side);
+  const { data } = ctx.getImageData(0, 0, side, side);
+  return data.some((byte, k) => byte !== [120, 130, 140, 255][k % 4]);
+}
+
+/** Taken where the file does not tell. */
+const USUAL_FPS = 30;
+
+/** Times are rounded: a frame is looked for from so much before its time on, in seconds. */
+const EARLY = 1e-4;
+
+/**
+ * @typedef {object} Facts
+ * @property {import('../model/library.js').VideoInfo} info
+ * @property {number} fps
+ * @property {number} count
+ * @property {boolean} isDamaged it ends with its last frame, but there was more
+ */
+
+/**
+ * @param {File} file
+ * @returns {Promise<Facts>}
+ */
+export async function factsOf(file) {
+  let isDamaged = false;
+  const info = await videoInfo(file, { onDamage: () => void (isDamaged = true) });
+  const fps = info.frameRate > 0 ? info.frameRate : USUAL_FPS;
+  return { info, fps, count: Math.max(1, info.numFrames ?? Math.round(info.duration * fps)), isDamaged };
+}
+
+/**
+ * @param {File} file
+ * @param {'video' | 'images'} [kind] what it is called: an animated image holds images
+ * @param {Facts} [facts] where they are known
+ * @returns {Promise<import('../model/source.js').Source>}
+ */
+export async function openVideo(file, kind = 'video', facts) {
+  const { info, fps, count, isDamaged } = facts ?? (await understood(() => factsOf(file), file.name));
+  const early = (/** @type {number} */ time) => ({ start: Math.max(0, time - EARLY) });
+  /** By its time where the file says it; else half a frame early. */
+  const startOf = (/** @type {number} */ frame) => {
+    const time = info.times?.[frame];
+    if (frame === 0) return {};
+    return time === undefined ? { start: (frame - 0.5) / fps } : early(time);
+  };
+  /** @type {import('../model/source.js').Source} */
+  const source = {
+    kind,
+    name: file.name,
+    width: info.width,
+    height: info.height,
+    fps,
+    count,
+    file,
+    times: info.times,
+    end: (info.times?.[0] ?? 0) + info.duration,
+    async *strip(most, side, signal) {
+      const options = { count: most, size: side, signal, onDamage() {} };
+      for await (const one of videoStrip(file, options)) yield pixelsOf(one);
+    },
+    async preview(frame, side, time) {
+      const start = time === undefined ? startOf(frame) : early(time);
+      const frames = videoFrames(file, { ...start, maxFrames: 1, size: side, onDamage() {} });
+      for await (const one of frames) return pixelsOf(one);
+      throw new PageError('no-frames', file.name);
+    },
+    async *frames({ start, step, frames: maxFrames, side }, signal) {
+      source.damage = isDamaged && start + maxFrames * step >= count ? { total: null, frames: maxFrames } : null;
+      const onDamage = (/** @type {import('../model/library.js').Damage} */ damage) => (source.damage = damage);
+      const options = { ...startOf(start), step, maxFrames, size: side, signal, onDamage };
+      for await (const one of videoFrames(file, options)) {
+        const end = step === 1 && one.duration > 0 ? one.time + one.duration : null;
+        yield { frame: pixelsOf(one), time: one.time, end };
+      }
+    },
+    close() {},
+  };
+  // Whether it can be decoded is not known before one frame has been.
+  await understood(() => source.preview(0, 32), file.name);
+  return source;
+}
+
+/**
+ * @param {import('../model/library.js').DecodedFrame} decoded
+ * @returns {ImageData} as the package gives them in browsers
+ */
+function pixelsOf({ frame }) {
+  return /** @type {ImageData} */ (frame);
+}
+
+/**
+ * @template T
+ * @param {() => Promise<T>} ask
+ * @param {string} name
+ * @returns {Promise<T>}
+ */
+async function understood(ask, name) {
+  try {
+    return await ask();
+  } catch (error) {
+    if (/** @type {{code?: unknown}} */ (error)?.code === 'codec') throw error;
+    throw new PageError('unreadable-video', `${name}: ${error instanceof Error ? error.message : String(error)}`);
+  }
+}
