@@ -73,7 +73,7 @@ try {
   });
   await phase('resting on 4K frames', async () => {
     for (const t of [3, 11, 25]) {
-      await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), t);
+      await page.evaluate((frame) => globalThis.tracecutStudio.app.timeline.seek(frame), t);
       await page.waitForTimeout(2500);
     }
   });
@@ -96,7 +96,7 @@ function watchTasks() {
 
 /** Runs in the page: a textured square over a textured ground, as a file. */
 async function makeClip({ width, height, frames }) {
-  const library = await import('/view/library.js');
+  const library = await import('/model/library.js');
   const texture = (salt, side) => {
     const small = new ImageData(side, side);
     for (let p = 0; p < side * side; p += 1) {
@@ -130,16 +130,15 @@ async function makeClip({ width, height, frames }) {
 
 /** Runs in the page: all frames, at the working size. */
 async function readAll(frames) {
-  const library = await import('/view/library.js');
+  const library = await import('/model/library.js');
   let count = 0;
-  for await (const { frame } of library.videoFrames(globalThis.clip4k, { size: 480 }))
-    count += Number(frame.width === 480);
+  for await (const { width } of library.videoFrames(globalThis.clip4k, { size: 480 })) count += Number(width === 480);
   if (count !== frames) throw new Error(`${count} of ${frames} frames`);
 }
 
 /** Runs in the page: an archive of many masks. */
 async function zipMasks({ width, height, frames }) {
-  const library = await import('/view/library.js');
+  const library = await import('/model/library.js');
   const labels = (t) => {
     const mask = new Uint8Array(width * height);
     for (let y = 100; y < 300; y += 1) mask.fill(1, y * width + t, y * width + t + 150 + (y % 40));
@@ -151,7 +150,7 @@ async function zipMasks({ width, height, frames }) {
 
 /** Runs in the page: an archive of pictures with alpha. */
 async function zipCutouts({ width, height }) {
-  const library = await import('/view/library.js');
+  const library = await import('/model/library.js');
   const numFrames = 40;
   const labels = () => new Uint8Array((width * height) / 4).fill(1, 20_000, 60_000);
   const picture = new ImageData(width, height);

@@ -1,6 +1,6 @@
 //! What goes in and comes out as files, for JavaScript: image files to pixels, masks to the size of their pictures, to
-//! run lengths, prompts and a table; see `npm/worker/decode.js`, `npm/kit/edit/enlarge.js`, and `coco.js`,
-//! `prompts.js` and `table.js` of `npm/kit/export`.
+//! run lengths, prompts and a table, strokes to the pixels that they cover; see `npm/worker/decode.js`, `enlarge.js` and
+//! `regions.js` of `npm/kit/edit`, and `coco.js`, `prompts.js` and `table.js` of `npm/kit/export`.
 //!
 //! It compiles these files of the library, a tenth of it, and not the library: nobody waits for that twice.
 
@@ -18,12 +18,15 @@ mod mask;
 mod params;
 #[path = "../src/base/sets.rs"]
 mod sets;
+#[path = "../src/correction/stroke.rs"]
+mod stroke;
 #[path = "../src/motion/trajectory/trajectories.rs"]
 mod trajectory;
 
 use crate::error::Error;
 use crate::image::{Frame, Plane};
 use crate::mask::ObjectRow;
+use crate::stroke::Stroke;
 use crate::trajectory::Trajectories;
 use js_sys::{Array, Reflect, Uint8Array};
 use wasm_bindgen::prelude::*;
@@ -80,6 +83,14 @@ pub fn coco_mask(text: &[u8], counts: &[u32], width: usize, height: usize) -> Re
     let counts = if text.is_empty() { Ok(counts.to_vec()) } else { read(text) };
     let mask = counts.and_then(|counts| mask::coco_mask(&counts, (width, height)));
     mask.map(Plane::into_data).map_err(|error| thrown(&error))
+}
+
+/// Returns for each pixel of a frame the square of its distance to a stroke's centre line, x0, y0, x1, y1, and so on;
+/// infinite beyond `reach` pixels.
+#[wasm_bindgen(js_name = strokeDistances)]
+pub fn stroke_distances(points: &[f32], reach: f64, width: usize, height: usize) -> Vec<f64> {
+    let points = points.chunks_exact(2).map(|place| (place[0], place[1])).collect();
+    Stroke { t: 0, points, radius: 0.0 }.distances(reach, (width, height), (width, height))
 }
 
 /// Numbers of a row of the objects' table: frame, time, object, left, top, width, height, area, x, y, dx, dy, and how many

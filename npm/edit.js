@@ -4,13 +4,10 @@ import { part } from './places.js';
 
 export { enlargeMask } from './kit/edit/enlarge.js';
 export { adjustMask } from './kit/edit/adjust.js';
-export { divideRegions, pieceRegion } from './kit/edit/regions.js';
 export { MaskEditor, editMasks } from './kit/edit/editor.js';
-export { regionOf, strokeRegion } from './kit/edit/regions.js';
+export { decodeRuns, encodeRuns } from './session/runs.js';
 
 // These are loaded when they are first called.
-/** @type {typeof import('./kit/edit/carry.js').carryEdit} */
-export const carryEdit = async (...args) => (await part(import('./kit/edit/carry.js'))).carryEdit(...args);
 /** @type {typeof import('./kit/edit/grow.js').grownRegions} */
 export const grownRegions = async (...args) => (await part(import('./kit/edit/grow.js'))).grownRegions(...args);
 /** @type {typeof import('./kit/edit/smooth.js').smoothMasks} */
@@ -25,10 +22,11 @@ export const openProject = async (...args) => (await part(import('./kit/edit/pro
 /** @typedef {import('./kit/edit/carry.js').CarryOptions} CarryOptions */
 /** @typedef {import('./kit/edit/carry.js').Carried} Carried */
 /** @typedef {import('./kit/edit/grow.js').Grounds} Grounds */
+/** @typedef {import('./kit/edit/editor.js').Correction} Correction */
 /** @typedef {import('./kit/edit/editor.js').Edit} Edit */
+/** @typedef {import('./kit/edit/editor.js').EditOptions} EditOptions */
 /** @typedef {import('./kit/edit/editor.js').SavedEdits} SavedEdits */
 /** @typedef {import('./kit/edit/smooth.js').SmoothMasksOptions} SmoothMasksOptions */
-/** @typedef {import('./kit/edit/regions.js').BrushStroke} BrushStroke */
 /** @typedef {import('./kit/edit/regions.js').Region} Region */
 /** @typedef {import('./kit/edit/adjust.js').AdjustMaskOptions} AdjustMaskOptions */
 /** @typedef {import('./kit/edit/adjust.js').MaskEdges} MaskEdges */

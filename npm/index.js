@@ -40,6 +40,7 @@ export const videoStrip = async function* (...args) {
 export { previewMasks } from './video/segment.js';
 export { videoFrames, videoInfo } from './video/frames.js';
 export { sortFiles } from './video/kind.js';
+export { fitSize } from './video/pixels.js';
 export { Clip, synthClip } from './stages/clip.js';
 export { searchReport } from './session/report.js';
 export { Result } from './session/result.js';

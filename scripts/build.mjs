@@ -9,7 +9,7 @@ import { basename, dirname, join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { gzipSync } from 'node:zlib';
 import { BUNDLE_SOURCES, buildBundles } from './bundles.mjs';
-import { writeParameters } from './parameters.mjs';
+import { parameterSources, writeParameters } from './parameters.mjs';
 import { MOST_WASM } from './size.mjs';
 import {
   during,
@@ -71,7 +71,6 @@ export async function build({ force = false, overBudget = 'fail', fast = false, 
     step(stamps, 'wasm', [engine, lock, ...making], async () => {
       await buildWasm(engine, 'tracecut', kind);
       await buildGlue();
-      await writeParameters(dist);
     }),
   );
   await compileDecoder(kind);
@@ -81,6 +80,7 @@ export async function build({ force = false, overBudget = 'fail', fast = false, 
     editDecoder();
   });
   await engineMade;
+  await step(stamps, 'parameters', [engine, ...parameterSources(), ...scripts], () => writeParameters(dist));
   await step(stamps, 'vendor', [...vendored, lock, ...scripts], () => Promise.all(vendored.map(buildVendored)));
   writeExpected();
   const sources = libraryFiles().map((name) => join(lib, name));
@@ -88,11 +88,12 @@ export async function build({ force = false, overBudget = 'fail', fast = false, 
   copyModules('.js');
   if (!onlyPage) {
     // With the wasm files, whose declarations it goes on with.
-    const declared = [engine, decoder, join(dist, 'selftest', 'expected.js')];
+    const declared = [engine, decoder, ...['parameters.js', 'selftest/expected.js'].map((name) => join(dist, name))];
     await step(stamps, 'types', [...sources, ...declared, lock, ...scripts], buildTypes);
     const bundled = [
       'tracecut_bg.wasm',
       'decoder_bg.wasm',
+      'parameters.js',
       'glue.js',
       'decoder.js',
       'vendor/media.js',

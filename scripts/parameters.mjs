@@ -1,21 +1,32 @@
-// Writes dist/parameters.js and its types from the parameters that the wasm module itself lists, so that the option
-// tree of the package is typed, documented and never out of step with Rust.
+// Writes dist/parameters.js and its types from the parameters that the wasm module itself lists and their declarations, so
+// that the option tree of the package is typed, documented and never out of step with Rust.
 
-import { readFileSync, writeFileSync } from 'node:fs';
+import { readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { pathToFileURL } from 'node:url';
+import { fail, root } from './tools.mjs';
 
 const types = { number: 'number', integer: 'number', boolean: 'boolean' };
 
+/** The Rust files that parameters are declared in. */
+export function parameterSources() {
+  return readdirSync(join(root, 'src'), { recursive: true })
+    .filter((name) => name.endsWith('.rs'))
+    .map((name) => join(root, 'src', name))
+    .sort();
+}
+
 /**
- * Writes `parameters.js` and `parameters.d.ts` into `dist` from the wasm module there, which then does without the
- * descriptions: `parameters.js` has them, and no visitor of a page needs them twice.
+ * Writes `parameters.js` and `parameters.d.ts` into `dist`: names, ranges and defaults as the wasm module there has them,
+ * which is made without descriptions, and these from the declarations in Rust.
  */
 export async function writeParameters(dist) {
   const glue = await import(`${pathToFileURL(join(dist, 'tracecut.js')).href}?${Date.now()}`);
-  const wasm = readFileSync(join(dist, 'tracecut_bg.wasm'));
-  glue.initSync({ module: wasm });
-  const list = glue.parameters().map(plain);
+  glue.initSync({ module: readFileSync(join(dist, 'tracecut_bg.wasm')) });
+  const docs = readDocs();
+  const list = glue.parameters().map((parameter) => plain({ ...parameter, doc: docs.get(parameter.name) }));
+  const nameless = list.find(({ doc }) => !doc);
+  if (nameless) fail(`${nameless.name} has no description that the build can read.`);
   const [frames, most, overlap] = glue.windows();
   writeFileSync(
     join(dist, 'parameters.js'),
@@ -31,14 +42,23 @@ export async function writeParameters(dist) {
     ].join('\n'),
   );
   writeFileSync(join(dist, 'parameters.d.ts'), declarations(list));
-  list.forEach(({ doc }) => blank(wasm, doc));
-  writeFileSync(join(dist, 'tracecut_bg.wasm'), wasm);
 }
 
-/** Spaces in place of a text, which lies in the module's data once or, where the linker took it apart, not at all. */
-function blank(wasm, text) {
-  const at = wasm.indexOf(text);
-  if (text.length > 20 && at >= 0) wasm.fill(' ', at, at + Buffer.byteLength(text));
+/** The description of each parameter by its name, from `params!` and `tree!`: the comment above its field. */
+function readDocs() {
+  const text = parameterSources()
+    .map((file) => readFileSync(file, 'utf8'))
+    .join('\n');
+  const [, tree] = /^tree! \{$(.*?)^\}$/ms.exec(text);
+  const docs = new Map();
+  for (const [, section, group] of tree.matchAll(/^ +(\w+): (\w+),$/gm)) {
+    const [, fields] = new RegExp(`^    pub struct ${group} \\{$(.*?)^    \\}$`, 'ms').exec(text);
+    for (const [, comment, field] of fields.matchAll(/((?:^ +\/\/\/.*\n)+) +pub (\w+):/gm)) {
+      const name = `${section}.${field.replace(/_(\w)/g, (_, letter) => letter.toUpperCase())}`;
+      docs.set(name, comment.replaceAll(/^ +\/\/\/ ?/gm, '').trim());
+    }
+  }
+  return docs;
 }
 
 /** A parameter without the names of its properties, which would be there a hundred times. */

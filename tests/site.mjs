@@ -46,15 +46,17 @@ export async function shareSites() {
  * Has both ready before the tests of a file or suite, and ends after them what it started.
  *
  * @param {{sample?: 'whole' | 'small' | 'tiny'}} [options] the page's sample
- * @returns {{url: string, browser: import('playwright-core').Browser}} to be read in the tests
+ * @returns {{url: string, browser: import('playwright-core').Browser, ready: () => Promise<unknown>}} to be read in the tests; what
+ *   else is made before them, outside of a suite, waits for `ready()`: Node starts all that at once
  */
 export function useServerAndBrowser({ sample = 'whole' } = {}) {
-  const site = { url: '', browser: null };
-  let server;
-  before(async () => {
+  const site = { url: '', browser: null, ready: () => (starting ??= start()) };
+  let server, starting;
+  const start = async () => {
     if (!shared[sample]) server = await serveSite(sample);
     Object.assign(site, { url: shared[sample] ?? server.url, browser: await launchBrowser() });
-  });
+  };
+  before(site.ready);
   after(async () => {
     await site.browser?.close();
     await server?.close();

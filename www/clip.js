@@ -43,10 +43,10 @@ export class Clip {
   async *decode(signal) {
     if (this.isDecoded) return yield* this.frames;
     const frames = (this.frames = []);
-    for await (const { frame, time } of this.files.length > 0 ? this.#read(signal) : sampleFrames()) {
-      const canvas = new OffscreenCanvas(frame.width, frame.height);
-      const pixels = new ImageData(new Uint8ClampedArray(frame.data), frame.width, frame.height);
-      canvas.getContext('2d', { willReadFrequently: true }).putImageData(pixels, 0, 0);
+    for await (const { pixels, width, height, time } of this.files.length > 0 ? this.#read(signal) : sampleFrames()) {
+      const canvas = new OffscreenCanvas(width, height);
+      const image = new ImageData(new Uint8ClampedArray((await pixels()).data), width, height);
+      canvas.getContext('2d', { willReadFrequently: true }).putImageData(image, 0, 0);
       frames.push({ canvas, time });
       yield frames.at(-1);
     }
@@ -64,7 +64,9 @@ export class Clip {
 
 async function* sampleFrames() {
   const sample = await synthClip(SAMPLE);
-  for (let t = 0; t < sample.numFrames; t += 1) yield { frame: sample.frame(t), time: t / SAMPLE_FRAMES_PER_SECOND };
+  const { width, height, numFrames } = sample;
+  for (let t = 0; t < numFrames; t += 1)
+    yield { pixels: () => sample.frame(t), width, height, time: t / SAMPLE_FRAMES_PER_SECOND };
   sample.close();
 }
 

@@ -8,7 +8,7 @@ use tracecut::params::{ParamTree, ParamValue};
 
 #[derive(Args, Debug)]
 pub struct Settings {
-    /// JSON file of parameters, e.g. {"cut": {"spatialWeight": 3}}; `tracecut params` lists them
+    /// JSON file of parameters, e.g. {"clip": {"maxSide": 960}}; `tracecut params` lists them
     #[arg(long, value_name = "FILE")]
     params: Option<PathBuf>,
     /// Set one parameter, after those of the file; may be repeated. preset=paper sets all to the paper's saliency,

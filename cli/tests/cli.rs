@@ -275,11 +275,9 @@ fn parameters_are_listed_with_range_default_and_meaning() {
         text(&output.stdout)
     };
     let (shown, expert) = (listed(&["params"]), listed(&["params", "--expert"]));
-    assert!(shown.contains("cut.spatialWeight  (number, 0..=1000, default 2)"), "{shown}");
+    assert!(shown.contains("shot.unmatched  (number, 0..=1, default 0.72)"), "{shown}");
     assert!(shown.ends_with("more, which only research changes: tracecut params --expert\n"), "{shown}");
-    assert!(
-        expert.contains("flow.patchStride  (whole number, 1..=8, default ") && !expert.contains("cut.spatialWeight")
-    );
+    assert!(expert.contains("flow.patchStride  (whole number, 1..=8, default ") && !expert.contains("shot.unmatched"));
     let count = |list: &str| list.lines().filter(|line| line.contains(", default ")).count();
     assert!(count(&shown) <= 20 && count(&expert) > 40, "{shown}{expert}");
 }

@@ -29,7 +29,7 @@ function onProgress({ stage, frames }) {
 async function play(source, masks) {
   [canvas.width, canvas.height] = [masks.width, masks.height];
   for await (const { frame, index } of videoFrames(source, { size: SIZE })) {
-    context.putImageData(frame, 0, 0);
+    context.drawImage(frame, 0, 0);
     drawLabels(context, masks, index);
     await new Promise((shown) => setTimeout(shown, 40));
   }

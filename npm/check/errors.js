@@ -132,6 +132,20 @@ export function wholeNumber(code, name, value, min, max) {
   return value;
 }
 
+/** Most pixels of a side of a frame or mask; Rust knows the same. */
+export const MAX_SIDE = 16384;
+
+/**
+ * Refuses a size with a side that is not in `1..=MAX_SIDE`.
+ * @param {ErrorCode} code
+ * @param {string} prefix of `width` and `height` in the error
+ * @param {any} size
+ */
+export function checkSides(code, prefix, size) {
+  wholeNumber(code, `${prefix}width`, size.width, 1, MAX_SIDE);
+  wholeNumber(code, `${prefix}height`, size.height, 1, MAX_SIDE);
+}
+
 /**
  * Refuses options that are no object, and names that are not known.
  * @template {object} T

@@ -1,6 +1,6 @@
 // What every export and drawing helper takes, and the checks that they share.
 
-import { TraceCutError, illegal, wholeNumber } from './errors.js';
+import { TraceCutError, checkSides, illegal, wholeNumber } from './errors.js';
 
 /**
  * Masks of a clip: a `Result`, a window or the whole of a segmented video, or an object of the caller's. `labels(t)`
@@ -26,7 +26,6 @@ import { TraceCutError, illegal, wholeNumber } from './errors.js';
 /** The highest label there can be. */
 export const MAX_LABEL = 255;
 
-const MAX_SIDE = 16384;
 const MAX_FRAMES = 10_000_000;
 
 /**
@@ -37,8 +36,7 @@ export function checkMasks(masks) {
   if (typeof masks !== 'object' || masks === null || typeof masks.labels !== 'function') {
     throw illegal('data', 'masks', masks, 'a result, or an object {width, height, numFrames, labels(t)}');
   }
-  wholeNumber('data', 'masks.width', masks.width, 1, MAX_SIDE);
-  wholeNumber('data', 'masks.height', masks.height, 1, MAX_SIDE);
+  checkSides('data', 'masks.', masks);
   wholeNumber('data', 'masks.numFrames', masks.numFrames, 1, MAX_FRAMES);
 }
 

@@ -22,6 +22,8 @@ const FIRST_HUES = ['#e69f00', '#56b4e9', '#cc79a7', '#f0e442', '#009e73', '#d55
 
 /** Red of discontinuities and of the foreground; no object has it. */
 export const CUT_RED = '#ff2b3d';
+/** The green of screens: what cut-out objects lie on in a file that cannot be transparent. */
+export const SCREEN_GREEN = '#00b140';
 
 /** Levels of a channel that the colours of further objects are chosen from. */
 const LEVELS = [0, 36, 73, 109, 146, 182, 219, 255];

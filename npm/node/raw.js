@@ -1,6 +1,6 @@
 // Frames from streams of uncompressed video.
 
-import { TraceCutError, checkedOptions, illegal, tooLarge, wholeNumber } from '../check/errors.js';
+import { TraceCutError, checkSides, checkedOptions, illegal, tooLarge, wholeNumber } from '../check/errors.js';
 import { MAX_PIXELS } from '../check/options.js';
 
 /**
@@ -9,7 +9,11 @@ import { MAX_PIXELS } from '../check/options.js';
  * @typedef {AsyncIterable<Uint8Array> | Iterable<Uint8Array>} ByteSource
  */
 
-/** @typedef {import('../video/frames.js').DecodedFrame} DecodedFrame */
+/**
+ * A frame that a program of its own decoded: its pixels, its number, and when and how long it is shown, in seconds.
+ * @typedef {{readonly frame: import('../worker/frames.js').PixelFrame, readonly index: number, readonly time: number,
+ *   readonly duration: number}} FileFrame
+ */
 
 /**
  * The layout of a raw stream, which has frames one after the other.
@@ -27,7 +31,6 @@ import { MAX_PIXELS } from '../check/options.js';
  * @typedef {{bytes: number, red: number, green: number, blue: number}} PixelLayout
  */
 
-const MAX_SIDE = 16384;
 /** Largest legal `maxPixels`, as of `clip.maxPixels`. */
 const MOST_PIXELS = 2 ** 28;
 /** Memory that is taken for a frame before its bytes have come. */
@@ -53,7 +56,7 @@ const RAW_FORMATS = new Map([
  * ```
  * @param {ByteSource} source
  * @param {RawOptions} options
- * @returns {AsyncGenerator<DecodedFrame, void, undefined>}
+ * @returns {AsyncGenerator<FileFrame, void, undefined>}
  */
 export async function* framesOfRaw(source, options) {
   const { width, height, layout, frameRate } = checkedFormat(options);
@@ -92,8 +95,7 @@ function checkedFormat(options) {
  */
 export function checkSize(width, height, maxPixels = MAX_PIXELS) {
   wholeNumber('param', 'maxPixels', maxPixels, 1, MOST_PIXELS);
-  wholeNumber('frame-size', 'width', width, 1, MAX_SIDE);
-  wholeNumber('frame-size', 'height', height, 1, MAX_SIDE);
+  checkSides('frame-size', '', { width, height });
   if (width * height > maxPixels) throw tooLarge(width * height, 'pixels in a frame', maxPixels, 'maxPixels');
 }
 

@@ -8,7 +8,7 @@ const DEFAULT_DURATION_S = 1 / 25;
  * @typedef {{frame: import('../worker/frames.js').PixelFrame, time: number | null, duration: number | null}} Picture
  */
 
-/** @typedef {import('../video/frames.js').DecodedFrame} DecodedFrame */
+/** @typedef {import('./raw.js').FileFrame} FileFrame */
 
 /** Gives the pictures of a file their times, as docs/frames.md tells. Each is held until the next one is there. */
 export class Timeline {
@@ -22,7 +22,7 @@ export class Timeline {
   /**
    * Takes the next picture, null after the last, and gives the frame before it; null where there is none.
    * @param {Picture | null} next
-   * @returns {DecodedFrame | null}
+   * @returns {FileFrame | null}
    */
   take(next) {
     const picture = this.#held;

@@ -16,7 +16,7 @@ import { LogReader } from './log.js';
 import { ByteReader, RGB24, checkSize, toRgba } from './raw.js';
 import { Timeline } from './timeline.js';
 
-/** @typedef {import('../video/frames.js').DecodedFrame} DecodedFrame */
+/** @typedef {import('./raw.js').FileFrame} FileFrame */
 
 /**
  * How ffmpeg is called.
@@ -42,7 +42,7 @@ import { Timeline } from './timeline.js';
  * ```
  * @param {string | URL} path
  * @param {FfmpegOptions} [options]
- * @returns {AsyncGenerator<DecodedFrame, void, undefined>}
+ * @returns {AsyncGenerator<FileFrame, void, undefined>}
  */
 export async function* framesOfVideo(path, options = {}) {
   const legal = ['ffmpeg', 'signal', 'maxPixels', 'onDamage'];

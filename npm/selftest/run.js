@@ -219,7 +219,8 @@ async function* maskChecks(library, result, settings) {
  * @param {Settings} settings
  */
 async function readBack(library, file, { decoder }) {
-  for await (const { frame } of library.videoFrames([file], decoder ? { decoder } : {})) return rgb(frame.data);
+  for await (const { pixels } of library.videoFrames([file], decoder ? { decoder } : {}))
+    return rgb((await pixels()).data);
   throw new Error('a PNG file of the package has no frame');
 }
 

@@ -1,6 +1,6 @@
 // What a session is given besides frames, checked: trajectories of another tracker, and corrections.
 
-import { describe, illegal, isPlainObject, wholeNumber } from '../check/errors.js';
+import { checkSides, describe, illegal, isPlainObject, wholeNumber } from '../check/errors.js';
 
 /**
  * Trajectories of any tracker. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, one for
@@ -22,7 +22,6 @@ import { describe, illegal, isPlainObject, wholeNumber } from '../check/errors.j
  *   offset: Uint32Array<ArrayBuffer>, x: Float32Array<ArrayBuffer>, y: Float32Array<ArrayBuffer>}} RawTrajectories
  */
 
-const MAX_SIDE = 16384;
 const MAX_FRAMES = 1000000;
 const MAX_U32 = 4294967295;
 
@@ -35,10 +34,13 @@ export function toRawTrajectories(input) {
   if (!isPlainObject(input)) {
     throw illegal('data', 'trajectories', input, 'an object {numFrames, width, height, startFrame, offset, x, y}');
   }
+  wholeNumber('data', 'numFrames', input.numFrames, 1, MAX_FRAMES);
+  checkSides('frame-size', '', input);
+  const { numFrames, width, height } = input;
   return {
-    numFrames: wholeNumber('data', 'numFrames', input.numFrames, 1, MAX_FRAMES),
-    width: wholeNumber('frame-size', 'width', input.width, 1, MAX_SIDE),
-    height: wholeNumber('frame-size', 'height', input.height, 1, MAX_SIDE),
+    numFrames,
+    width,
+    height,
     startFrame: wholeNumbers('startFrame', input.startFrame),
     offset: wholeNumbers('offset', input.offset),
     x: numbers('x', input.x),
@@ -148,7 +150,7 @@ export function strokesOf(kind, strokes, clip) {
   if (!Array.isArray(strokes) || strokes.length < least || strokes.length > MOST_STROKES) {
     throw illegal('param', 'strokes', strokes, `a list of ${least}..${MOST_STROKES} strokes {t, points, radius}`);
   }
-  const lists = strokes.map((stroke, k) => pointsOf(stroke, `strokes[${k}]`, clip.numFrames));
+  const lists = strokes.map((stroke, k) => strokePoints(stroke, `strokes[${k}]`, clip.numFrames));
   const offset = [0];
   for (const points of lists) offset.push(/** @type {number} */ (offset.at(-1)) + points.length / 2);
   return {
@@ -161,12 +163,12 @@ export function strokesOf(kind, strokes, clip) {
 }
 
 /**
- * The points of a stroke. Refuses what would be something else as typed arrays; the engine checks the rest.
+ * Returns the points of a stroke. Refuses what would be something else as typed arrays; Rust checks the rest.
  * @param {Stroke} stroke
- * @param {string} name
+ * @param {string} name for the message
  * @param {number} numFrames
  */
-function pointsOf(stroke, name, numFrames) {
+export function strokePoints(stroke, name, numFrames) {
   if (typeof stroke !== 'object' || stroke === null)
     throw illegal('param', name, stroke, 'a stroke {t, points, radius}');
   const { t, points, radius } = stroke;

@@ -71,21 +71,26 @@ export function searchReport(result) {
   if (offset.length !== count + 1)
     throw new TraceCutError('data', `trajectories.offset has ${offset.length} entries (expected ${count + 1})`);
   const long = Math.max(width, height);
-  const [columns, rows] = [width, height].map((side) => Math.max(1, Math.round((SQUARES * side) / long)));
-  const seen = new Uint8Array(Number(columns) * Number(rows));
+  const squares = (/** @type {number} */ side) => Math.max(1, Math.round((SQUARES * side) / long));
+  const [columns, rows] = [squares(width), squares(height)];
+  const seen = new Uint8Array(columns * rows);
   /** @type {number[]} */
   const speeds = [];
   const points = new Float64Array(clusters?.count ?? 0);
   for (let i = 0; i < count; i += 1) {
-    const [begin, end] = [at(offset, i), at(offset, i + 1)];
-    if (clusters) points[at(clusters.label, i)] = at(points, at(clusters.label, i)) + end - begin;
+    const [begin, end] = [Number(offset[i]), Number(offset[i + 1])];
+    if (clusters) {
+      const cluster = Number(clusters.label[i]);
+      points[cluster] = Number(points[cluster]) + end - begin;
+    }
     for (let p = begin; p < end; p += 1) {
-      seen[cell(at(y, p), height, Number(rows)) * Number(columns) + cell(at(x, p), width, Number(columns))] = 1;
-      if (p > begin) speeds.push(Math.hypot(at(x, p) - at(x, p - 1), at(y, p) - at(y, p - 1)));
+      const [column, row] = [cell(Number(x[p]), width, columns), cell(Number(y[p]), height, rows)];
+      seen[row * columns + column] = 1;
+      if (p > begin) speeds.push(Math.hypot(Number(x[p]) - Number(x[p - 1]), Number(y[p]) - Number(y[p - 1])));
     }
   }
-  const all = at(offset, count);
-  const speed = at(Float64Array.from(speeds).sort(), speeds.length >> 1) || 0;
+  const all = Number(offset[count]);
+  const speed = Float64Array.from(speeds).sort()[speeds.length >> 1] || 0;
   return {
     numFrames,
     trajectories: count,
@@ -108,14 +113,6 @@ export function searchReport(result) {
  */
 function cell(place, side, cells) {
   return Math.min(cells - 1, Math.max(0, Math.floor(((place + 0.5) / side) * cells)));
-}
-
-/**
- * @param {ArrayLike<number>} values
- * @param {number} index
- */
-function at(values, index) {
-  return /** @type {number} */ (values[index]);
 }
 
 /**
@@ -148,14 +145,12 @@ const ENOUGH = 400;
  * @returns {SceneMotion}
  */
 export function sceneMotion(result) {
-  const { numFrames, trajectories, clusters } = result ?? {};
-  const known = trajectories?.label ?? clusters?.label;
+  const { numFrames, trajectories } = result ?? {};
+  const known = trajectories && objectLabels(result);
   if (!known || !(numFrames >= 1))
     throw illegal('data', 'result', result, 'a result with trajectories and their labels');
-  const { count, startFrame, offset, x, y, label } = trajectories;
-  const ofCluster = label ? null : clusters?.object;
-  const isScene = (/** @type {number} */ i) => (ofCluster ? ofCluster[Number(known[i])] : known[i]) === 0;
-  const scene = Array.from({ length: count }, (_, i) => i).filter(isScene);
+  const { count, startFrame, offset, x, y } = trajectories;
+  const scene = Array.from({ length: count }, (_, i) => i).filter((i) => known[i] === 0);
   const points = scene.reduce((sum, i) => sum + Number(offset[i + 1]) - Number(offset[i]), 0);
   const every = Math.max(1, Math.floor(points / (numFrames * ENOUGH)));
   const steps = Array.from({ length: numFrames }, () => ({
@@ -172,6 +167,31 @@ export function sceneMotion(result) {
     }
   }
   return { x: summed(steps.map((step) => median(step.x))), y: summed(steps.map((step) => median(step.y))) };
+}
+
+/**
+ * Returns the label of each trajectory in the masks: that of its cluster's object, where it has none of its own.
+ * @param {Pick<LabelledTrajectories, 'trajectories' | 'clusters'>} result
+ * @returns {ArrayLike<number> | undefined} undefined where no labels are known; of clusters where these have no objects
+ */
+function objectLabels({ trajectories, clusters }) {
+  if (trajectories.label || !clusters?.object) return trajectories.label ?? clusters?.label;
+  const { label, object } = clusters;
+  return Uint8Array.from(label, (cluster) => Number(object[cluster]));
+}
+
+/**
+ * Returns the trajectories of masks, where they have some, each with the label of its object.
+ * @param {object} masks
+ * @param {(label: number) => number} [labelOf] gives what a label is called now
+ * @returns {import('../video/result.js').ClipTrajectories | undefined}
+ */
+export function clipTrajectories(masks, labelOf = (label) => label) {
+  const { trajectories, clusters } = /** @type {Partial<LabelledTrajectories>} */ (masks);
+  if (!trajectories) return undefined;
+  const { count, startFrame, offset, x, y } = trajectories;
+  const known = objectLabels({ trajectories, clusters }) ?? new Uint8Array(count);
+  return { count, startFrame, offset, x, y, label: Uint8Array.from(known, labelOf) };
 }
 
 /** @param {number[]} values 0 where there are none */

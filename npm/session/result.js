@@ -2,9 +2,10 @@
 
 import { TraceCutError, wholeNumber } from '../check/errors.js';
 import { onGrid } from '../stages/image.js';
-import { IDENTITY, decodeRuns, encodeRuns, objectList } from './objects.js';
+import { objectList } from './objects.js';
 import { tracksDat } from './report.js';
 import { REQUESTS } from './requests.js';
+import { checkRuns, decodeRuns, encodeRuns } from './runs.js';
 import { opened, saved } from './saved.js';
 
 /**
@@ -346,7 +347,7 @@ export function restored(json, needed, make) {
   const found = opened(json, [...needed, 'masks']);
   const { masks, edgeTable, ...facts } = found;
   const size = facts.width * facts.height * wholeNumber('data', 'numFrames', facts.numFrames, 1, 2 ** 31);
-  const labels = masks instanceof Uint32Array ? decodeRuns(masks, size, IDENTITY) : masks;
+  const labels = masks instanceof Uint32Array ? decodeRuns(checkRuns('masks', masks, size)) : masks;
   if (labels && labels.length !== size)
     throw new TraceCutError('data', `the saved masks have ${labels.length} pixels (expected ${size})`);
   return make({ ...facts, info: facts, edges: edgeTable, areas: facts.objects, labels }, noSession, facts);

@@ -1,7 +1,7 @@
 // Results as plain objects for JSON: typed arrays as text. Words are written as differences from the one before, byte by
 // byte, and packed by a range coder whose odds adapt to what came before: the same bytes on every machine.
 
-import { TraceCutError, illegal, isPlainObject, wholeNumber } from '../check/errors.js';
+import { TraceCutError, checkSides, illegal, isPlainObject } from '../check/errors.js';
 import { VERSION } from '../parameters.js';
 
 /** Odds that a bit is 0, of 2048, and how fast they adapt. */
@@ -9,8 +9,6 @@ const [EVEN, ALL_BITS, RATE] = [1024, 11, 5];
 const TOP = 2 ** 32;
 
 const KINDS = { Uint8Array, Int32Array, Uint32Array, Float32Array, Float64Array };
-
-const MAX_SIDE = 16384;
 
 /**
  * A result's fields for JSON.
@@ -38,7 +36,7 @@ export function opened(json, needed) {
   found = unpacked(found);
   const missing = isPlainObject(found) ? needed.find((name) => found[name] === undefined) : 'a result';
   if (missing !== undefined) throw illegal('data', 'json', json, `a saved result of this kind; it has no ${missing}`);
-  for (const name of ['width', 'height']) wholeNumber('data', name, found[name], 1, MAX_SIDE);
+  checkSides('data', '', found);
   return found;
 }
 

@@ -4,6 +4,7 @@ import { TraceCutError, illegal, inFrame, wholeNumber } from '../check/errors.js
 import { splitOptions } from '../check/options.js';
 import { onGrid } from '../stages/image.js';
 import { toRawFrame } from '../worker/frames.js';
+import { untilAborted } from '../worker/pause.js';
 import { decoderLoader, openEngine } from '../worker/remote.js';
 import { mergeOf, splitOf, strokesOf, toRawTrajectories } from './inputs.js';
 import { REQUESTS } from './requests.js';
@@ -232,20 +233,14 @@ export class Session {
     signal?.throwIfAborted();
 
     const inner = new AbortController();
-    /** @type {Promise<never>} */
-    const stopped = new Promise((_, reject) => {
-      this.#stopRun = (reason) => {
-        inner.abort();
-        reject(reason);
-      };
-    });
-    const stop = this.#stopRun;
-    const onAbort = () => stop?.(signal?.reason);
+    const stop = (/** @type {unknown} */ reason) => inner.abort(reason);
+    this.#stopRun = stop;
+    const onAbort = () => stop(signal?.reason);
     signal?.addEventListener('abort', onAbort);
     try {
-      const report = guardedReport(onProgress, (error) => stop?.(error));
-      if (correction) await Promise.race([this.#apply(correction), stopped]);
-      const raw = await Promise.race([this.#engine.run(report, inner.signal), stopped]);
+      const report = guardedReport(onProgress, stop);
+      if (correction) await untilAborted(this.#apply(correction), inner.signal);
+      const raw = await untilAborted(this.#engine.run(report, inner.signal), inner.signal);
       if (raw === null) throw new TraceCutError('closed', 'the session was closed');
       return new Result(raw, this.#asker());
     } finally {

@@ -3,8 +3,9 @@
 import { TraceCutError, illegal, isPlainObject } from '../check/errors.js';
 import { splitOptions } from '../check/options.js';
 import { atSize } from '../video/pixels.js';
-import { asOptions, nothingTaken, splitTake, taken, unlessAborted } from '../video/reader.js';
+import { asOptions, nothingTaken, splitTake, taken } from '../video/reader.js';
 import { openReader } from '../video/source.js';
+import { untilAborted } from '../worker/pause.js';
 import { decoderLoader, openEngine } from '../worker/remote.js';
 
 /**
@@ -50,7 +51,7 @@ export async function trajectories(source, options) {
   try {
     const { info, times } = await pushed(engine, reader, take);
     const signal = take.signal ?? new AbortController().signal;
-    const list = await unlessAborted(engine.track(onProgress, signal), take.signal);
+    const list = await untilAborted(engine.track(onProgress, signal), take.signal);
     if (!list) throw new TraceCutError('closed', 'the tracking was ended');
     return { ...list, numFrames: info.numFrames, width: info.width, height: info.height, times };
   } finally {
@@ -78,18 +79,11 @@ function checked(options) {
  * @param {import('../video/reader.js').Take} take
  */
 async function pushed(engine, reader, take) {
-  const frames = taken(reader, take);
   const times = [];
   let info;
-  try {
-    for (;;) {
-      const { value, done } = await unlessAborted(frames.next(), take.signal);
-      if (done) break;
-      info = await engine.request('push', await atSize(value.raw, take.size));
-      times.push(value.time);
-    }
-  } finally {
-    frames.return().catch(() => {});
+  for await (const { raw, time } of taken(reader, take)) {
+    info = await engine.request('push', await atSize(raw, take.size));
+    times.push(time);
   }
   if (!info) throw await nothingTaken(take, reader);
   return { info, times: Float64Array.from(times) };

@@ -1,6 +1,6 @@
 // `tracks.dat`, the track file of the Moseg benchmark, read.
 
-import { TraceCutError, illegal, wholeNumber } from '../check/errors.js';
+import { TraceCutError, checkSides, illegal, wholeNumber } from '../check/errors.js';
 
 /**
  * The trajectories of a track file, as `setTrajectories` takes them, each with its label.
@@ -9,7 +9,6 @@ import { TraceCutError, illegal, wholeNumber } from '../check/errors.js';
  *   label: Uint32Array<ArrayBuffer>}} TrackFile
  */
 
-const MAX_SIDE = 16384;
 const MAX_FRAMES = 100000;
 const MAX_COUNT = 2 ** 31;
 
@@ -26,8 +25,8 @@ const MAX_COUNT = 2 ** 31;
 export async function fromTracksDat(text, size) {
   if (typeof text !== 'string') throw illegal('data', 'text', text, 'the text of a track file');
   if (typeof size !== 'object' || size === null) throw illegal('param', 'size', size, 'an object {width, height}');
-  const width = wholeNumber('frame-size', 'width', size.width, 1, MAX_SIDE);
-  const height = wholeNumber('frame-size', 'height', size.height, 1, MAX_SIDE);
+  checkSides('frame-size', '', size);
+  const { width, height } = size;
   const lines = new Lines(text);
   const numFrames = lines.next('the number of frames').whole('a number of frames', 1, MAX_FRAMES);
   const count = lines.next('the number of tracks').whole('a number of tracks', 0, MAX_COUNT);

@@ -6,7 +6,7 @@ import { averageRate } from '../check/masks.js';
 import { part } from '../places.js';
 import { decodedFrom } from './decode.js';
 import { listPictures } from './pictures.js';
-import { readAndClose, stretched } from './pixels.js';
+import { stretched } from './pixels.js';
 
 /** @typedef {import('./reader.js').Reader} Reader */
 /** @typedef {import('./reader.js').TimedFrame} TimedFrame */
@@ -279,19 +279,15 @@ class TrackReader {
       // Not every container says how long its frames last; all say when the next one comes.
       const duration = (place + 1 < times.length ? Number(times[place + 1]) : end) - time;
       if (isBeginning) this.#size ??= sizeOf(sample);
-      yield { time, duration, read: (size) => this.#read(sample, size), close: () => sample.close() };
+      yield { time, duration, read: () => this.#read(sample), close: () => sample.close() };
     }
   }
 
-  /**
-   * @param {import('mediabunny').VideoSample} sample
-   * @param {number} [most] the long side, where it is little work to reduce the frame
-   */
-  async #read(sample, most) {
+  /** @param {import('mediabunny').VideoSample} sample */
+  async #read(sample) {
     const { width, height } = await this.#shownSize(sample);
-    const isStretched = sample.displayWidth !== width || sample.displayHeight !== height;
-    const raw = await pixelsOf(sample, isStretched ? undefined : most);
-    return isStretched ? stretched(raw, width, height) : raw;
+    const raw = upright(sample);
+    return sample.displayWidth === width && sample.displayHeight === height ? raw : stretched(raw, width, height);
   }
 
   /**
@@ -386,11 +382,10 @@ function placeOf(stamps, stamp, from) {
 
 /**
  * @param {import('mediabunny').VideoSample} sample
- * @param {number} [size]
- * @returns {Promise<import('../worker/frames.js').RawFrame>}
+ * @returns {import('./pixels.js').ReadFrame}
  */
-async function pixelsOf(sample, size) {
-  if (sample.rotation === 0 && !sample.flip) return readAndClose(sample.toVideoFrame(), size);
+function upright(sample) {
+  if (sample.rotation === 0 && !sample.flip) return { kind: 'image', image: sample.toVideoFrame() };
   const { displayWidth: width, displayHeight: height } = sample;
   const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
   if (!context) throw new TraceCutError('unsupported', 'the browser gave no 2d canvas to turn the frame with');

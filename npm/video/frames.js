@@ -2,19 +2,19 @@
 
 import { illegal } from '../check/errors.js';
 import { decoderLoader } from '../worker/remote.js';
-import { atSize, toPixelFrame } from './pixels.js';
-import { asOptions, nothingTaken, splitTake, taken, unlessAborted } from './reader.js';
+import { shownFrame } from './pixels.js';
+import { asOptions, nothingTaken, splitTake, taken } from './reader.js';
 import { openReader } from './source.js';
 
 /**
- * A decoded frame: its pixels as they are shown (`ImageData` in browsers), its number among those taken, and when and
- * how long it is shown, in seconds; `clip` where the source has several.
- * @typedef {{readonly frame: import('../worker/frames.js').PixelFrame, readonly index: number, readonly time: number,
- *   readonly duration: number, readonly clip?: string}} DecodedFrame
+ * A decoded frame, its number among those taken, and when and how long it is shown, in seconds; `clip` where the source has
+ * several.
+ * @typedef {import('./pixels.js').ShownFrame & {readonly index: number, readonly time: number, readonly duration: number,
+ *   readonly clip?: string}} DecodedFrame
  */
 
 /**
- * The pictures that a video holds: each once, in the order in which they are shown, upright, in square pixels, of the
+ * The pictures that a video holds, as a canvas draws them: each once, in the order in which they are shown, upright, in square pixels, of the
  * size of the first, with its time and duration in seconds as the file says them; docs/frames.md has the rules.
  * Nothing is read before the first is asked for, and leaving the loop closes the source. Of a file that is cut off or
  * damaged the frames before come; then `onDamage` is told, or an error ends the loop (`truncated`).
@@ -49,19 +49,19 @@ export function videoFrames(source, options) {
 async function* decoded(source, take, loadDecoder) {
   take.signal?.throwIfAborted();
   const reader = await openReader(source, take, loadDecoder);
-  const frames = taken(reader, take);
   let count = 0;
   try {
-    for (;;) {
-      const { value, done } = await unlessAborted(frames.next(), take.signal);
-      if (done) break;
-      const { raw, end: _, ...facts } = value;
-      yield { frame: await toPixelFrame(await atSize(raw, take.size)), ...facts };
+    for await (const { raw, end: _, ...facts } of taken(reader, take)) {
+      const { close, ...shown } = await shownFrame(raw, take.size, facts.time);
+      try {
+        yield { ...shown, ...facts };
+      } finally {
+        close();
+      }
       count += 1;
     }
     if (count === 0) throw await nothingTaken(take, reader);
   } finally {
-    frames.return().catch(() => {});
     reader.close();
   }
 }

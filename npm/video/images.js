@@ -3,7 +3,6 @@
 import { TraceCutError } from '../check/errors.js';
 import { averageRate } from '../check/masks.js';
 import { fromImage } from '../worker/frames.js';
-import { readAndClose } from './pixels.js';
 
 /**
  * The part of `ImageDecoder` that is used here; not every library of types knows it.
@@ -78,7 +77,7 @@ function animationReader({ decoder, fault }, type) {
         yield {
           time: begin / 1e6,
           duration: length / 1e6,
-          read: (size) => readAndClose(image, size),
+          read: async () => ({ kind: 'image', image: image.clone() }),
           close: () => image.close(),
         };
         begin += length;

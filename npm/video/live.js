@@ -3,7 +3,7 @@
 
 import { TraceCutError } from '../check/errors.js';
 import { toRawFrame } from '../worker/frames.js';
-import { readAndClose, stretched } from './pixels.js';
+import { atSize, stretched } from './pixels.js';
 
 /** Most frames that wait; newer ones are dropped then. As many as the largest window holds. */
 const MAX_QUEUE = 400;
@@ -12,7 +12,7 @@ const MAX_QUEUE = 400;
 const WATCH_MS = 100;
 
 /** @typedef {{time: number, raw: import('../worker/frames.js').RawFrame}} LiveFrame */
-/** @typedef {(timestamp: number, read: () => Promise<import('../worker/frames.js').RawFrame>) => Promise<boolean>} Take */
+/** @typedef {(timestamp: number, read: () => Promise<import('../worker/frames.js').RawFrame>) => Promise<boolean>} OfferFrame True while more are wanted. */
 
 /**
  * @param {MediaStream} stream
@@ -51,8 +51,8 @@ async function* liveFrames(track, { end }, reduce, closed) {
   let last = -Infinity;
   /** @type {{width: number, height: number} | undefined} Of the first frame: a phone may be turned on the way. */
   let size;
-  /** @type {Take} */
-  const take = async (timestamp, read) => {
+  /** @type {OfferFrame} */
+  const offer = async (timestamp, read) => {
     if (Number.isNaN(first)) first = timestamp;
     const time = timestamp - first;
     if (over || time >= end) return false;
@@ -72,7 +72,7 @@ async function* liveFrames(track, { end }, reduce, closed) {
   };
   const stop = new AbortController();
   closed.addEventListener('abort', () => stop.abort(), { once: true });
-  const feeding = hasProcessor() ? byProcessor(track, take, stop.signal) : byElement(track, take, stop.signal);
+  const feeding = hasProcessor() ? byProcessor(track, offer, stop.signal) : byElement(track, offer, stop.signal);
   feeding
     .catch((error) => (fault = error))
     .finally(() => {
@@ -99,10 +99,10 @@ const hasProcessor = () => 'MediaStreamTrackProcessor' in globalThis;
 
 /**
  * @param {MediaStreamTrack} track
- * @param {Take} take
+ * @param {OfferFrame} offer
  * @param {AbortSignal} stop
  */
-async function byProcessor(track, take, stop) {
+async function byProcessor(track, offer, stop) {
   const { MediaStreamTrackProcessor } = /** @type {{MediaStreamTrackProcessor: Processor}} */ (
     /** @type {unknown} */ (globalThis)
   );
@@ -115,7 +115,7 @@ async function byProcessor(track, take, stop) {
       const { done, value: frame } = await reader.read();
       if (done) return;
       try {
-        if (!(await take(frame.timestamp / 1e6, () => readAndClose(frame)))) return;
+        if (!(await offer(frame.timestamp / 1e6, () => atSize({ kind: 'image', image: frame }, undefined)))) return;
       } finally {
         frame.close();
       }
@@ -127,10 +127,10 @@ async function byProcessor(track, take, stop) {
 
 /**
  * @param {MediaStreamTrack} track
- * @param {Take} take
+ * @param {OfferFrame} offer
  * @param {AbortSignal} stop
  */
-async function byElement(track, take, stop) {
+async function byElement(track, offer, stop) {
   if (typeof document === 'undefined')
     throw new TraceCutError('unsupported', 'a worker of this browser cannot read a stream; read it in the page');
   const video = document.createElement('video');
@@ -147,7 +147,7 @@ async function byElement(track, take, stop) {
         // What an ended track shows last is black.
         if (track.readyState === 'ended') return;
         try {
-          const more = await take(mediaTime, () => toRawFrame(video, () => Promise.reject(new Error('no file'))));
+          const more = await offer(mediaTime, () => toRawFrame(video, () => Promise.reject(new Error('no file'))));
           if (more && !stop.aborted) video.requestVideoFrameCallback(next);
           else end();
         } catch (error) {

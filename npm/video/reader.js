@@ -1,7 +1,8 @@
 // What every source of frames looks like from inside, and what is taken of it.
 
-import { TraceCutError, illegal, isPlainObject, wholeNumber } from '../check/errors.js';
+import { MAX_SIDE, TraceCutError, illegal, isPlainObject, wholeNumber } from '../check/errors.js';
 import { WINDOWS } from '../parameters.js';
+import { untilAborted } from '../worker/pause.js';
 import { pixelsFrom } from './pixels.js';
 
 /**
@@ -18,10 +19,10 @@ import { pixelsFrom } from './pixels.js';
  */
 
 /**
- * A frame that is not read yet: `read` copies its pixels, of no more than `size` where that is little work there, `close`
- * gives up whatever holds it, read or not.
- * @typedef {{time: number, duration: number, read: (size?: number) => Promise<import('../worker/frames.js').RawFrame>, close: ()
- *   => void, isGuess?: boolean, clip?: string}} TimedFrame `isGuess` where nothing says how long it is shown; `clip`
+ * A frame that is not read yet: `read` gives its pixels, a file, or an image that whoever asks for it closes; `close` gives
+ * up whatever holds it, read or not.
+ * @typedef {{time: number, duration: number, read: () => Promise<import('./pixels.js').ReadFrame>, close: () => void,
+ *   isGuess?: boolean, clip?: string}} TimedFrame `isGuess` where nothing says how long it is shown; `clip`
  *   where it is of one of several
  */
 
@@ -39,8 +40,9 @@ import { pixelsFrom } from './pixels.js';
  */
 
 /**
- * `end` is when a frame ends, in seconds; null where nothing says.
- * @typedef {{raw: import('../worker/frames.js').RawFrame, index: number, time: number, duration: number, end: number | null,
+ * A frame that is read; an image is there until the next is asked for. `end` is when it ends, in seconds; null where nothing
+ * says.
+ * @typedef {{raw: import('./pixels.js').ReadFrame, index: number, time: number, duration: number, end: number | null,
  *   clip?: string}} TakenFrame
  */
 
@@ -54,17 +56,20 @@ const DAMAGE = ['truncated', 'decode', 'frame-bytes'];
 export const FEWEST = 2;
 
 /**
- * The frames of a reader that are wanted, as pixels; each is closed as soon as it is read. Where the take knows what to
- * do with damage, they end before it.
+ * The frames of a reader that are wanted; each is closed as soon as it is read. Where the take knows what to
+ * do with damage, they end before it; where its signal aborts, with its reason.
  * @param {Reader} reader
  * @param {Take} take
  * @returns {AsyncGenerator<TakenFrame, void, unknown>}
  */
 export async function* taken(reader, take) {
+  const frames = wanted(reader, take);
   let index = 0;
   try {
-    for await (const frame of wanted(reader, take)) {
-      yield frame;
+    for (;;) {
+      const { value, done } = await untilAborted(frames.next(), take.signal);
+      if (done) return;
+      yield value;
       index += 1;
     }
   } catch (error) {
@@ -72,6 +77,8 @@ export async function* taken(reader, take) {
     error.frames = index;
     if (!take.onDamage || index < FEWEST) throw error;
     take.onDamage({ frames: index, total: await expected(reader, take).catch(() => null), error });
+  } finally {
+    frames.return().catch(() => {});
   }
 }
 
@@ -104,21 +111,20 @@ async function* wanted(reader, take) {
       if (clip !== present) [present, passed] = [clip, 0];
       passed += 1;
       if ((passed - 1) % take.step !== 0) continue;
-      const read = await frame.read(take.size);
+      const read = await frame.read();
       frame.close();
       // Whether a file is damaged shows when it is decoded.
       const raw = take.onDamage && read.kind === 'file' ? await decoded(read) : read;
       const { time, duration } = frame;
       // Frames that are left out lengthen those before them; nobody knows how many would have come after the last.
       const isKnown = duration > 0 && !frame.isGuess && take.step === 1;
-      yield {
-        raw,
-        index,
-        time,
-        duration,
-        end: isKnown ? time + duration : null,
-        ...(clip === undefined ? {} : { clip }),
-      };
+      const end = isKnown ? time + duration : null;
+      try {
+        yield { raw, index, time, duration, end, ...(clip === undefined ? {} : { clip }) };
+      } finally {
+        // Whoever stopped waiting for it did not see it.
+        if (raw.kind === 'image') raw.image.close();
+      }
       index += 1;
       if (index >= take.maxFrames) return;
     } finally {
@@ -166,23 +172,6 @@ export async function nothingTaken({ start, end }, reader) {
 const round = (time = 0) => Number(time.toFixed(3));
 
 /**
- * What `promise` gives, unless the signal aborts first.
- * @template T
- * @param {Promise<T>} promise
- * @param {AbortSignal | undefined} signal
- * @returns {Promise<T>}
- */
-export function unlessAborted(promise, signal) {
-  if (!signal) return promise;
-  return new Promise((resolve, reject) => {
-    const abort = () => reject(signal.reason);
-    if (signal.aborted) abort();
-    signal.addEventListener('abort', abort, { once: true });
-    promise.then(resolve, reject).finally(() => signal.removeEventListener('abort', abort));
-  });
-}
-
-/**
  * What is taken of a source: the frames whose time lies in `[start, end)`, every `step`-th of them, at most
  * `maxFrames`.
  * @typedef {object} TakeOptions
@@ -219,7 +208,6 @@ export function unlessAborted(promise, signal) {
  */
 
 const MAX_FRAMES = 1_000_000;
-const MAX_SIDE = 16384;
 
 /**
  * @param {unknown} options

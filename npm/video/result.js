@@ -1,10 +1,13 @@
 // The masks, shots and objects of a whole clip: `VideoResult`.
 
-import { TraceCutError, illegal, isPlainObject, wholeNumber } from '../check/errors.js';
-import { IDENTITY, areasOf, decodeRuns, encodeRuns, objectList, joinedWords } from '../session/objects.js';
+import { TraceCutError, illegal, wholeNumber } from '../check/errors.js';
+import { objectList } from '../session/objects.js';
 import { tracksDat } from '../session/report.js';
+import { areasOf, checkRuns, decodeRuns, encodeRuns, joinRuns, splitRuns } from '../session/runs.js';
 import { opened, saved } from '../session/saved.js';
 import { breath } from '../worker/pause.js';
+
+/** @typedef {import('../session/runs.js').Runs} Runs */
 
 /**
  * A stretch of frames without a cut, `first` and `last` included. Objects of different shots have different labels.
@@ -23,12 +26,11 @@ import { breath } from '../worker/pause.js';
  * @property {Float64Array<ArrayBuffer>} times
  * @property {number | null} [end]
  * @property {readonly Shot[]} shots
- * @property {Uint32Array<ArrayBuffer>[]} runs
+ * @property {Runs[]} runs
  * @property {ClipTrajectories} trajectories
  * @property {Truncated | null} [truncated]
  */
 
-const NUM_LABELS = 256;
 /** Frames between two breaths. */
 const BATCH = 8;
 
@@ -69,38 +71,7 @@ export class VideoResult {
    */
   labels(t) {
     wholeNumber('param', 't', t, 0, this.numFrames - 1);
-    return decodeRuns(/** @type {Uint32Array} */ (this.runs[t]), this.width * this.height, IDENTITY);
-  }
-
-  /**
-   * The same with other labels: `{3: 1}` makes 3 the same object as 1, `{3: 0}` makes it background. This
-   * result stays as it is.
-   * @param {Record<number, number>} map from present labels to others, both 0 to 255
-   * @returns {VideoResult}
-   */
-  relabel(map) {
-    if (!isPlainObject(map)) throw illegal('param', 'map', map, 'an object such as {3: 1}');
-    for (const [from, to] of Object.entries(map)) {
-      wholeNumber('param', 'a label of map', Number(from), 0, NUM_LABELS - 1);
-      wholeNumber('param', `map[${from}]`, to, 0, NUM_LABELS - 1);
-    }
-    const table = IDENTITY.map((label) => map[label] ?? label);
-    const called = (/** @type {number} */ label) => Number(table[label]);
-    const runs = this.runs.map((frame) => frame.map((run) => run - (run & 255) + called(run & 255)));
-    const { trajectories } = this;
-    return new VideoResult({ ...this, runs, trajectories: { ...trajectories, label: trajectories.label.map(called) } });
-  }
-
-  /**
-   * The same with object `b` taken for part of `a`; `merge(0, b)` makes it background.
-   * @param {number} a
-   * @param {number} b
-   * @returns {VideoResult}
-   */
-  merge(a, b) {
-    if (a !== 0) this.#checkObject('a', a);
-    this.#checkObject('b', b);
-    return this.relabel({ [b]: a });
+    return decodeRuns(/** @type {Runs} */ (this.runs[t]));
   }
 
   /**
@@ -110,7 +81,7 @@ export class VideoResult {
    */
   toJSON() {
     const { objects: _, runs, ...rest } = this;
-    return saved({ ...rest, lengths: Uint32Array.from(runs, ({ length }) => length), runs: joinedWords(runs) });
+    return saved({ ...rest, runs: joinRuns(runs) });
   }
 
   /**
@@ -119,12 +90,12 @@ export class VideoResult {
    * @returns {VideoResult} with code `data` where it is damaged, or another kind of result
    */
   static fromJSON(json) {
-    const { lengths, runs, ...rest } = opened(json, ['times', 'shots', 'runs', 'trajectories']);
-    const frames = lengths ? parted(runs, lengths) : runs;
+    const { runs: words, ...rest } = opened(json, ['times', 'shots', 'runs', 'trajectories']);
+    /** @type {unknown[]} */
+    const frames = words instanceof Uint32Array ? splitRuns(words, rest.times.length) : words;
     const size = rest.width * rest.height;
-    if (frames.length !== rest.times.length || frames.some((/** @type {Uint32Array} */ one) => covered(one) !== size))
-      throw new TraceCutError('data', 'the saved result is damaged: its masks do not cover its frames');
-    return new VideoResult({ ...rest, runs: frames });
+    const runs = Array.from(rest.times, (_, t) => checkRuns(`the mask of frame ${t}`, frames[t], size));
+    return new VideoResult({ ...rest, runs });
   }
 
   /**
@@ -135,25 +106,10 @@ export class VideoResult {
   toTracksDat() {
     return tracksDat({ ...this.trajectories, numFrames: this.numFrames });
   }
-
-  /**
-   * @param {string} name
-   * @param {number} label
-   */
-  #checkObject(name, label) {
-    if (this.objects.some((object) => object.label === label)) return;
-    const labels = this.objects.map((object) => object.label).join(', ');
-    throw illegal(
-      'param',
-      name,
-      label,
-      labels ? `the label of an object: ${labels}` : 'the label of an object; there are none',
-    );
-  }
 }
 
 /**
- * @param {Uint32Array<ArrayBuffer>[]} runs
+ * @param {Runs[]} runs
  * @returns {import('../session/objects.js').ObjectList}
  */
 function objectsOf(runs) {
@@ -170,21 +126,9 @@ function objectsOf(runs) {
   return objectList([...areas].map(([label, own]) => ({ label, areas: own })));
 }
 
-/**
- * @param {Uint32Array} words
- * @param {Uint32Array} lengths
- */
-function parted(words, lengths) {
-  let at = 0;
-  return Array.from(lengths, (length) => words.slice(at, (at += length)));
-}
-
-/** How many pixels the runs of a frame cover. @param {Uint32Array} runs */
-const covered = (runs) => runs.reduce((sum, run) => sum + (run >>> 8), 0);
-
 /** Collects window after window. */
 export class Collector {
-  /** @type {Uint32Array<ArrayBuffer>[]} */
+  /** @type {Runs[]} */
   #runs = [];
   /** @type {number[]} */
   #times = [];
@@ -225,7 +169,7 @@ export class Collector {
   /** @param {number} t */
   labels(t) {
     wholeNumber('param', 't', t, 0, this.#runs.length - 1);
-    return decodeRuns(/** @type {Uint32Array} */ (this.#runs[t]), this.#size.width * this.#size.height, IDENTITY);
+    return decodeRuns(/** @type {Runs} */ (this.#runs[t]));
   }
 
   /** @param {TraceCutError | null} damage that the source ended with */
@@ -274,16 +218,16 @@ class TrackCollector {
   /** @param {import('./window.js').WindowResult} window */
   add({ trajectories, clusters, firstFrame }) {
     for (let i = 0; i < trajectories.count; i += 1) {
-      const [begin, end] = [at(trajectories.offset, i), at(trajectories.offset, i + 1)];
-      const start = firstFrame + at(trajectories.startFrame, i);
-      const track = this.#trackOf(at(trajectories.id, i), start);
+      const [begin, end] = [Number(trajectories.offset[i]), Number(trajectories.offset[i + 1])];
+      const start = firstFrame + Number(trajectories.startFrame[i]);
+      const track = this.#trackOf(Number(trajectories.id[i]), start);
       // The frames that an earlier window had are there already.
       const known = track.start + track.x.length - start;
       for (let p = begin + Math.max(0, known); p < end; p += 1) {
-        track.x.push(at(trajectories.x, p));
-        track.y.push(at(trajectories.y, p));
+        track.x.push(Number(trajectories.x[p]));
+        track.y.push(Number(trajectories.y[p]));
       }
-      const label = clusters.object ? at(clusters.object, at(clusters.label, i)) : 0;
+      const label = Number(clusters.object?.[Number(clusters.label[i])] ?? 0);
       track.votes.set(label, (track.votes.get(label) ?? 0) + end - begin);
     }
   }
@@ -312,8 +256,8 @@ class TrackCollector {
       }))
       .sort((a, b) => a.start - b.start);
     const offset = new Uint32Array(tracks.length + 1);
-    tracks.forEach((track, i) => (offset[i + 1] = at(offset, i) + track.x.length));
-    const points = at(offset, tracks.length);
+    tracks.forEach((track, i) => (offset[i + 1] = Number(offset[i]) + track.x.length));
+    const points = Number(offset[tracks.length]);
     const joined = {
       count: tracks.length,
       startFrame: Uint32Array.from(tracks, ({ start }) => start),
@@ -341,12 +285,4 @@ function majority(votes) {
     if (count > most || (count === most && label < best)) [best, most] = [label, count];
   }
   return best;
-}
-
-/**
- * @param {Uint32Array | Uint8Array | Float32Array} values
- * @param {number} index
- */
-function at(values, index) {
-  return /** @type {number} */ (values[index]);
 }

@@ -3,9 +3,9 @@
 import { TraceCutError, illegal, isPlainObject } from '../check/errors.js';
 import { splitOptions } from '../check/options.js';
 import { Session } from '../session/session.js';
-import { Pause } from '../worker/pause.js';
+import { Pause, untilAborted } from '../worker/pause.js';
 import { decoderLoader, openEngine } from '../worker/remote.js';
-import { atSize } from './pixels.js';
+import { atSize, shownFrame } from './pixels.js';
 import { WINDOWS } from '../parameters.js';
 import { asOptions, expected, nothingTaken, splitTake, splitWindow, taken } from './reader.js';
 import { Collector } from './result.js';
@@ -27,6 +27,8 @@ import { Driver } from './window.js';
  *   window
  *   of a clip of known length shares more when it would not be full otherwise)
  * @property {(progress: VideoProgress) => void} [onProgress] hears of each stage of each window, and of frames read
+ * @property {(frame: import('./frames.js').DecodedFrame) => void | Promise<void>} [onFrame] is given each frame that is taken, as
+ *   `videoFrames` gives it, before it is segmented; a promise that it gives is waited for
  * @property {boolean} [keep] leaves the last window's session open at the end, as `session`. Its trajectories may be all
  *   that is wanted: `clip.dense` may be off, and the windows, which have no masks then, are not collected
  */
@@ -43,6 +45,7 @@ import { Driver } from './window.js';
  * @property {number | undefined} overlap
  * @property {boolean} keep
  * @property {((progress: VideoProgress) => void) | undefined} onProgress
+ * @property {WindowOptions['onFrame']} onFrame
  * @property {import('../check/options.js').SplitOptions} engine
  */
 
@@ -53,9 +56,9 @@ import { Driver } from './window.js';
 function checked(options) {
   const { take, others } = splitTake(asOptions(options));
   const { window, overlap, others: rest } = splitWindow(others);
-  const { onProgress, keep = false, ...engine } = rest;
-  if (onProgress !== undefined && typeof onProgress !== 'function')
-    throw illegal('param', 'onProgress', onProgress, 'a function');
+  const { onProgress, onFrame, keep = false, ...engine } = rest;
+  for (const [name, call] of Object.entries({ onProgress, onFrame }))
+    if (call !== undefined && typeof call !== 'function') throw illegal('param', name, call, 'a function');
   if (typeof keep !== 'boolean') throw illegal('param', 'keep', keep, 'true or false');
   if (!keep && isPlainObject(engine.clip) && engine.clip.dense === false)
     throw illegal('param', 'clip.dense', false, 'true: segmentVideo makes masks');
@@ -65,6 +68,7 @@ function checked(options) {
     overlap,
     keep,
     onProgress: /** @type {Checked['onProgress']} */ (onProgress),
+    onFrame: /** @type {Checked['onFrame']} */ (onFrame),
     engine: splitOptions(engine),
   };
 }
@@ -245,7 +249,7 @@ export class VideoSegmentation {
     try {
       signal?.throwIfAborted();
       signal?.addEventListener('abort', abort, { once: true });
-      const driver = await this.#unlessStopped(this.#open());
+      const driver = await untilAborted(this.#open(), this.#stop.signal);
       let next = this.#window(driver);
       for (;;) {
         const window = await next;
@@ -279,8 +283,11 @@ export class VideoSegmentation {
       const { value, done } = await frames.next();
       if (done) return null;
       this.#read += 1;
-      const { time, end, clip } = value;
-      return { raw: await atSize(value.raw, take.size), time, end, clip };
+      const { raw, ...facts } = value;
+      const small = await atSize(raw, take.size);
+      await this.#show(small, facts);
+      const { time, end, clip } = facts;
+      return { raw: small, time, end, clip };
     };
     return new Driver({
       engine: this.#engine,
@@ -313,9 +320,24 @@ export class VideoSegmentation {
    * @param {Driver} driver
    */
   #window(driver) {
-    const window = this.#unlessStopped(driver.next());
+    const window = untilAborted(driver.next(), this.#stop.signal);
     window.catch(() => {});
     return window;
+  }
+
+  /**
+   * @param {import('../worker/frames.js').RawFrame} raw
+   * @param {Omit<import('./reader.js').TakenFrame, 'raw'>} facts
+   */
+  async #show(raw, { end: _, ...facts }) {
+    const { onFrame } = this.#checked;
+    if (!onFrame) return;
+    const { close, ...shown } = await shownFrame(raw, undefined, facts.time);
+    try {
+      await onFrame({ ...shown, ...facts });
+    } finally {
+      close();
+    }
   }
 
   /** @param {Omit<VideoProgress, 'frames'>} progress */
@@ -326,21 +348,6 @@ export class VideoSegmentation {
     } catch (error) {
       this.#end(error);
     }
-  }
-
-  /**
-   * @template T
-   * @param {Promise<T>} promise
-   * @returns {Promise<T>}
-   */
-  #unlessStopped(promise) {
-    const { signal } = this.#stop;
-    return new Promise((resolve, reject) => {
-      const stop = () => reject(signal.reason);
-      if (signal.aborted) stop();
-      signal.addEventListener('abort', stop);
-      promise.then(resolve, reject).finally(() => signal.removeEventListener('abort', stop));
-    });
   }
 
   /** What was opened after the end is closed at once. */

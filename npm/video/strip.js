@@ -1,9 +1,10 @@
 // A few frames spread over a video, for a filmstrip.
 
 import { TraceCutError, illegal, wholeNumber } from '../check/errors.js';
+import { untilAborted } from '../worker/pause.js';
 import { decoderLoader } from '../worker/remote.js';
-import { atSize, toPixelFrame } from './pixels.js';
-import { SLACK, asOptions, isDamage, nothingTaken, splitTake, unlessAborted } from './reader.js';
+import { shownFrame } from './pixels.js';
+import { SLACK, asOptions, isDamage, nothingTaken, splitTake } from './reader.js';
 import { openReader } from './source.js';
 
 /**
@@ -43,7 +44,7 @@ export async function* videoStrip(source, options) {
   const wasm = /** @type {import('../check/options.js').WasmSource | undefined} */ (decoder);
   const reader = await openReader(source, take, decoderLoader(wasm));
   try {
-    const times = await unlessAborted(reader.times(), take.signal);
+    const times = await untilAborted(reader.times(), take.signal);
     if (!times)
       throw new TraceCutError('unsupported', 'a stream or generator of frames has no strip: its length is not known');
     const inRange = [...times].filter((time) => time >= take.start - SLACK && time < take.end - SLACK);
@@ -54,9 +55,17 @@ export async function* videoStrip(source, options) {
     try {
       for (;;) {
         const next = pictureOf(frames.next(), take.size);
-        const picture = await unlessAborted(next, take.signal);
+        const picture = await untilAborted(next, take.signal).catch((error) => {
+          next.then((late) => late?.close()).catch(() => {});
+          throw error;
+        });
         if (!picture) return;
-        yield { index, ...picture };
+        const { close, ...shown } = picture;
+        try {
+          yield { index, ...shown };
+        } finally {
+          close();
+        }
         index += 1;
       }
     } catch (error) {
@@ -80,8 +89,7 @@ async function pictureOf(next, size) {
   if (done) return null;
   const { time, duration } = value;
   try {
-    const raw = await value.read(size);
-    return { frame: await toPixelFrame(await atSize(raw, size)), time, duration };
+    return { ...(await shownFrame(await value.read(), size, time)), time, duration };
   } finally {
     value.close();
   }

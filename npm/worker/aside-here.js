@@ -57,9 +57,10 @@ export function serveAside(port, doTask) {
     if (!task) return;
     try {
       const bytes = await doTask(task);
-      port.postMessage({ id, bytes }, [bytes.buffer]);
+      port.postMessage({ id, type: 'done', data: bytes }, [bytes.buffer]);
     } catch (error) {
-      port.postMessage({ id, error: String(error) });
+      const message = `the file cannot be made: ${error}`;
+      port.postMessage({ id, type: 'failed', data: { code: 'poisoned', message } });
     }
   });
 }

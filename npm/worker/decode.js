@@ -18,24 +18,21 @@ let started;
 export async function toPixels(frame) {
   if (frame.kind === 'pixels') return frame;
   if (!frame.decoder) throw new TraceCutError('state', 'a file came without the module that decodes it');
-  const [data, width, height] = await callDecoder(
-    frame.decoder,
-    () => decode(frame.data, frame.maxPixels),
-    (words) => ['decode', `image cannot be decoded: the decoder stopped on an internal error: ${words}`],
-  );
+  const call = () => decode(frame.data, frame.maxPixels);
+  const [data, width, height] = await callDecoder(frame.decoder, call, 'image cannot be decoded', 'decode');
   return { data, width, height };
 }
 
 /**
- * Calls into the module, once it has started. An error that Rust returned has a code; anything else is a panic or a trap, which `broken` puts
- * into words.
+ * Calls into the module, once it has started. An error that Rust returned has a code; anything else is a panic or a trap.
  * @template T
  * @param {WebAssembly.Module} module
  * @param {() => T} call
- * @param {(words: string) => [import('../check/errors.js').ErrorCode, string]} broken
+ * @param {string} failure what cannot be done then
+ * @param {import('../check/errors.js').ErrorCode} [code] of that
  * @returns {Promise<T>}
  */
-export async function callDecoder(module, call, broken) {
+export async function callDecoder(module, call, failure, code = 'poisoned') {
   started ??= startDecoder({ module_or_path: module });
   await started;
   try {
@@ -44,7 +41,7 @@ export async function callDecoder(module, call, broken) {
     throwIfRust(error);
     // The next call gets a fresh instance.
     __wbg_reset_state();
-    throw new TraceCutError(...broken(String(error)), { cause: error });
+    throw new TraceCutError(code, `${failure}: the decoder stopped on an internal error: ${error}`, { cause: error });
   }
 }
 
@@ -75,11 +72,8 @@ export async function callDecoder(module, call, broken) {
  */
 export async function enlargeHere({ labels, width, picture, chosen, module }) {
   const pixels = await pixelsOf(picture);
-  const [large, alpha] = await callDecoder(
-    module,
-    () => enlarge(labels, width, pixels.data, pixels.width, pixels.height, chosen),
-    (words) => ['poisoned', `the mask cannot be enlarged: the module stopped on an internal error: ${words}`],
-  );
+  const call = () => enlarge(labels, width, pixels.data, pixels.width, pixels.height, chosen);
+  const [large, alpha] = await callDecoder(module, call, 'the mask cannot be enlarged');
   return { width: pixels.width, height: pixels.height, labels: large, alpha };
 }
 

@@ -1,6 +1,6 @@
 // What can be pushed as a frame, to bytes.
 
-import { TraceCutError, illegal, tooLarge, typeTag, wholeNumber } from '../check/errors.js';
+import { TraceCutError, checkSides, illegal, tooLarge, typeTag } from '../check/errors.js';
 import { MAX_PIXELS } from '../check/options.js';
 
 /**
@@ -25,7 +25,6 @@ import { MAX_PIXELS } from '../check/options.js';
  *   name?: string}} RawFrame `index` and `name` say which frame of the clip, for errors
  */
 
-const MAX_SIDE = 16384;
 const LEGAL = 'ImageData, {data, width, height}, a canvas, VideoFrame, ImageBitmap, or the bytes of a PNG or JPEG file';
 
 /**
@@ -80,18 +79,14 @@ async function fromFile(file, maxPixels) {
 
 /**
  * Looks at a size before memory is taken for it.
- * @param {unknown} width
- * @param {unknown} height
+ * @param {{width?: unknown, height?: unknown}} frame
  * @param {number} maxPixels
  */
-function sized(width, height, maxPixels) {
-  const size = {
-    width: wholeNumber('frame-size', 'frame.width', width, 1, MAX_SIDE),
-    height: wholeNumber('frame-size', 'frame.height', height, 1, MAX_SIDE),
-  };
-  const pixels = size.width * size.height;
+function checkSize(frame, maxPixels) {
+  checkSides('frame-size', 'frame.', frame);
+  const { width, height } = /** @type {PixelFrame} */ (frame);
+  const pixels = width * height;
   if (pixels > maxPixels) throw tooLarge(pixels, 'pixels in a frame', maxPixels, 'clip.maxPixels');
-  return size;
 }
 
 /**
@@ -103,7 +98,8 @@ function fromPixels(frame, maxPixels) {
   if (typeof frame !== 'object' || frame === null || !('data' in frame && 'width' in frame && 'height' in frame)) {
     throw illegal('data', 'frame', frame, LEGAL);
   }
-  const { width, height } = sized(frame.width, frame.height, maxPixels);
+  checkSize(frame, maxPixels);
+  const { width, height } = /** @type {PixelFrame} */ (frame);
   const tag = typeTag(frame.data);
   if (tag !== 'Uint8ClampedArray' && tag !== 'Uint8Array') {
     throw illegal('frame-bytes', 'frame.data', frame.data, 'a Uint8ClampedArray or Uint8Array, four bytes a pixel');
@@ -143,7 +139,7 @@ async function fromVideoFrame(frame, maxPixels) {
     rotation,
     flip,
   } = /** @type {VideoFrame & {rotation?: number, flip?: boolean}} */ (frame);
-  if (rect) sized(rect.width, rect.height, maxPixels);
+  if (rect) checkSize(rect, maxPixels);
   if (!rotation && !flip && rect && rect.width === displayWidth && rect.height === displayHeight) {
     try {
       const data = new Uint8Array(4 * rect.width * rect.height);
@@ -164,7 +160,7 @@ async function fromVideoFrame(frame, maxPixels) {
  * @returns {RawFrame}
  */
 function draw(image, width, height, maxPixels) {
-  sized(width, height, maxPixels);
+  checkSize({ width, height }, maxPixels);
   if (typeof OffscreenCanvas === 'undefined') {
     throw new TraceCutError('unsupported', 'this engine has no OffscreenCanvas; push {data, width, height}');
   }

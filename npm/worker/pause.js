@@ -1,7 +1,24 @@
-// How work lets others go first: a breath for the page's thread, and a halt that it can be put on.
+// How work lets others go first: a breath for the page's thread, an end by a signal, and a halt that it can be put on.
 
 export function breath() {
   return new Promise((done) => setTimeout(done));
+}
+
+/**
+ * Settles as the promise does, or rejects with the signal's reason if that aborts first.
+ * @template T
+ * @param {Promise<T>} promise
+ * @param {AbortSignal | undefined} signal
+ * @returns {Promise<T>}
+ */
+export function untilAborted(promise, signal) {
+  if (!signal) return promise;
+  return new Promise((resolve, reject) => {
+    const abort = () => reject(signal.reason);
+    if (signal.aborted) abort();
+    signal.addEventListener('abort', abort, { once: true });
+    promise.then(resolve, reject).finally(() => signal.removeEventListener('abort', abort));
+  });
 }
 
 export class Pause {

@@ -1,4 +1,4 @@
-// Engines: in a worker, or on this thread with helpers beside it.
+// Engines: in a worker, or on this thread with helpers beside it; and workers that do what belongs to no session.
 
 import { TraceCutError } from '../check/errors.js';
 import { wayOut } from '../places.js';
@@ -89,8 +89,8 @@ function startHelper(worker, data) {
   };
 }
 
-/** @implements {Engine} */
-export class RemoteEngine {
+/** A worker that answers requests; where it ends, what still waits rejects. */
+export class RemoteWorker {
   #worker;
   #nextId = 1;
   /** @type {Map<number, Pending>} */
@@ -98,27 +98,101 @@ export class RemoteEngine {
   /** @type {TraceCutError | undefined} Why the worker is no more. */
   #ended;
   #heard = false;
-  /** @type {Crew | undefined} */
-  crew;
-  #inShots = false;
 
   /** @param {Worker} worker */
   constructor(worker) {
     this.#worker = worker;
     worker.addEventListener('message', (event) => this.#receive(event.data));
-    worker.addEventListener('messageerror', () => this.#end(lost('a message could not be read')));
+    worker.addEventListener('messageerror', () => this.end(lost('a message could not be read')));
     worker.addEventListener('error', (event) => {
       event.preventDefault?.();
-      this.#end(this.#heard ? lost(event.message ?? 'no reason given') : notStarted(event.message));
+      this.end(this.#heard ? lost(event.message ?? 'no reason given') : notStarted(event.message));
     });
   }
+
+  /** Whether it has answered anything: before that nobody knows whether it runs. */
+  get heard() {
+    return this.#heard;
+  }
+
+  /** Whether the worker is no more. */
+  get ended() {
+    return this.#ended !== undefined;
+  }
+
+  /** The id of the next request. */
+  get nextId() {
+    return this.#nextId;
+  }
+
+  /**
+   * @template T what this message is answered with
+   * @param {import('./protocol.js').Message | {task: unknown}} message
+   * @param {{onProgress?: Pending['onProgress'], transfer?: Transferable[]}} [options] all that can be is transferred if not given
+   * @returns {Promise<T>}
+   */
+  send(message, { onProgress, transfer = transferables(message) } = {}) {
+    if (this.#ended) return Promise.reject(this.#ended);
+    const id = this.#nextId++;
+    return new Promise((done, reject) => {
+      const resolve = /** @type {Pending['resolve']} */ (done);
+      this.#pending.set(id, { resolve, reject, onProgress });
+      this.#worker.postMessage({ id, ...message }, transfer);
+    });
+  }
+
+  /**
+   * Says what is not answered.
+   * @param {{id?: number} & (import('./protocol.js').Message | {type: 'abort'})} message
+   */
+  tell(message) {
+    if (!this.#ended) this.#worker.postMessage({ id: 0, ...message }, transferables(message));
+  }
+
+  /** @param {import('./protocol.js').Reply} reply */
+  #receive({ id, type, data }) {
+    this.#heard = true;
+    const pending = this.#pending.get(id);
+    if (!pending) return;
+    if (type === 'progress') {
+      pending.onProgress?.(data);
+      return;
+    }
+    this.#pending.delete(id);
+    if (type === 'done') {
+      pending.resolve(data);
+      return;
+    }
+    const error = new TraceCutError(data.code, data.message);
+    pending.reject(error);
+    if (error.code === 'poisoned' || error.code === 'memory') this.end(error);
+  }
+
+  /**
+   * Ends the worker, which frees its memory, and rejects whatever still waits for it.
+   * @param {TraceCutError} reason
+   */
+  end(reason) {
+    if (this.#ended) return;
+    this.#ended = reason;
+    this.#worker.terminate();
+    for (const { reject } of this.#pending.values()) reject(reason);
+    this.#pending.clear();
+  }
+}
+
+/** @implements {Engine} */
+export class RemoteEngine extends RemoteWorker {
+  /** @type {Crew | undefined} */
+  crew;
+  #inShots = false;
 
   /**
    * @param {WebAssembly.Module} module
    * @param {Record<string, unknown>} parameters
    */
   create(module, parameters) {
-    return this.#send({ type: 'create', data: { module, parameters } });
+    return this.send({ type: 'create', data: { module, parameters } });
   }
 
   /**
@@ -130,29 +204,7 @@ export class RemoteEngine {
   request(name, ...args) {
     if (name === 'push' || name === 'pushInShot') this.crew?.muster();
     this.#inShots ||= name === 'pushInShot';
-    return this.#send({ type: name, data: args });
-  }
-
-  /**
-   * Enlarges a mask; no session is needed for it.
-   * @param {import('./decode.js').EnlargeTask} task
-   * @returns {Promise<import('./decode.js').EnlargedMask>}
-   */
-  enlarge(task) {
-    return this.#send({ type: 'enlarge', data: task });
-  }
-
-  /** Whether the worker is no more. */
-  get ended() {
-    return this.#ended !== undefined;
-  }
-
-  /**
-   * Says what is not answered.
-   * @param {import('./protocol.js').Message} message
-   */
-  tell(message) {
-    if (!this.#ended) this.#worker.postMessage({ id: 0, ...message }, transferables(message));
+    return this.send({ type: name, data: args });
   }
 
   /** @type {Engine['run']} */
@@ -173,10 +225,10 @@ export class RemoteEngine {
    * @returns {Promise<T>}
    */
   async #work(type, onProgress, signal) {
-    const id = this.#nextId;
-    const abort = () => this.#worker.postMessage({ id, type: 'abort' });
+    const id = this.nextId;
+    const abort = () => this.tell({ id, type: 'abort' });
     /** @type {Promise<T>} */
-    const running = this.#send({ type }, onProgress);
+    const running = this.send({ type }, { onProgress });
     signal.addEventListener('abort', abort);
     try {
       const result = await running;
@@ -194,55 +246,64 @@ export class RemoteEngine {
   }
 
   close() {
-    this.#end(new TraceCutError('closed', 'the session was closed'));
+    this.end(new TraceCutError('closed', 'the session was closed'));
   }
 
-  /**
-   * @template T what this message is answered with
-   * @param {import('./protocol.js').Message} message
-   * @param {Pending['onProgress']} [onProgress]
-   * @returns {Promise<T>}
-   */
-  #send(message, onProgress) {
-    if (this.#ended) return Promise.reject(this.#ended);
-    const id = this.#nextId++;
-    return new Promise((done, reject) => {
-      const resolve = /** @type {Pending['resolve']} */ (done);
-      this.#pending.set(id, { resolve, reject, onProgress });
-      this.#worker.postMessage({ id, ...message }, transferables(message));
-    });
-  }
-
-  /** @param {import('./protocol.js').Reply} reply */
-  #receive({ id, type, data }) {
-    this.#heard = true;
-    const pending = this.#pending.get(id);
-    if (!pending) return;
-    if (type === 'progress') {
-      pending.onProgress?.(data);
-      return;
-    }
-    this.#pending.delete(id);
-    if (type === 'done') {
-      pending.resolve(data);
-      return;
-    }
-    const error = new TraceCutError(data.code, data.message);
-    pending.reject(error);
-    if (error.code === 'poisoned' || error.code === 'memory') this.#end(error);
-  }
-
-  /**
-   * Ends the worker, which frees its memory, and rejects whatever still waits for it.
-   * @param {TraceCutError} reason
-   */
-  #end(reason) {
-    if (this.#ended) return;
-    this.#ended = reason;
-    this.#worker.terminate();
+  /** @param {TraceCutError} reason */
+  end(reason) {
+    super.end(reason);
     this.crew?.dismiss();
-    for (const { reject } of this.#pending.values()) reject(reason);
-    this.#pending.clear();
+  }
+}
+
+/** How long workers stay that have nothing to do, in milliseconds: frames of a clip come one after the other. */
+const IDLE_MS = 5000;
+
+/** Workers that do what belongs to no session, started when there is something to do and ended when they were idle. */
+export class TaskWorkers {
+  #most;
+  /** @type {{remote: RemoteWorker, underWay: number}[]} */
+  #workers = [];
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #ending;
+
+  /** @param {() => number} most how many there may be at once */
+  constructor(most) {
+    this.#most = most;
+  }
+
+  /**
+   * Gives work to a worker that has nothing to do, a new one where all have and there may be more, else the one with the least.
+   * @template T
+   * @param {() => Worker} start
+   * @param {(remote: RemoteWorker) => Promise<T>} work
+   */
+  async give(start, work) {
+    clearTimeout(this.#ending);
+    const mine = this.#freest(start);
+    mine.underWay += 1;
+    try {
+      return await work(mine.remote);
+    } finally {
+      mine.underWay -= 1;
+      // One that could not start, or was lost, is of no more use.
+      this.#workers = this.#workers.filter(({ remote }) => !remote.ended);
+      if (this.#workers.every(({ underWay }) => underWay === 0)) this.#ending = setTimeout(() => this.#end(), IDLE_MS);
+    }
+  }
+
+  /** @param {() => Worker} start */
+  #freest(start) {
+    const [first] = [...this.#workers].sort((a, b) => a.underWay - b.underWay);
+    if (first && (first.underWay === 0 || this.#workers.length >= Math.max(1, this.#most()))) return first;
+    const added = { remote: new RemoteWorker(start()), underWay: 0 };
+    this.#workers.push(added);
+    return added;
+  }
+
+  #end() {
+    for (const { remote } of this.#workers) remote.end(new TraceCutError('closed', 'the worker had nothing to do'));
+    this.#workers = [];
   }
 }
 

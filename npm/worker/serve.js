@@ -47,8 +47,7 @@ export function serve(port) {
     if (type === 'help') return help(data.port, data.module, data.parameters);
     if (type === 'helper') return (await engine).pool.add(data.number, data.port);
     if (type === 'lost') return (await engine).pool.lose(data.number);
-    if (type === 'run') return run(id, type);
-    if (type === 'track') return run(id, type);
+    if (type === 'run' || type === 'track') return run(id, type);
     if (!Object.keys(REQUESTS).includes(type)) throw new TraceCutError('state', `unknown request "${type}"`);
     return (await engine).request(type, ...data);
   }

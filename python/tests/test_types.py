@@ -15,8 +15,11 @@ WRONG = "import tracecut\nbad: int = tracecut.segment('clip')[0]\ntracecut.Sessi
 
 @pytest.mark.parametrize(
     ("tool", "options"),
-    # Pyright takes the Python of PATH otherwise, which may not be this one.
-    [("mypy", []), ("pyright", ["--pythonpath", sys.executable])],
+    [
+        ("mypy", []),
+        # It takes the Python of PATH otherwise, which may not be this one. Its first run fetches it.
+        pytest.param("pyright", ["--pythonpath", sys.executable], marks=pytest.mark.long),
+    ],
 )
 def test_a_wrong_use_is_found_and_nothing_else(tool: str, options: list[str], tmp_path: Path) -> None:
     pytest.importorskip(tool)

@@ -92,8 +92,7 @@ const built = () => ({ TRACECUT_BUILT: programs.get('tracecut integration') });
 export const RUST_PROGRAMS = [
   { name: 'src, unit tests', crate: 'tracecut', target: 'tracecut' },
   { name: 'tests/rust', crate: 'tracecut', target: 'integration' },
-  { name: 'cli/src, unit tests of the library', crate: 'tracecut-cli', target: 'tracecut_cli' },
-  { name: 'cli/src, unit tests', crate: 'tracecut-cli', target: 'tracecut' },
+  { name: 'cli/src, unit tests', crate: 'tracecut-cli', target: 'tracecut_cli' },
   { name: 'cli/tests', crate: 'tracecut-cli', target: 'integration' },
   { name: 'bench/src, unit tests', crate: 'tracecut-bench', target: 'tracecut_bench' },
   { name: 'bench/tests', crate: 'tracecut-bench', target: 'integration' },

@@ -79,11 +79,17 @@ impl Stroke {
     pub(crate) fn core(&self, input: (usize, usize), working: (usize, usize)) -> Vec<(u32, f64)> {
         let scale = (input.0 as f64 / working.0 as f64, input.1 as f64 / working.1 as f64);
         let radius = (CORE * f64::from(self.radius)).max(LEAST_CORE * scale.0.max(scale.1));
-        let least = |v: f64, s: f64| ((v - radius + 0.5) / s - 0.5).ceil().max(0.0) as usize;
+        (0..).zip(self.distances(radius, input, working)).filter(|(_, d)| *d < f64::INFINITY).collect()
+    }
+
+    /// Returns for each pixel of such a plane the square of its distance to the centre line, in input pixels; infinite
+    /// beyond `reach` input pixels.
+    pub(crate) fn distances(&self, reach: f64, input: (usize, usize), working: (usize, usize)) -> Vec<f64> {
+        let scale = (input.0 as f64 / working.0 as f64, input.1 as f64 / working.1 as f64);
+        let least = |v: f64, s: f64| ((v - reach + 0.5) / s - 0.5).ceil().max(0.0) as usize;
         let most = |v: f64, s: f64, side: usize| {
-            (((v + radius + 0.5) / s - 0.5).floor() + 1.0).clamp(0.0, side as f64) as usize
+            (((v + reach + 0.5) / s - 0.5).floor() + 1.0).clamp(0.0, side as f64) as usize
         };
-        let mut found: Vec<(u32, f64)> = Vec::new();
         let mut nearest = vec![f64::INFINITY; working.0 * working.1];
         for s in self.segments() {
             for y in least(s.from.1.min(s.to().1), scale.1)..most(s.from.1.max(s.to().1), scale.1, working.1) {
@@ -91,14 +97,13 @@ impl Stroke {
                     let centre = |v: usize, s: f64| (v as f64 + 0.5) * s - 0.5;
                     let d = s.distance_sq(centre(x, scale.0), centre(y, scale.1));
                     let known = &mut nearest[y * working.0 + x];
-                    if d <= radius * radius && d < *known {
+                    if d <= reach * reach && d < *known {
                         *known = d;
                     }
                 }
             }
         }
-        found.extend((0..).zip(nearest).filter(|(_, d)| *d < f64::INFINITY));
-        found
+        nearest
     }
 }
 

@@ -43,11 +43,10 @@ pub fn windows() -> Vec<usize> {
     vec![Window::FRAMES, Window::MOST_FRAMES, Window::overlap(Window::FRAMES)]
 }
 
-/// One parameter, as pages that show settings need it.
+/// One parameter, without its description: the build reads that from the declaration.
 #[derive(Serialize)]
 struct Parameter {
     name: String,
-    doc: &'static str,
     kind: &'static str,
     min: f64,
     max: f64,
@@ -56,15 +55,15 @@ struct Parameter {
     choices: &'static [&'static str],
 }
 
-/// All parameters in their order of declaration: `{name, doc, kind, min, max, default, expert, choices}`; truth values
+/// All parameters in their order of declaration: `{name, kind, min, max, default, expert, choices}`; truth values
 /// read as 0 or 1, choices as their place among `choices`.
 #[wasm_bindgen]
 pub fn parameters() -> Result<JsValue, JsValue> {
     let mut list = Vec::new();
     Params::default().for_each(&mut |field| {
         let ((min, max), expert) = (field.range, field.expert);
-        let (doc, kind, default, choices) = (field.doc.trim(), field.kind(), field.get(), field.choices());
-        list.push(Parameter { name: field.name, doc, kind, min, max, default, expert, choices });
+        let (kind, default, choices) = (field.kind(), field.get(), field.choices());
+        list.push(Parameter { name: field.name, kind, min, max, default, expert, choices });
     });
     convert::to_js(&list)
 }

@@ -4,16 +4,15 @@
  * @module
  */
 
-import { editMasks, regionOf, strokeRegion } from './library.js';
+import { decodeRuns, encodeRuns } from './library.js';
 import { objectName } from './palette.js';
 import { turn } from './stage-clock.js';
 
+/** @typedef {import('./library.js').MaskEditor} MaskEditor */
 /** @typedef {import('./library.js').MaskSource} MaskSource */
 /** @typedef {import('./library.js').Edit} Edit */
 /** @typedef {import('./library.js').Region} Region */
-/** @typedef {import('./corrections.js').Stroke} Stroke */
-/** @typedef {import('./corrections.js').What} What */
-/** @typedef {import('./corrections.js').Was} Was */
+/** @typedef {import('./library.js').Stroke} Stroke */
 /** @typedef {import('./clip-job.js').ClipJob} ClipJob */
 /** @typedef {import('./source.js').Take} Take */
 
@@ -33,11 +32,11 @@ export async function carryOver({ job, hidden }, to) {
   const { corrections } = job;
   /** @type {string[]} */
   const lost = job.holdsOthers ? ['what was corrected before the clip was opened again'] : [];
-  for (const { what, was } of corrections.done) {
-    const applies = was && (await remake(what, maskedAs(was, corrections), job, to).catch(() => false));
-    if (!applies) lost.push(wordsOf(what));
+  for (const edit of corrections.edits) {
+    const applies = await remake(edit, corrections.before(edit), job, to).catch(() => false);
+    if (!applies) lost.push(wordsOf(edit));
   }
-  to.corrections.carried = to.corrections.done.length;
+  to.corrections.carried = to.corrections.edits.length;
   to.presence = null;
   /** @type {Set<number>} */
   const left = new Set();
@@ -52,45 +51,29 @@ export async function carryOver({ job, hidden }, to) {
 }
 
 /**
- * Masks as they were before a correction.
- *
- * @param {Was} was
- * @param {import('./corrections.js').Corrections} corrections
- * @returns {MaskSource}
- */
-function maskedAs({ masks, edits }, { editor }) {
-  if (!editor || edits === 0) return masks;
-  const { width, height, numFrames } = masks;
-  const before = editMasks({ width, height, numFrames, labels: (t) => masks.labels(t) });
-  const all = editor.toJSON();
-  before.restore({ ...all, edits: all.edits.slice(0, edits) });
-  return before;
-}
-
-/**
- * @param {What} what
- * @param {MaskSource} old masks that it was made in
+ * @param {Edit} edit
+ * @param {MaskEditor} old masks that it was made in
  * @param {ClipJob} from
  * @param {ClipJob} to
  * @returns {Promise<boolean>} whether it applies; it is made then
  */
-async function remake(what, old, from, to) {
+async function remake(edit, old, from, to) {
   const { corrections } = to;
   const match = await matchOf(old, from, to);
   const placed = new Placed(old, from.take, to);
-  if (what.ask === 'join') return join(corrections, match, what.into, what.others);
-  if (what.ask === 'split') {
-    const label = match.of(what.label);
-    const at = what.at && placed.at(what.at);
+  if (edit.kind === 'merge') return join(corrections, match, edit.into, edit.others);
+  if (edit.kind === 'paint') return repaint(edit, to, match, placed);
+  if (edit.kind === 'split') {
+    const label = match.of(edit.label);
+    const at = edit.at && placed.at(edit.at);
     if (label === null || at === null) return false;
     await corrections.split(label, at);
     return true;
   }
-  if (what.ask === 'edits') return remakeEdits(what.edits, to, match, placed);
-  const strokes = what.strokes.map((stroke) => placed.stroke(stroke));
-  const meant = what.strokes.map((stroke) => match.of(labelUnder(old, stroke)));
+  const strokes = edit.strokes.map((stroke) => placed.stroke(stroke));
+  const meant = await Promise.all(edit.strokes.map(async (stroke) => match.of(mostOf(await old.labelsUnder(stroke)))));
   if (meant.includes(null) || strokes.includes(null)) return false;
-  await corrections[what.ask](/** @type {Stroke[]} */ (strokes));
+  await corrections[edit.kind](/** @type {Stroke[]} */ (strokes));
   return true;
 }
 
@@ -98,7 +81,7 @@ async function remake(what, old, from, to) {
  * @param {import('./corrections.js').Corrections} corrections
  * @param {Match} match
  * @param {number} into
- * @param {number[]} others
+ * @param {readonly number[]} others
  */
 async function join(corrections, match, into, others) {
   const found = match.of(into);
@@ -111,50 +94,27 @@ async function join(corrections, match, into, others) {
 }
 
 /**
- * @param {Edit[]} edits one step
+ * @param {Edit} edit
  * @param {ClipJob} to
  * @param {Match} match
  * @param {Placed} placed
  */
-async function remakeEdits(edits, to, match, placed) {
+async function repaint({ paints: [{ label, over, parts }] }, to, match, placed) {
   const { corrections } = to;
-  const [first] = edits;
-  if (first?.table) {
-    const [[, into]] = Object.entries(first.table);
-    return join(corrections, match, into, Object.keys(first.table).map(Number));
-  }
-  const painted = edits.map((edit) => paintedAs(edit, match, placed));
-  if (painted.length === 0 || painted.includes(null)) return false;
-  /** @type {{edit: Edit, frames: number[]}[]} Those that are not in all frames between. */
-  const open = [];
-  await corrections.edited((editor) => {
-    return /** @type {NonNullable<typeof painted[number]>[]} */ (painted).map(({ label, over, parts }) => {
-      const [[t, region], ...others] = parts;
-      const edit = editor.paint({ label: label ?? editor.newLabel(), over, t, region });
-      if (isWhole(parts)) for (const [at, one] of others) editor.extend(edit, at, one, 1);
-      else open.push({ edit, frames: [t] });
-      return edit;
-    });
-  }, null);
-  for (const one of open) await corrections.carry(one, new AbortController().signal, () => {});
-  return true;
-}
-
-/**
- * @param {Edit} edit
- * @param {Match} match
- * @param {Placed} placed
- * @returns {{label: number | null, over: number[] | undefined, parts: [number, Region][]} | null} null for a new label
- */
-function paintedAs(edit, match, placed) {
-  if (!edit.parts) return null;
-  const { label, over, parts } = edit;
   const isNew = label > 0 && !match.isThere(label);
-  const now = isNew ? null : match.of(label);
+  const now = isNew ? corrections.newLabel() : match.of(label);
   const upon = over?.map((one) => match.of(one));
   const there = [...parts].flatMap(([t, { region }]) => placed.region(t, region));
-  if ((now === null && !isNew) || upon?.includes(null) || there.length === 0) return null;
-  return { label: now, over: /** @type {number[] | undefined} */ (upon ?? undefined), parts: there };
+  if (now === null || upon?.includes(null) || there.length === 0) return false;
+  const [[t, region], ...others] = there;
+  const painted = await corrections.paint({
+    ...{ label: now, t, region },
+    ...(upon ? { over: /** @type {number[]} */ (upon) } : {}),
+  });
+  if (isWhole(there)) for (const [at, one] of others) corrections.opened.extend(painted.edit, at, one, 1);
+  // It is not in all frames between.
+  else await corrections.carry(painted, new AbortController().signal, () => {});
+  return true;
 }
 
 /** @param {[number, Region][]} parts */
@@ -163,18 +123,8 @@ function isWhole(parts) {
   return Math.max(...frames) - Math.min(...frames) === frames.length - 1;
 }
 
-/**
- * The label that a stroke lies on most.
- *
- * @param {MaskSource} masks
- * @param {Stroke} stroke
- */
-function labelUnder(masks, stroke) {
-  const labels = masks.labels(stroke.t);
-  const region = strokeRegion(stroke, masks.width, masks.height);
-  const counts = new Uint32Array(256);
-  for (let k = 0; k < region.length; k += 2)
-    for (let p = region[k]; p < region[k] + region[k + 1]; p++) counts[labels[p]] += 1;
+/** @param {Uint32Array} counts of each label @returns {number} the one with most */
+function mostOf(counts) {
   return counts.indexOf(Math.max(...counts));
 }
 
@@ -219,7 +169,8 @@ class Placed {
   stroke({ t, points, radius }) {
     const now = this.frame(t);
     if (now === null) return null;
-    const moved = points.flatMap((_, k) => (k % 2 === 0 ? this.point(points.slice(k, k + 2)) : []));
+    const list = Array.from(points);
+    const moved = list.flatMap((_, k) => (k % 2 === 0 ? this.point(list.slice(k, k + 2)) : []));
     return { t: now, points: moved, radius: radius * Math.sqrt(this.scale[0] * this.scale[1]) };
   }
 
@@ -233,10 +184,8 @@ class Placed {
     if (now === null) return [];
     const { width, height } = this.size;
     if (width === this.old.width && height === this.old.height) return [[now, region]];
-    const pixels = new Uint8Array(this.old.width * this.old.height);
-    for (let k = 0; k < region.length; k += 2) pixels.fill(1, region[k], region[k] + region[k + 1]);
-    const moved = regionOf(resized(pixels, this.old, this.size));
-    return moved.length > 0 ? [[now, moved]] : [];
+    const moved = resized(decodeRuns(region), this.old, this.size);
+    return moved.includes(1) ? [[now, encodeRuns(moved)]] : [];
   }
 }
 
@@ -335,31 +284,27 @@ class Match {
 }
 
 /**
- * @param {What} what
+ * @param {Edit} edit
  * @returns {string} for a list of what no longer applies
  */
-function wordsOf(what) {
-  if (what.ask === 'join') return joinWords(what.into, what.others);
-  if (what.ask === 'split') {
-    if (what.label > 0) return `splitting ${objectName(what.label)}`;
-    return what.at ? `the object made in frame ${what.at.t + 1}` : 'a new object';
+function wordsOf(edit) {
+  if (edit.kind === 'merge') return joinWords(edit.into, edit.others);
+  if (edit.kind === 'split') {
+    if (edit.label > 0) return `splitting ${objectName(edit.label)}`;
+    return edit.at ? `the object made in frame ${edit.at.t + 1}` : 'a new object';
   }
-  if (what.ask !== 'edits') {
-    const frame = (what.strokes[0]?.t ?? 0) + 1;
-    return what.ask === 'apart' ? `what is apart in frame ${frame}` : `what belongs together in frame ${frame}`;
+  if (edit.kind !== 'paint') {
+    const frame = (edit.strokes[0]?.t ?? 0) + 1;
+    return edit.kind === 'apart' ? `what is apart in frame ${frame}` : `what belongs together in frame ${frame}`;
   }
-  const [edit] = what.edits;
-  if (edit?.table) {
-    const [[, into]] = Object.entries(edit.table);
-    return joinWords(into, Object.keys(edit.table).map(Number));
-  }
-  const frame = ([...(edit?.parts?.keys() ?? [])][0] ?? 0) + 1;
-  return edit?.label === 0 ? `what was wiped away in frame ${frame}` : `what was painted in frame ${frame}`;
+  const [{ label, parts }] = edit.paints;
+  const frame = Number([...parts.keys()][0]) + 1;
+  return label === 0 ? `what was wiped away in frame ${frame}` : `what was painted in frame ${frame}`;
 }
 
 /**
  * @param {number} into
- * @param {number[]} others
+ * @param {readonly number[]} others
  */
 function joinWords(into, others) {
   const names = (into > 0 ? [into, ...others] : others).map(objectName).join(', ');

@@ -27,24 +27,24 @@ export const { window: WINDOW, overlap: OVERLAP } = VideoSegmentation.usual;
  * @type {StagePlan[]}
  */
 const STAGES = [
-  { id: 'frames', name: 'Reading frames', share: 0.14 },
-  { id: 'flow', name: 'Optical flow', share: 0.33 },
-  { id: 'trajectories', name: 'Trajectories', share: 0.12 },
-  { id: 'affinities', name: 'Motion affinities', share: 0.02 },
-  { id: 'embedding', name: 'Embedding', share: 0.04 },
-  { id: 'discontinuities', name: 'Discontinuities', share: 0.02 },
-  { id: 'saliency', name: 'Saliency', share: 0.06 },
-  { id: 'connectedness', name: 'Connectedness', share: 0.03 },
-  { id: 'clusters', name: 'Clusters', share: 0.03 },
-  { id: 'superpixels', name: 'Superpixels', share: 0.16 },
-  { id: 'cut', name: 'Gabriel cut', share: 0.05 },
-  { id: 'masks', name: 'Masks', share: 0.07 },
+  { id: 'frames', share: 0.14 },
+  { id: 'flow', share: 0.33 },
+  { id: 'trajectories', share: 0.12 },
+  { id: 'affinities', share: 0.02 },
+  { id: 'embedding', share: 0.04 },
+  { id: 'discontinuities', share: 0.02 },
+  { id: 'saliency', share: 0.06 },
+  { id: 'connectedness', share: 0.03 },
+  { id: 'clusters', share: 0.03 },
+  { id: 'superpixels', share: 0.16 },
+  { id: 'cut', share: 0.05 },
+  { id: 'masks', share: 0.07 },
 ];
 
 /** Those of a longer one. @type {StagePlan[]} */
 const WINDOW_STAGES = [
-  { id: 'windows', name: 'Finding what moves', share: 0.9 },
-  { id: 'frames', name: 'Reading frames', share: 0.1 },
+  { id: 'windows', share: 0.9 },
+  { id: 'frames', share: 0.1 },
 ];
 
 const NO_TRAJECTORIES = {
@@ -55,6 +55,12 @@ const NO_TRAJECTORIES = {
   y: new Float32Array(0),
   label: new Uint8Array(0),
 };
+
+/** Errors of clips that are too short, as the page calls them. @type {Map<string, any>} */
+const FEW_FRAMES = new Map([
+  ['no-frames', 'no-frames'],
+  ['too-few-frames', 'one-frame'],
+]);
 
 export class ClipJob extends Job {
   /** @param {import('./source.js').Take} take */
@@ -74,6 +80,8 @@ export class ClipJob extends Job {
     this.report = () => {};
     this.onWindow = () => {};
     this.stopped = false;
+    /** Whether the source says when its frames are shown. */
+    this.isTimed = true;
     /** Whether something was settled while more was to come, and the run is not through. */
     this.streaming = false;
     this.windows = 0;
@@ -92,7 +100,7 @@ export class ClipJob extends Job {
   }
 
   get isCorrected() {
-    return !this.partial && (this.holdsOthers || this.corrections.done.length > 0);
+    return !this.partial && (this.holdsOthers || this.corrections.edits.length > 0);
   }
 
   /** @returns {Result | VideoResult | null} as corrected, but for what was done by hand */
@@ -128,47 +136,77 @@ export class ClipJob extends Job {
   /** @returns {Promise<{masks: VideoResult | null, found?: Result}>} */
   async work() {
     const { options, inWindows, life } = this;
-    const video = segmentVideo(this.frames(), {
+    const direct = this.source.direct?.(this.take);
+    const video = segmentVideo(direct?.source ?? this.frames(), {
       ...options,
+      ...direct?.options,
       // What fits into one window is one shot.
       ...(inWindows ? {} : { shot: { unmatched: 1 } }),
       keep: true,
       frameRate: this.source.fps / this.take.step,
       signal: life.signal,
+      onFrame: (frame) => this.read(frame),
       onProgress: (progress) => {
         this.advance(progress);
         if (!this.stopped) this.report();
       },
     });
     this.video = video;
-    const masks = await video.collect((window) => this.add(window));
+    const masks = await video
+      .collect((window) => this.add(window))
+      .catch((error) => {
+        throw FEW_FRAMES.has(error?.code) ? new PageError(FEW_FRAMES.get(error.code)) : error;
+      });
+    this.endReading();
     if (inWindows) this.mark('windows', 1, 1);
     if (this.windows > 1 || life.signal.aborted) video.session?.close();
     else this.session = video.session;
     return { masks, found: await this.session?.run() };
   }
 
+  /** Of a source that the package does not read by itself. */
   async *frames() {
-    const { images, take } = this;
-    const { signal } = this.life;
-    for await (const { frame, time, end = null } of this.source.frames(take, signal)) {
-      signal.throwIfAborted();
-      await this.arrived(frame, time, end);
-      this.mark('frames', images.length, Math.max(take.frames, images.length + 1));
-      if (!this.stopped) this.report();
+    for await (const { frame, time, end = null } of this.source.frames(this.take, this.life.signal)) {
+      this.isTimed = time !== null;
       if (time === null) yield frame;
       else yield end === null ? { frame, time } : { frame, time, duration: end - time };
     }
-    signal.throwIfAborted();
-    if (images.length < 2) throw new PageError(images.length === 0 ? 'no-frames' : 'one-frame');
-    this.mark('frames', images.length, images.length);
+  }
+
+  /** @param {import('./library.js').DecodedFrame} frame that goes into the engine next */
+  async read({ pixels, time, duration }) {
+    const { take, isTimed } = this;
+    const end = isTimed && take.step === 1 && duration > 0 ? time + duration : null;
+    await this.show(/** @type {ImageData} */ (await pixels()), isTimed ? time : null, end);
+  }
+
+  /**
+   * @param {ImageData} frame
+   * @param {number | null} time in seconds
+   * @param {number | null} end when it is over, in seconds, where that is known
+   */
+  async show(frame, time, end) {
+    const { images, take } = this;
+    await this.arrived(frame, time, end);
+    this.mark('frames', images.length, Math.max(take.frames, images.length + 1));
+    if (!this.stopped) this.report();
+  }
+
+  /** All frames are there. */
+  endReading() {
+    const stage = this.stages.find(({ id }) => id === 'frames');
+    if (stage) stage.total = stage.done;
   }
 
   /** @param {{stage: string, done: number, total: number, window: number}} progress */
   advance({ stage, done, total, window }) {
     this.windows = Math.max(this.windows, window + 1);
     const at = STAGES.findIndex(({ id }) => id === stage);
-    if (!this.inWindows) return at < 0 ? undefined : this.mark(stage, done, total);
+    if (!this.inWindows) {
+      if (at < 0) return;
+      this.endReading();
+      return this.mark(stage, done, total);
+    }
     const whole = STAGES.reduce((sum, { share }) => sum + share, 0);
     const before = STAGES.slice(0, Math.max(0, at)).reduce((sum, { share }) => sum + share, 0);
     const part = (before + ((STAGES[at]?.share ?? 0) * done) / Math.max(1, total)) / whole;

@@ -1,7 +1,8 @@
 /** A clip, and the part of it that is taken, in words. @module */
 
 import { WINDOW } from './clip-job.js';
-import { DEFAULT_TAKE, endOf, kindOf, timeOf, workingSize } from './source.js';
+import { fitSize } from './library.js';
+import { DEFAULT_TAKE, endOf, kindOf, timeOf } from './source.js';
 import { plural } from './words.js';
 
 /** @typedef {import('./source.js').Source} Source */
@@ -45,7 +46,7 @@ export function placeIn(source) {
  * @returns {string} what is taken, and how long that may last
  */
 export function takeText(source, take, pace) {
-  const { width, height } = workingSize(source, take.side);
+  const { width, height } = fitSize(source, take.side);
   const size = `${width} × ${height}`;
   const at = placeIn(source);
   const what =

@@ -1,142 +1,96 @@
 /**
- * What a user has corrected of a run, step by step, back and forth. A correction says what is one thing and what is not.
- * The session of the run decides what that means for each superpixel. Without one, and for what is painted, the masks
- * are changed by hand in the frame at hand, and that is carried to the others as far as the picture agrees.
+ * What a user has corrected of a run: the editor of its masks, whatever made them, and what the page needs around it.
  * @module
  */
 
-import { carryEdit, createImageEngine, editMasks } from './library.js';
+import { createImageEngine, decodeRuns, editMasks, grownRegions } from './library.js';
 import { PageError } from './words.js';
 
 /** @typedef {import('./library.js').Edit} Edit */
 /** @typedef {import('./library.js').MaskEditor} MaskEditor */
+/** @typedef {import('./library.js').MaskSource} MaskSource */
 /** @typedef {import('./library.js').ImageEngine} ImageEngine */
-/** @typedef {import('./library.js').Session} Session */
 /** @typedef {import('./points.js').Result} Result */
-/** @typedef {import('./library.js').VideoResult} VideoResult */
+/** A stroke of the package, as it grows. @typedef {import('./library.js').Stroke & {points: number[]}} Stroke */
 
 /**
- * @typedef {{t: number, points: number[], radius: number}} Stroke In frame t, x0, y0, x1, y1, … and half the width, in
- *   clip pixels.
- */
-
-/**
- * `frames` that change, null for all; `what` is done, for another result of the clip, and what `was` before.
+ * What the corrections are of: `result` is the run's own as it is now, and takes what its session makes of it.
  *
- * @typedef {{do: () => unknown, undo: () => unknown, frames: number[] | null, what: What, was?: Was}} Step
- */
-
-/** Masks with so many of the edits. @typedef {{masks: import('./library.js').MaskSource, edits: number}} Was */
-
-/**
- * What a step does: what is asked of the result, with the object or the strokes that are meant; or edits by hand.
- *
- * @typedef {{ask: 'join', into: number, others: number[]}
- *   | {ask: 'split', label: number, at?: {t: number, x: number, y: number}}
- *   | {ask: 'apart' | 'together', strokes: Stroke[]}
- *   | {ask: 'edits', edits: Edit[]}} What
- */
-
-/**
- * What the corrections are of: `result` is the run's own as it is now, and takes what a correction makes of it.
- *
- * @typedef {Pick<import('./clip-job.js').ClipJob, 'images' | 'cuts' | 'result' | 'session'>} Corrected
+ * @typedef {Pick<import('./clip-job.js').ClipJob, 'images' | 'result' | 'session'>} Corrected
  */
 
 export class Corrections {
   /** @param {Corrected} of */
   constructor(of) {
     this.of = of;
-    /** @type {Step[]} */
-    this.done = [];
-    /** @type {Step[]} */
-    this.undone = [];
     /** How many come from the run before and are one step with this one. */
     this.carried = 0;
     /** @type {MaskEditor | null} */
     this.editor = null;
     /** @type {Promise<ImageEngine> | null} */
     this.engine = null;
+    /** @type {WeakMap<Edit, MaskSource>} The masks before each correction of the session. */
+    this.earlier = new WeakMap();
+  }
+
+  /** The corrections in force. @returns {readonly Edit[]} */
+  get edits() {
+    return this.editor?.edits ?? [];
   }
 
   /** How many can be undone. */
   count() {
-    return this.done.length - this.carried;
+    return this.edits.length - this.carried;
   }
 
   redoable() {
-    return this.undone.length;
+    return this.editor?.redoable ?? 0;
   }
 
-  /** Whether masks were changed by hand. */
-  get byHand() {
-    return (this.editor?.undoable ?? 0) > 0;
-  }
-
-  /** Whether masks were changed otherwise. */
+  /** Whether the session has corrected the masks below. */
   get changesResult() {
-    return this.done.some(({ what }) => what.ask !== 'edits');
+    return this.edits.some(({ corrections }) => corrections > 0);
   }
 
   /** The masks with all corrections; null as long as there are none. */
   get masks() {
-    return this.byHand ? this.editor : this.of.result;
-  }
-
-  /** @param {Step} step */
-  async step(step) {
-    const was = this.now;
-    await step.do();
-    this.done.push({ ...step, was });
-    this.undone = [];
-    return step.frames;
-  }
-
-  /** @returns {Was | undefined} */
-  get now() {
-    const { result } = this.of;
-    if (!result) return undefined;
-    const masks = 'masks' in result && result.masks ? compact(result, result.masks) : result;
-    return { masks, edits: this.editor?.undoable ?? 0 };
-  }
-
-  /** @returns {Promise<number[] | null>} the frames that changed, null for all */
-  async undo() {
-    const step = this.count() > 0 && this.done.pop();
-    if (!step) return [];
-    await step.undo();
-    this.undone.push(step);
-    return step.frames;
-  }
-
-  /** @returns {Promise<number[] | null>} */
-  async redo() {
-    const step = this.undone.pop();
-    if (!step) return [];
-    await step.do();
-    this.done.push(step);
-    return step.frames;
-  }
-
-  /**
-   * What the session decides.
-   *
-   * @param {Session} session
-   * @param {What} what
-   * @param {(session: Session) => Promise<import('./library.js').Result>} correct
-   */
-  asked(session, what, correct) {
-    return this.step({
-      what,
-      do: async () => void (this.of.result = await correct(session)),
-      undo: async () => void (this.of.result = await session.undo()),
-      frames: null,
-    });
+    return this.edits.length > 0 ? this.editor : this.of.result;
   }
 
   /** Whether objects are split at a place alone. */
   get splitsAtPlace() {
-    return this.of.session === null;
+    return this.editor ? !this.editor.usesSession : this.of.session === null;
+  }
+
+  /**
+   * One step.
+   *
+   * @param {(editor: MaskEditor) => Promise<Edit>} correct
+   * @returns {Promise<number[] | null>} the frames that changed, null for all
+   */
+  async step(correct) {
+    const editor = this.opened;
+    const before = editor.usesSession ? await editor.toResult() : null;
+    const edit = await correct(editor);
+    if (before && edit.corrections > 0) this.earlier.set(edit, before);
+    return this.changed(edit);
+  }
+
+  /**
+   * @param {Edit | null} edit that was done or undone
+   * @returns {number[] | null}
+   */
+  changed(edit) {
+    this.of.result = /** @type {Corrected['result']} */ (this.opened.masks);
+    return edit ? framesOf(edit) : [];
+  }
+
+  async undo() {
+    return this.count() > 0 ? this.changed(await this.opened.undo()) : [];
+  }
+
+  async redo() {
+    return this.changed(await this.opened.redo());
   }
 
   /**
@@ -146,44 +100,18 @@ export class Corrections {
    * @param {number[]} others
    */
   join(into, others) {
-    const { session, result } = this.of;
-    const map = Object.fromEntries(others.map((one) => [one, into]));
-    const what = /** @type {const} */ ({ ask: 'join', into, others });
-    // Of what was painted the session knows nothing.
-    if (this.byHand) return this.edited((editor) => editor.relabel(map), null);
-    if (session) {
-      let joined = 0;
-      const undo = async () => {
-        for (; joined > 0; joined -= 1) this.of.result = await session.undo();
-      };
-      const all = async () => {
-        for (; joined < others.length; joined += 1) this.of.result = await session.merge(into, others[joined]);
-      };
-      // What is refused on the way leaves nothing half done.
-      const act = () => all().catch((error) => undo().then(() => Promise.reject(error)));
-      return this.step({ what, do: act, undo, frames: null });
-    }
-    // The trajectories too take the other label.
-    const before = /** @type {VideoResult} */ (result);
-    return this.step({
-      what,
-      do: () => (this.of.result = before.relabel(map)),
-      undo: () => (this.of.result = before),
-      frames: null,
-    });
+    return this.step((editor) => editor.merge(into, others));
   }
 
   /**
-   * Paints in one frame. @param {Parameters<MaskEditor['paint']>[0]} painted
+   * Paints in one frame.
    *
+   * @param {Parameters<MaskEditor['paint']>[0]} painted
    * @returns {Promise<{edit: Edit, frames: number[]}>} for `carry`; `frames` grows with it
    */
   async paint(painted) {
-    /** @type {Edit | undefined} */
-    let edit;
-    const frames = [painted.stroke?.t ?? painted.t ?? 0];
-    await this.edited((editor) => (edit = editor.paint(painted)), frames);
-    return { edit: /** @type {Edit} */ (edit), frames };
+    const edit = await this.opened.paint(painted);
+    return { edit, frames: framesOf(edit) ?? [] };
   }
 
   /**
@@ -194,10 +122,7 @@ export class Corrections {
    * @param {(t: number) => void} onFrame
    */
   async carry({ edit, frames }, signal, onFrame) {
-    this.engine ??= createImageEngine();
-    await carryEdit(this.opened, edit, {
-      engine: await this.engine,
-      picture: (t) => this.pixels(t),
+    await this.opened.carry(edit, {
       signal,
       onFrame: ({ t }) => {
         frames.push(t);
@@ -211,60 +136,61 @@ export class Corrections {
     return this.opened.newLabel();
   }
 
-  /**
-   * One step of one edit by hand or of several.
-   *
-   * @param {(editor: MaskEditor) => Edit | Edit[]} edit the first time
-   * @param {number[] | null} frames
-   */
-  edited(edit, frames) {
-    const editor = this.opened;
-    /** @type {Edit[]} */
-    const edits = [];
-    return this.step({
-      what: { ask: 'edits', edits },
-      do: () => {
-        if (edits.length === 0) edits.push(...[edit(editor)].flat());
-        else edits.forEach(() => editor.redo());
-      },
-      undo: () => edits.forEach(() => editor.undo()),
-      frames,
-    });
-  }
-
-  /** @returns {MaskEditor} over the masks as they are at any time */
+  /** @returns {MaskEditor} over the masks */
   get opened() {
-    const masks = this.of.result;
-    if (!masks) throw new PageError('unfinished');
-    const { width, height, numFrames } = masks;
-    const starts = [0, ...this.of.cuts];
-    const shots = starts.map((first, k) => ({ first, last: (starts[k + 1] ?? numFrames) - 1 }));
-    const live = (/** @type {number} */ t) => /** @type {typeof masks} */ (this.of.result).labels(t);
-    this.editor ??= editMasks({ width, height, numFrames, shots, labels: live });
+    const { result, session } = this.of;
+    if (!result) throw new PageError('unfinished');
+    this.editor ??= editMasks(result, {
+      ...(session ? { session } : {}),
+      picture: (t) => this.pixels(t),
+      engine: () => this.flows(),
+    });
     return this.editor;
   }
 
+  /** @returns {Promise<ImageEngine>} that stays open */
+  flows() {
+    this.engine ??= createImageEngine();
+    return this.engine;
+  }
+
   /**
-   * The result with what was done by hand.
+   * The masks that a correction was made in.
+   *
+   * @param {Edit} edit in force
+   * @returns {MaskEditor}
+   */
+  before(edit) {
+    const earlier = this.earlier.get(edit);
+    if (earlier) return editMasks(earlier);
+    const { editor } = this;
+    if (!editor) throw new PageError('unfinished');
+    const before = editMasks(editor.masks);
+    const all = editor.toJSON();
+    const own = this.edits.filter(({ corrections }) => corrections === 0);
+    before.restore({ ...all, edits: all.edits.slice(0, own.indexOf(edit)) });
+    return before;
+  }
+
+  /**
+   * The result with what was done over its masks.
    *
    * @param {Result} result
    * @returns {Result}
    */
   over(result) {
-    const { editor, byHand, highest } = this;
-    if (!editor || !byHand) return result;
-    const { objects } = result;
+    const { editor } = this;
+    const paints = this.edits.filter(({ corrections }) => corrections === 0).map((edit) => edit.paints);
+    if (!editor || paints.length === 0) return result;
+    const highest = Math.max(0, ...paints.flat().map(({ label }) => label));
     return {
       ...result,
-      objects: highest > 0 ? [...objects, { label: highest }] : objects,
+      trajectories: editor.trajectories ?? result.trajectories,
+      objects: highest > 0 ? [...result.objects, { label: highest }] : result.objects,
       labels: (t) => editor.labels(t),
+      // A session's are of clusters.
+      toTracksDat: async () => (this.of.session ? result : await editor.toResult()).toTracksDat(),
     };
-  }
-
-  /** The highest label that was painted. */
-  get highest() {
-    const labels = (this.editor?.edits ?? []).map((edit) => ('label' in edit ? edit.label : 0));
-    return Math.max(0, ...labels);
   }
 
   /**
@@ -272,7 +198,9 @@ export class Corrections {
    * @returns {Promise<ImageData>} at the size of the masks
    */
   pixels(t) {
-    return this.of.images.pixels(t, this.opened);
+    const { images, result } = this.of;
+    if (!result) throw new PageError('unfinished');
+    return images.pixels(t, result);
   }
 
   /**
@@ -281,16 +209,57 @@ export class Corrections {
    * @param {import('./library.js').SavedEdits} saved
    */
   adopt(saved) {
-    const editor = this.opened;
-    editor.restore(saved);
-    const masks = /** @type {import('./library.js').MaskSource} */ (this.of.result);
-    this.done = editor.edits.map((edit, edits) => ({
-      was: { masks, edits },
-      what: { ask: 'edits', edits: [edit] },
-      do: () => editor.redo(),
-      undo: () => editor.undo(),
-      frames: edit.parts ? [...edit.parts.keys()] : null,
-    }));
+    this.opened.restore(saved);
+  }
+
+  /**
+   * An object is parted; by hand, the piece at a place becomes an object of its own.
+   *
+   * @param {number} label
+   * @param {import('./library.js').Place} [at]
+   */
+  async split(label, at) {
+    if (!at && this.splitsAtPlace) throw new PageError('no-place');
+    return this.step((editor) => editor.split(label, at));
+  }
+
+  /**
+   * Each stroke is a thing of its own.
+   *
+   * @param {import('./library.js').Stroke[]} strokes
+   */
+  apart(strokes) {
+    return this.step((editor) => editor.apart(strokes));
+  }
+
+  /**
+   * The objects that strokes lie on become one.
+   *
+   * @param {import('./library.js').Stroke[]} strokes
+   */
+  together(strokes) {
+    return this.step((editor) => editor.together(strokes));
+  }
+
+  /**
+   * What may be meant by a click, the smallest first.
+   *
+   * @param {number} t
+   * @param {{x: number, y: number}} place in pixels of the masks
+   * @returns {Promise<{regions: import('./library.js').Region[], likeliest: number}>}
+   */
+  async grown(t, place) {
+    const engine = await this.flows();
+    const { numFrames, shots = [{ first: 0, last: numFrames - 1 }] } = this.opened;
+    // Motion to the frame after, or the one before where that is another shot or none.
+    const { first, last } = shots.find((shot) => t <= shot.last) ?? { first: 0, last: numFrames - 1 };
+    const beside = t < last ? t + 1 : Math.max(first, t - 1);
+    const [picture, other] = [await this.pixels(t), await this.pixels(beside)];
+    const [superpixels, flow] = [await engine.superpixels(picture), await engine.flow(picture, other)];
+    const found = await grownRegions({ superpixels, picture, flow }, place);
+    const area = (/** @type {Uint8Array} */ pixels) => pixels.reduce((sum, inside) => sum + inside, 0);
+    const regions = [...found].sort((a, b) => area(decodeRuns(a)) - area(decodeRuns(b)));
+    return { regions, likeliest: regions.indexOf(found[0]) };
   }
 
   close() {
@@ -300,75 +269,13 @@ export class Corrections {
     );
     this.engine = null;
   }
-
-  /**
-   * An object is parted; by hand, the piece at a place becomes an object of its own.
-   *
-   * @param {number} label
-   * @param {{t: number, x: number, y: number}} [at]
-   */
-  async split(label, at) {
-    return (await byRegion()).split(this, label, at);
-  }
-
-  /**
-   * Each stroke is a thing of its own; by hand, all but the first become objects.
-   *
-   * @param {Stroke[]} strokes
-   */
-  async apart(strokes) {
-    return (await byRegion()).apart(this, strokes);
-  }
-
-  /**
-   * The objects that strokes lie on become one.
-   *
-   * @param {Stroke[]} strokes
-   */
-  async together(strokes) {
-    return (await byRegion()).together(this, strokes);
-  }
-
-  /**
-   * What may be meant by a click, the smallest first.
-   *
-   * @param {number} t
-   * @param {{x: number, y: number}} place in pixels of the masks
-   */
-  async grown(t, place) {
-    return (await byRegion()).grown(this, t, place);
-  }
-}
-
-/** Fetched when it is first asked for. */
-function byRegion() {
-  return import('./by-region.js');
 }
 
 /**
- * The masks of a session's result, which are large, as runs of equal labels: each correction keeps those before it.
- *
- * @param {{width: number, height: number, numFrames: number}} size
- * @param {Uint8Array} masks of all frames
- * @returns {import('./library.js').MaskSource}
+ * @param {Edit} edit
+ * @returns {number[] | null} the frames that it changes, null for all
  */
-function compact({ width, height, numFrames }, masks) {
-  const size = width * height;
-  const frames = Array.from({ length: numFrames }, (_, t) => {
-    const end = (t + 1) * size;
-    /** @type {number[]} */
-    const runs = [];
-    for (let from = t * size, to = from; from < end; from = to) {
-      while (to < end && masks[to] === masks[from]) to++;
-      runs.push(to - t * size, masks[from]);
-    }
-    return Uint32Array.from(runs);
-  });
-  const labels = (/** @type {number} */ t) => {
-    const found = new Uint8Array(size);
-    for (let k = 0, from = 0; k < frames[t].length; from = frames[t][k], k += 2)
-      found.fill(frames[t][k + 1], from, frames[t][k]);
-    return found;
-  };
-  return { width, height, numFrames, labels };
+function framesOf({ corrections, table, paints }) {
+  if (corrections > 0 || Object.keys(table).length > 0) return null;
+  return [...new Set(paints.flatMap(({ parts }) => [...parts.keys()]))];
 }

@@ -4,7 +4,7 @@
  * @module
  */
 
-import { workingSize } from './source.js';
+import { fitSize } from './library.js';
 import { PageError } from './words.js';
 
 /** @typedef {{width: number, height: number}} Size */
@@ -34,7 +34,7 @@ export function sizesOf(source, working) {
     ([, , one], k) => one >= LEAST_SIDE && named.findIndex(([, , other]) => other === one) === k,
   );
   const sizes = there.map(([name, words, one]) => {
-    const { width, height } = workingSize(source, one);
+    const { width, height } = fitSize(source, one);
     return { name, label: `${words}, ${width} × ${height}`, side: one };
   });
   return [...sizes, own];

@@ -3,8 +3,7 @@
  * @module
  */
 
-import { encodeVideo } from './library.js';
-import { GREEN } from './look.js';
+import { SCREEN_GREEN, encodeVideo } from './library.js';
 import { rateOf } from './export.js';
 
 /** @typedef {import('./export.js').Subject} Subject */
@@ -49,7 +48,7 @@ export const transparentVideo = {
 export const greenVideo = {
   title: 'Green screen',
   about: 'MP4, for any editor',
-  choices: [video('green', 'MP4', 'cutout', 'mp4', GREEN)],
+  choices: [video('green', 'MP4', 'cutout', 'mp4', SCREEN_GREEN)],
 };
 
 /** @type {import('./export.js').Export} */
@@ -81,7 +80,7 @@ function video(id, label, style, format, own) {
     file: () => `${style === 'alpha' ? 'mask' : style}.${format}`,
     make: (subject, work) => {
       const { masks, frames, objects, look, quality, ground, edges } = subject;
-      const background = own ?? (format === 'mp4' && ground === 'transparent' ? GREEN : ground);
+      const background = own ?? (format === 'mp4' && ground === 'transparent' ? SCREEN_GREEN : ground);
       const sound = subject.sound(format);
       return encodeVideo(masks, frames(work.signal), {
         style,

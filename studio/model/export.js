@@ -22,7 +22,7 @@ import { masksAtSize } from './library.js';
  * @property {(object: number) => boolean} objects which are meant
  * @property {string} name of the clip
  * @property {number} fps where frames have no times
- * @property {() => string} tracks the trajectories as a track file
+ * @property {() => string | Promise<string>} tracks the trajectories as a track file
  * @property {import('./library.js').TrajectoryPoints} points of the trajectories, in pixels of the masks
  * @property {import('./store.js').State} state of the page
  */

@@ -44,7 +44,7 @@ export const data = {
       id: 'tracks',
       label: 'tracks.dat',
       file: () => 'tracks.dat',
-      make: async ({ tracks }) => new Blob([tracks()], { type: 'text/plain' }),
+      make: async ({ tracks }) => new Blob([await tracks()], { type: 'text/plain' }),
     },
   ],
 };

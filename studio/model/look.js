@@ -4,6 +4,8 @@
  * @module
  */
 
+import { SCREEN_GREEN } from './library.js';
+
 /**
  * The smallest piece that counts, in percent of the frame; how far objects grow, or shrink where it is negative, and how
  * soft their edges are, in pixels of the masks; over how many frames before and after they are smoothed.
@@ -91,9 +93,6 @@ function isWithin(value, min, max) {
 
 /** @typedef {'transparent' | 'green' | 'colour' | 'blurred' | 'desaturated' | 'dimmed' | 'picture'} GroundName */
 
-/** The green of screens. */
-export const GREEN = '#00b140';
-
 /** @typedef {'overlay' | 'beside' | 'slider' | 'cutout'} View */
 
 /**
@@ -101,7 +100,7 @@ export const GREEN = '#00b140';
  * @returns {import('./library.js').Ground} as the package takes it
  */
 export function groundOf({ name, colour, picture }) {
-  if (name === 'green') return GREEN;
+  if (name === 'green') return SCREEN_GREEN;
   if (name === 'colour') return colour;
   return name === 'picture' && picture ? picture : name;
 }

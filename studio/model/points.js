@@ -16,7 +16,7 @@ import { Presence } from './presence.js';
  * @property {{count: number, label: ArrayLike<number>}} [clusters] of a clip that is one window
  * @property {readonly {label: number}[]} objects
  * @property {(t: number) => Uint8Array} labels
- * @property {() => string} toTracksDat
+ * @property {() => string | Promise<string>} toTracksDat
  */
 
 /** Masks that are kept; those of a long clip lie elsewhere in a small form. */

@@ -31,6 +31,8 @@
  * @property {File[]} [files] all that it was opened from; the sample has none
  * @property {(take: Take, signal: AbortSignal) => AsyncIterable<{frame: ImageData, time: number | null, end?:
  *   number | null}>} frames with their times, and when they end, in seconds; null where nothing says
+ * @property {(take: Take) => {source: File, options: import('./library.js').VideoOptions}} [direct] what `segmentVideo` reads
+ *   by itself; of other sources it is given `frames`
  * @property {() => void} close
  */
 
@@ -80,14 +82,4 @@ export function timeOf({ times, fps }, frame) {
  */
 export function endOf({ count, fps, end = count / fps }) {
   return end;
-}
-
-/**
- * @param {{width: number, height: number}} size
- * @param {number} side
- * @returns {{width: number, height: number}} with the long side at most `side`, never enlarged
- */
-export function workingSize(size, side) {
-  const scale = Math.min(1, side / Math.max(size.width, size.height));
-  return { width: Math.max(1, Math.round(size.width * scale)), height: Math.max(1, Math.round(size.height * scale)) };
 }

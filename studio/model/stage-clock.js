@@ -1,6 +1,6 @@
 /** Which stage a run is in, how far it is, how long each has taken, how much longer all take; and work in slices. @module */
 
-/** @typedef {{id: string, name: string, share: number}} StagePlan A stage, and its usual share of the whole time. */
+/** @typedef {{id: string, share: number}} StagePlan A stage, and its usual share of the whole time. */
 
 /** @typedef {StagePlan & {done: number, total: number, ms: number}} StageState */
 
@@ -28,7 +28,7 @@ export class StageClock {
     const now = performance.now();
     let stage = this.stages.find((s) => s.id === id);
     if (!stage) {
-      stage = { id, name: id[0].toUpperCase() + id.slice(1), share: 0.05, done: 0, total: 0, ms: 0 };
+      stage = { id, share: 0.05, done: 0, total: 0, ms: 0 };
       this.stages.push(stage);
     }
     stage.ms += now - this.markedAt;
@@ -55,7 +55,7 @@ export class StageClock {
    */
   get measured() {
     const whole = Math.max(1, this.ms);
-    return this.stages.map(({ id, name, ms }) => ({ id, name, share: Math.max(0.005, ms / whole) }));
+    return this.stages.map(({ id, ms }) => ({ id, share: Math.max(0.005, ms / whole) }));
   }
 
   /** @returns {number} milliseconds of all stages */

@@ -15,10 +15,10 @@ import { untilAborted } from './stage-clock.js';
 
 /** @type {import('./stage-clock.js').StagePlan[]} */
 const STAGES = [
-  { id: 'frames', name: 'Reading the image', share: 0.02 },
-  { id: 'boundaries', name: 'Boundaries', share: 0.1 },
-  { id: 'superpixels', name: 'Superpixels', share: 0.13 },
-  { id: 'imageEdges', name: 'Pixel embedding', share: 0.75 },
+  { id: 'frames', share: 0.02 },
+  { id: 'boundaries', share: 0.1 },
+  { id: 'superpixels', share: 0.13 },
+  { id: 'imageEdges', share: 0.75 },
 ];
 
 /** @typedef {{boundaries?: Boundaries, superpixels?: Superpixels, imageEdges?: ImageEdges}} Finds */

@@ -86,8 +86,6 @@ const ADVICE = {
     'No part was chosen',
     'Click the part of the object that is another thing, then split; what was missed is added by “Add”.',
   ],
-  'other-frame': ['The strokes lie in different frames', 'Paint all of them in one frame.'],
-  'one-object': ['The strokes lie on one object alone', 'Paint over each of the objects that are one thing.'],
   unfinished: ['The clip was not segmented to its end', 'Run it again, to the end.'],
   poisoned: [
     'The computation broke down',

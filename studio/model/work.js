@@ -44,15 +44,11 @@ export class Packer {
     const edits = corrections.editor?.toJSON() ?? null;
     if (this.packed?.masks !== masks) {
       const times = film.times.seconds?.slice(0, masks.numFrames) ?? null;
-      const { width, height, numFrames, shots, trajectories } = masks;
       // A result of one window has labels of clusters, a result of many has labels of objects.
-      const more = /** @type {object} */ ({
-        trajectories,
-        clusters: fieldOf(masks, 'clusters'),
-      });
+      const { width, height, numFrames, shots, trajectories, clusters } =
+        /** @type {import('./library.js').VideoResult & {clusters?: unknown}} */ (masks);
       const source = {
-        ...{ width, height, numFrames, shots, times },
-        ...more,
+        ...{ width, height, numFrames, shots, times, trajectories, clusters },
         end: times && (film.times.seconds?.[masks.numFrames] ?? film.times.end),
         labels: (/** @type {number} */ t) => masks.labels(t),
       };
@@ -100,14 +96,6 @@ export async function clipId(files) {
   if (!crypto.subtle) return `clip-${files.map(({ name, size, lastModified }) => [name, size, lastModified]).join()}`;
   const digest = new Uint8Array(await crypto.subtle.digest('SHA-256', bytes));
   return `clip-${Array.from(digest.subarray(0, 16), (byte) => byte.toString(16).padStart(2, '0')).join('')}`;
-}
-
-/**
- * @param {object} of
- * @param {string} name
- */
-function fieldOf(of, name) {
-  return name in of ? /** @type {Record<string, unknown>} */ (of)[name] : undefined;
 }
 
 /**

@@ -9,16 +9,11 @@ import { Store, errorPatch } from '../model/store.js';
 import { PageError } from '../model/words.js';
 import { byId } from './dom.js';
 
-/** The smallest module with a SIMD instruction: whether it is valid says whether this browser can run the package. */
-const SIMD_PROBE = new Uint8Array([
-  0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11,
-]);
-
 async function main() {
   const store = new Store();
   statusPanel({ store });
   try {
-    if (typeof OffscreenCanvas === 'undefined' || !WebAssembly.validate(SIMD_PROBE)) throw new PageError('unsupported');
+    if (typeof OffscreenCanvas === 'undefined') throw new PageError('unsupported');
     const { openPage } = await load();
     await openPage(store).app.openSample();
     await stayOffline();

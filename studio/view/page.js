@@ -109,7 +109,6 @@ function expose({ store, layers, viewer }) {
     layers,
     viewer,
     timeline,
-    compare: { choose: (/** @type {import('../model/store.js').State['view']} */ view) => store.set({ view }) },
     get job() {
       return store.state.job;
     },
@@ -130,7 +129,7 @@ function expose({ store, layers, viewer }) {
       return store.state.source;
     },
   };
-  Object.defineProperty(globalThis, 'tracecutDemo', { value });
+  Object.defineProperty(globalThis, 'tracecutStudio', { value });
 }
 
 /** @param {object | null} job of a still image has none */

@@ -1,7 +1,6 @@
 /** A video file as a source of frames, each with its own time; pixels of whatever the browser can draw. @module */
 
-import { videoFrames, videoInfo, videoStrip } from '../model/library.js';
-import { workingSize } from '../model/source.js';
+import { fitSize, videoFrames, videoInfo, videoStrip } from '../model/library.js';
 import { PageError } from '../model/words.js';
 
 /** Reads pixels of whatever the browser can draw. */
@@ -20,7 +19,7 @@ export class Grabber {
    * @returns {ImageData}
    */
   grab(picture, size, side) {
-    const { width, height } = workingSize(size, side);
+    const { width, height } = fitSize(size, side);
     if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
     this.ctx.imageSmoothingQuality = 'high';
     this.ctx.drawImage(picture, 0, 0, width, height);
@@ -84,6 +83,12 @@ export async function openVideo(file, kind = 'video', facts) {
     if (frame === 0) return {};
     return time === undefined ? { start: (frame - 0.5) / fps } : early(time);
   };
+  /** @param {import('../model/source.js').Take} take */
+  const direct = ({ start, step, frames: maxFrames, side }) => {
+    source.damage = isDamaged && start + maxFrames * step >= count ? { total: null, frames: maxFrames } : null;
+    const onDamage = (/** @type {import('../model/library.js').Damage} */ damage) => (source.damage = damage);
+    return { source: file, options: { ...startOf(start), step, maxFrames, size: side, onDamage } };
+  };
   /** @type {import('../model/source.js').Source} */
   const source = {
     kind,
@@ -97,21 +102,20 @@ export async function openVideo(file, kind = 'video', facts) {
     end: (info.times?.[0] ?? 0) + info.duration,
     async *strip(most, side, signal) {
       const options = { count: most, size: side, signal, onDamage() {} };
-      for await (const one of videoStrip(file, options)) yield pixelsOf(one);
+      for await (const one of videoStrip(file, options)) yield pixelsOf(await one.pixels());
     },
     async preview(frame, side, time) {
       const start = time === undefined ? startOf(frame) : early(time);
       const frames = videoFrames(file, { ...start, maxFrames: 1, size: side, onDamage() {} });
-      for await (const one of frames) return pixelsOf(one);
+      for await (const one of frames) return pixelsOf(await one.pixels());
       throw new PageError('no-frames', file.name);
     },
-    async *frames({ start, step, frames: maxFrames, side }, signal) {
-      source.damage = isDamaged && start + maxFrames * step >= count ? { total: null, frames: maxFrames } : null;
-      const onDamage = (/** @type {import('../model/library.js').Damage} */ damage) => (source.damage = damage);
-      const options = { ...startOf(start), step, maxFrames, size: side, signal, onDamage };
-      for await (const one of videoFrames(file, options)) {
-        const end = step === 1 && one.duration > 0 ? one.time + one.duration : null;
-        yield { frame: pixelsOf(one), time: one.time, end };
+    direct,
+    async *frames(take, signal) {
+      const { options } = direct(take);
+      for await (const one of videoFrames(file, { ...options, signal })) {
+        const end = take.step === 1 && one.duration > 0 ? one.time + one.duration : null;
+        yield { frame: pixelsOf(await one.pixels()), time: one.time, end };
       }
     },
     close() {},
@@ -121,13 +125,8 @@ export async function openVideo(file, kind = 'video', facts) {
   return source;
 }
 
-/**
- * @param {import('../model/library.js').DecodedFrame} decoded
- * @returns {ImageData} as the package gives them in browsers
- */
-function pixelsOf({ frame }) {
-  return /** @type {ImageData} */ (frame);
-}
+/** As the package gives them in browsers. */
+const pixelsOf = (/** @type {import('../model/library.js').PixelFrame} */ frame) => /** @type {ImageData} */ (frame);
 
 /**
  * @template T

@@ -22,7 +22,7 @@ describe('video files', () => {
       'done',
       await page.evaluate(() => document.querySelector('#error').innerText),
     );
-    assert.match(await text(page, '#subline'), new RegExp(`trajector.* of ${SMALL.width} × ${SMALL.height}`));
+    assert.match(await text(page, '#subline'), new RegExp(`frames of ${SMALL.width} × ${SMALL.height}`));
     assert.deepEqual(faults, []);
   });
 
@@ -33,7 +33,7 @@ describe('video files', () => {
       () => document.body.hasAttribute('data-streaming') || document.body.dataset.state === 'error',
     );
     const { settled, read, shown, phase } = await page.evaluate(() => {
-      const { job, points } = globalThis.tracecutDemo.app;
+      const { job, points } = globalThis.tracecutStudio.app;
       const shown = points.mask(20).some((label) => label > 0);
       return { settled: job.settled, read: job.images.length, shown, phase: document.body.dataset.phase };
     });
@@ -48,7 +48,7 @@ describe('video files', () => {
     const { page } = sample;
     await page.setInputFiles('#file', [LANE]);
     await inPhase(page, 'running');
-    assert.deepEqual(await page.evaluate(() => globalThis.tracecutDemo.take), {
+    assert.deepEqual(await page.evaluate(() => globalThis.tracecutStudio.take), {
       start: 0,
       frames: 221,
       step: 1,
@@ -63,7 +63,7 @@ describe('video files', () => {
     await screenshot(page, 'running');
     await inPhase(page, 'done');
     assert.match(await text(page, '#subline'), /8 frames of 320 × 180/);
-    const take = await page.evaluate(() => globalThis.tracecutDemo.take);
+    const take = await page.evaluate(() => globalThis.tracecutStudio.take);
     assert.deepEqual(take, { start: 100, frames: 8, step: 2, side: 320 });
   });
 });
@@ -87,14 +87,14 @@ describe('clips dropped on the page, whole', onlyLong, () => {
         await page.dispatchEvent('body', type, { dataTransfer: dropped });
       await inPhase(page, 'running');
       await page.selectOption('#take-side', '320');
-      await page.waitForFunction(() => globalThis.tracecutDemo.take?.side === 320);
+      await page.waitForFunction(() => globalThis.tracecutStudio.take?.side === 320);
       assert.equal(await ended(page), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
       assert.match(
         await text(page, '#subline'),
         new RegExp(`${frames} frames of 320 × \\d+${windows > 1 ? ` in ${windows} windows` : ''} ·`),
       );
       assert.match(await text(page, '#counter'), new RegExp(`/ ${frames}$`));
-      await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), frames - 1);
+      await page.evaluate((frame) => globalThis.tracecutStudio.app.timeline.seek(frame), frames - 1);
       await screenshot(page, name);
       assert.deepEqual(faults, []);
     });
@@ -111,7 +111,7 @@ function transferOf({ name, base64 }) {
 
 /** Runs in the page: records frames of the sample, and gives the file's bytes. */
 async function recordSample() {
-  const { source } = globalThis.tracecutDemo;
+  const { source } = globalThis.tracecutStudio;
   const canvas = document.createElement('canvas');
   Object.assign(canvas, { width: source.width, height: source.height });
   const ctx = canvas.getContext('2d');

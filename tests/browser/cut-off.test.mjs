@@ -53,8 +53,8 @@ describe('a run that was cut off', () => {
     await screenshot(again, 'cut-off');
     assert.deepEqual(await accessibilityFaults(again), []);
     await again.click('#saved-open');
-    await again.waitForFunction(() => globalThis.tracecutDemo.take?.step === 3);
-    await again.waitForFunction(() => globalThis.tracecutDemo.app.points?.result.numFrames === 57);
+    await again.waitForFunction(() => globalThis.tracecutStudio.take?.step === 3);
+    await again.waitForFunction(() => globalThis.tracecutStudio.app.points?.result.numFrames === 57);
     assert.equal(await ended(again), 'done');
     await remembered(again, []);
     await again.waitForFunction(() => document.body.dataset.kept && !('unkept' in document.body.dataset));
@@ -76,21 +76,5 @@ describe('a run that was cut off', () => {
     assert.equal(await page.evaluate(() => document.body.dataset.phase), 'running');
     assert.equal(await other.locator('#saved').isVisible(), false);
     await page.context().close();
-  });
-
-  test('is not offered when the user has cancelled it, nor when it was discarded', async () => {
-    const { page } = await site.open();
-    await begun(page);
-    const second = await anew(page);
-    await second.click('#saved-forget');
-    await remembered(second, []);
-    await begun(second);
-    await second.keyboard.press('Escape');
-    await inPhase(second, 'stopped');
-    await remembered(second, []);
-    const third = await anew(second);
-    assert.equal(await ended(third), 'done');
-    assert.equal(await third.locator('#saved').isVisible(), false);
-    await third.context().close();
   });
 });

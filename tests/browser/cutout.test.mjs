@@ -22,7 +22,7 @@ describe('the cut-out view', () => {
   /** Colours on screen deep inside objects 1 and 2, and of the background, in the frame on screen. */
   const colors = () =>
     page.evaluate(() => {
-      const { viewer, points } = globalThis.tracecutDemo.app;
+      const { viewer, points } = globalThis.tracecutStudio.app;
       viewer.draw();
       const { width, height } = points.result;
       const mask = points.mask(viewer.view.frame);
@@ -54,7 +54,7 @@ describe('the cut-out view', () => {
 
   test('shows the objects alone, transparent around, in their own colours', async () => {
     ({ page, faults } = await openSample(site, { bypassCSP: true }));
-    await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(12));
+    await page.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(12));
     assert.equal(await page.locator('#ground-row').isVisible(), false);
     await page.check('[name="view"][value="cutout"]', { force: true });
     assert.equal(await page.locator('#ground-row').isVisible(), true);
@@ -101,7 +101,7 @@ describe('the cut-out view', () => {
   test('with masks that are smoothed over time, on screen and in what is saved', async () => {
     const shown = () =>
       page.evaluate(() => {
-        const { viewer } = globalThis.tracecutDemo.app;
+        const { viewer } = globalThis.tracecutStudio.app;
         return [...viewer.edgedMask().labels];
       });
     const slide = (value) =>
@@ -120,14 +120,14 @@ describe('the cut-out view', () => {
     assert.notDeepEqual(smooth, before);
     const wanted = await page.evaluate(async () => {
       const library = await import('/model/library.js');
-      const { points } = globalThis.tracecutDemo.app;
-      const { corrections } = globalThis.tracecutDemo.app.job;
+      const { points } = globalThis.tracecutStudio.app;
+      const { corrections } = globalThis.tracecutStudio.app.job;
       const { width, height, numFrames } = points.result;
       const masks = { width, height, numFrames, labels: (t) => points.mask(t) };
       const result = await library.smoothMasks(masks, { picture: (t) => corrections.pixels(t) });
       const { edgesOf } = await import('/model/look.js');
       const edges = edgesOf({ smallest: 0.02, grow: 0, feather: 0 }, masks);
-      const frame = globalThis.tracecutDemo.app.viewer.view.frame;
+      const frame = globalThis.tracecutStudio.app.viewer.view.frame;
       return [...library.adjustMask({ labels: result.labels(frame), width, height }, edges).labels];
     });
     assert.deepEqual(smooth, wanted);
@@ -160,7 +160,7 @@ describe('the cut-out view', () => {
   test('with edges that grow, shrink and fade, without specks', async () => {
     const covered = () =>
       page.evaluate(() => {
-        const { viewer } = globalThis.tracecutDemo.app;
+        const { viewer } = globalThis.tracecutStudio.app;
         const { alpha, labels } = viewer.view.mask();
         return {
           sum: alpha.reduce((sum, value) => sum + value, 0) / 255,
@@ -190,14 +190,15 @@ describe('the cut-out view', () => {
     await page.click('#export-close');
     const { shown, drawn } = await page.evaluate(async (data) => {
       const { videoFrames } = await import('/dist/index.js');
-      const { viewer } = globalThis.tracecutDemo.app;
+      const { viewer } = globalThis.tracecutStudio.app;
       let t = 0;
-      for await (const { frame } of videoFrames(new Blob([Uint8Array.from(data)]))) {
+      for await (const { width, height, pixels } of videoFrames(new Blob([Uint8Array.from(data)]))) {
         if (t++ < 12) continue;
         // On a picture of one colour its part is what is not the object.
-        const own = new OffscreenCanvas(frame.width, frame.height).getContext('2d', { willReadFrequently: true });
-        own.drawImage(viewer.canvas, 0, 0, frame.width, frame.height);
-        const screen = own.getImageData(0, 0, frame.width, frame.height).data;
+        const frame = await pixels();
+        const own = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
+        own.drawImage(viewer.canvas, 0, 0, width, height);
+        const screen = own.getImageData(0, 0, width, height).data;
         const off = Array.from({ length: screen.length / 4 }, (_, p) =>
           Math.max(...[0, 1, 2].map((c) => Math.abs(screen[4 * p + c] - frame.data[4 * p + c]))),
         );

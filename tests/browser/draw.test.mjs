@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { useServerAndBrowser } from '../site.mjs';
-import { emptyPage } from './empty.mjs';
+import { useEmptyPage } from './empty.mjs';
 
 const site = useServerAndBrowser();
 const KINDS = ['HTMLCanvasElement', 'OffscreenCanvas'];
@@ -11,11 +11,7 @@ const KINDS = ['HTMLCanvasElement', 'OffscreenCanvas'];
 const OBJECT_1 = [0xe6, 0x9f, 0x00];
 const RED = [0xff, 0x2b, 0x3d];
 
-async function open(t) {
-  const page = await emptyPage(t, site);
-  await page.evaluate(prepare);
-  return page;
-}
+const shared = useEmptyPage(site, (page) => page.evaluate(prepare));
 
 /** Runs in the page: a small world of known content, and canvases of both kinds. */
 async function prepare() {
@@ -80,8 +76,8 @@ const CLEAR = [0, 0, 0, 0];
 
 for (const kind of KINDS) {
   describe(`on a canvas of kind ${kind}`, () => {
-    test('masks are filled and outlined, and nothing else is touched', async (t) => {
-      const page = await open(t);
+    test('masks are filled and outlined, and nothing else is touched', async () => {
+      const { page } = shared;
       const look = (options, zoom = 1) =>
         page.evaluate(
           ([k, chosen, z]) => {
@@ -110,8 +106,8 @@ for (const kind of KINDS) {
       near(line, [255, 255, 255], 'an outline in a colour of the caller');
     });
 
-    test('outlines lie between pixels, as wide as asked at every zoom', async (t) => {
-      const page = await open(t);
+    test('outlines lie between pixels, as wide as asked at every zoom', async () => {
+      const { page } = shared;
       const widths = await page.evaluate(
         (k) =>
           [1, 2].map((width) =>
@@ -144,8 +140,8 @@ for (const kind of KINDS) {
       ]);
     });
 
-    test('points lie where their trajectories are, with their tails behind them', async (t) => {
-      const page = await open(t);
+    test('points lie where their trajectories are, with their tails behind them', async () => {
+      const { page } = shared;
       const look = (frame, options, places) =>
         page.evaluate(
           ([k, f, chosen, spots]) => {
@@ -186,8 +182,8 @@ for (const kind of KINDS) {
       near(cluster[0], [0xcc, 0x79, 0xa7, 255], 'the colour of cluster 3');
     });
 
-    test('discontinuities are red above the threshold', async (t) => {
-      const page = await open(t);
+    test('discontinuities are red above the threshold', async () => {
+      const { page } = shared;
       const look = (options) =>
         page.evaluate(
           ([k, chosen]) => {
@@ -212,8 +208,8 @@ for (const kind of KINDS) {
       assert.deepEqual([gone, below], [CLEAR, CLEAR]);
     });
 
-    test('superpixels have their colours, lines between them, and their edges', async (t) => {
-      const page = await open(t);
+    test('superpixels have their colours, lines between them, and their edges', async () => {
+      const { page } = shared;
       const colors = await page.evaluate((k) => {
         const { drawn, tracecut } = globalThis.kit;
         // Two halves at half the frame's size, parted by a contour, with one edge that bridges a gap and one that parts
@@ -264,8 +260,8 @@ for (const kind of KINDS) {
       assert.ok(deleted[5][3] > 60, `${deleted[5]} is an edge deleted`);
     });
 
-    test('maps are pictures of their values, cells those of the nearest point', async (t) => {
-      const page = await open(t);
+    test('maps are pictures of their values, cells those of the nearest point', async () => {
+      const { page } = shared;
       const { boundary, thin, heat, flow, cells } = await page.evaluate((k) => {
         const { drawn, result, tracecut } = globalThis.kit;
         const grid = { width: 20, height: 15, scaleX: 2, scaleY: 2 };
@@ -313,8 +309,8 @@ for (const kind of KINDS) {
   });
 }
 
-test('a real run is drawn in the colours of its labels, in the page and by file alike', async (t) => {
-  const page = await open(t);
+test('a real run is drawn in the colours of its labels, in the page and by file alike', async () => {
+  const { page } = shared;
   const { wrong, painted, files } = await page.evaluate(async () => {
     const { tracecut } = globalThis.kit;
     const clip = await tracecut.synthClip({ width: 128, height: 72, frames: 8, seed: 5 });
@@ -348,8 +344,8 @@ test('a real run is drawn in the colours of its labels, in the page and by file 
   assert.ok(files, 'the browser decodes the PNG file to the same pixels');
 });
 
-test('what cannot be drawn is refused in words, and the canvas left as it was', async (t) => {
-  const page = await open(t);
+test('what cannot be drawn is refused in words, and the canvas left as it was', async () => {
+  const { page } = shared;
   const messages = await page.evaluate(() => {
     const { result, tracecut } = globalThis.kit;
     const context = new OffscreenCanvas(40, 30).getContext('2d');

@@ -1,5 +1,6 @@
 // An empty page of the server, for tests of the package alone.
 
+import { before } from 'node:test';
 import { fileURLToPath } from 'node:url';
 
 const STRICT = "script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'";
@@ -24,4 +25,23 @@ export async function emptyPage(t, site, { policy = STRICT, modules = [] } = {})
   }
   await page.goto(`${site.url}empty`);
   return page;
+}
+
+/**
+ * One such page for all tests of a file, prepared; read `page` in the tests.
+ *
+ * @param {ReturnType<import('../site.mjs').useServerAndBrowser>} site
+ * @param {(page: import('playwright-core').Page) => Promise<unknown>} prepare
+ * @param {object} [options] those of `emptyPage`
+ * @returns {{page: import('playwright-core').Page}}
+ */
+export function useEmptyPage(site, prepare, options) {
+  const shared = { page: null };
+  before(async () => {
+    await site.ready();
+    // The browser closes it.
+    shared.page = await emptyPage({ after() {} }, site, options);
+    await prepare(shared.page);
+  });
+  return shared;
 }

@@ -8,11 +8,11 @@ import { useServerAndBrowser } from '../site.mjs';
 import { emptyPage } from './empty.mjs';
 
 const site = useServerAndBrowser();
-const [WIDTH, HEIGHT, BY] = [854, 480, 2];
+const [WIDTH, HEIGHT, BY] = [428, 240, 2];
 
 /** Runs in the page and here: a disc on a ground, and its mask at half the size. */
 function made([width, height, by]) {
-  const inside = (x, y) => Math.hypot(x - 400.3, y - 230.8) < 150;
+  const inside = (x, y) => Math.hypot(x - 200.3, y - 115.8) < 75;
   const data = new Uint8ClampedArray(4 * width * height);
   for (let p = 0; p < width * height; p += 1) {
     const [x, y] = [p % width, Math.floor(p / width)];
@@ -112,7 +112,7 @@ test('workers enlarge, one a core, go on after a refusal, and end when idle', as
   const most = Math.min(4, seen.cores);
   assert.equal(seen.first, 1);
   assert.equal(seen.workers, most);
-  assert.equal(seen.refused, "param: mask = 427x240 (expected at most the picture's size, 30x20)");
+  assert.equal(seen.refused, "param: mask = 214x120 (expected at most the picture's size, 30x20)");
   assert.deepEqual(seen.sizes, Array(4).fill(WIDTH * HEIGHT));
   t.diagnostic(`the page waited ${seen.longest.toFixed(0)} ms at most, a mask takes ${seen.here.toFixed(0)} ms`);
   // The driver learns of a worker some time after it was started or ended.

@@ -32,7 +32,7 @@ describe('cut-out pictures', () => {
 
   test('are a ZIP of PNG files, transparent where no object is', async () => {
     ({ page, faults } = await openSample(site, { acceptDownloads: true }));
-    const found = await page.evaluate((t) => [...globalThis.tracecutDemo.result.labels(t)], FRAME);
+    const found = await page.evaluate((t) => [...globalThis.tracecutStudio.result.labels(t)], FRAME);
     // Specks are left out: less than 0.02 % of the frame.
     ({ labels } = adjustMask(
       { labels: Uint8Array.from(found), width: WIDTH, height: HEIGHT },
@@ -130,7 +130,7 @@ async function opened([bytes, type, frameIndex, frame]) {
   const [width, height] = [image.displayWidth, image.displayHeight];
   const data = pixelsOf(image, width, height);
   image.close();
-  const own = pixelsOf(await globalThis.tracecutDemo.app.job.images.open(frame), width, height);
+  const own = pixelsOf(await globalThis.tracecutStudio.app.job.images.open(frame), width, height);
   const alpha = Array.from({ length: width * height }, (_, p) => data[4 * p + 3]);
   let worst = 0;
   alpha.forEach((one, p) => {

@@ -1,7 +1,7 @@
 // What the page saves of a video has the size of the video, its frames, its times and its sound: opened again.
 
 import assert from 'node:assert/strict';
-import { describe, test } from 'node:test';
+import { before, describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
 import {
   bytesOf,
@@ -13,7 +13,6 @@ import {
   run,
   screenshot,
   text,
-  useSample,
   useSite,
 } from './support.mjs';
 
@@ -21,7 +20,7 @@ const MASKS_AT = 480;
 
 /** Clips above the size that masks are made at, and their frames; one of 4K takes long. */
 const SIZES = onlyLong.skip
-  ? [[640, 360, 6]]
+  ? [[512, 288, 6]]
   : [
       [854, 480, 12],
       [3840, 2160, 6],
@@ -29,6 +28,11 @@ const SIZES = onlyLong.skip
 const [WIDTH, HEIGHT] = SIZES.at(-1);
 
 const site = useSite({ sample: 'tiny' });
+const sample = { page: null, faults: null };
+before(async () => {
+  Object.assign(sample, await openSample(site));
+  await sample.page.evaluate(prepare);
+});
 
 async function save(page, id) {
   const coming = page.waitForEvent('download');
@@ -40,12 +44,9 @@ async function save(page, id) {
 }
 
 describe('exports of a clip whose sound WebM cannot hold', () => {
-  const sample = useSample(site);
-
   test('have it as Opus in WebM, as the page says', async () => {
     const { page, faults } = sample;
     const times = Array.from({ length: 6 }, (_, k) => 0.04 * k);
-    await page.evaluate(prepare);
     const made = await page.evaluate(makeClip, { width: 320, height: 180, times, isPlain: true });
     const file = { name: 'clip.mp4', mimeType: 'video/mp4', buffer: Buffer.from(made, 'base64') };
     assert.equal(await run(page, [file]), 'done', await text(page, 'main'));
@@ -67,19 +68,16 @@ describe('exports of a clip whose sound WebM cannot hold', () => {
 });
 
 describe('exports at the size of the source', () => {
-  const sample = useSample(site);
-
   for (const [width, height, count] of SIZES) {
     test(`a clip of ${width} × ${height}, computed at ${MASKS_AT}`, async () => {
       const { page, faults } = sample;
       const times = Array.from({ length: count }, (_, k) => 0.04 * k + (k > 3 ? 0.017 : 0));
-      await page.evaluate(prepare);
       await page.evaluate(`globalThis.playedPixels = ${playedPixels}`);
       const made = await page.evaluate(makeClip, { width, height, times });
       const file = { name: `clip-${height}.mp4`, mimeType: 'video/mp4', buffer: Buffer.from(made, 'base64') };
       assert.equal(await run(page, [file]), 'done', await text(page, 'main'));
       assert.match(await text(page, '#subline'), new RegExp(`${count} frames of ${MASKS_AT} × 270`));
-      await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(2));
+      await page.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(2));
       await openSave(page);
       await page.waitForFunction(() => !document.querySelector('#export-with-sound').hidden);
       assert.match(
@@ -165,7 +163,7 @@ describe('exports at the size of the source', () => {
 });
 
 test('the delays of a GIF are kept on screen and in what is saved', async () => {
-  const { page, faults } = await openSample(site);
+  const { page, faults } = sample;
   const delays = [5, 30, 5, 5, 60, 5, 5, 25];
   const frames = delays.map((_, t) =>
     plainFrame(96, 64, (x, y) => {
@@ -178,14 +176,13 @@ test('the delays of a GIF are kept on screen and in what is saved', async () => 
   );
   assert.equal(await run(page, [gifFile('uneven.gif', frames, delays)]), 'done', await text(page, 'main'));
   const times = delays.map((_, t) => delays.slice(0, t).reduce((sum, delay) => sum + delay / 100, 0));
-  const known = await page.evaluate(() => globalThis.tracecutDemo.app.job.times);
+  const known = await page.evaluate(() => globalThis.tracecutStudio.app.job.times);
   times.forEach((time, t) => assert.ok(Math.abs(known[t] - time) < 1e-6, `frame ${t} at ${known[t]} s`));
   // On a busy machine a frame may come late: one round of several has to be on time.
   let lasted = [];
   const isOnTime = () => Math.abs(lasted[0] - 300) < 150 && Math.abs(lasted[1] - 600) < 150;
   for (let round = 0; round < 5 && !isOnTime(); round += 1) lasted = await page.evaluate(watchFrames, [1, 4]);
   assert.ok(isOnTime(), `frames 1 and 4 lasted ${lasted} ms`);
-  await page.evaluate(prepare);
   await openSave(page);
   const saved = await page.evaluate(readClip, (await save(page, 'overlay-webm')).toString('base64'));
   times.forEach((time, t) => assert.ok(Math.abs(saved.times[t] - time) < 0.001, `frame ${t} at ${saved.times[t]} s`));
@@ -320,7 +317,7 @@ async function readClip(base64) {
 
 /** Runs in the page: the pixels that a player shows of the file read last, at a frame of the result. */
 async function playedPixels(t) {
-  const { times } = globalThis.tracecutDemo.app.job;
+  const { times } = globalThis.tracecutStudio.app.job;
   const video = document.createElement('video');
   const event = (name) =>
     new Promise((done, failed) =>
@@ -349,7 +346,7 @@ async function playedPixels(t) {
 /** Runs in the page: the share of pixels whose alpha is not that of the mask on screen, brought to the frame's size. */
 async function compareAlpha(t) {
   const { data, width, height } = await globalThis.playedPixels(t);
-  const { app, source, take } = globalThis.tracecutDemo;
+  const { app, source, take } = globalThis.tracecutStudio;
   const picture = await source.preview(take.start + t, Math.max(width, height), app.job.times[t]);
   const { labels } = await globalThis.sized.library.enlargeMask(app.viewer.view.mask(), picture);
   let [wrong, objects] = [0, 0];
@@ -364,7 +361,7 @@ async function compareAlpha(t) {
 /** Runs in the page: what is shown deep inside the first object, and that object's colour. */
 async function insideColor(t) {
   const { data, width } = await globalThis.playedPixels(t);
-  const { points } = globalThis.tracecutDemo.app;
+  const { points } = globalThis.tracecutStudio.app;
   const mask = points.mask(t);
   const reach = 10;
   const at = mask.findIndex(
@@ -372,7 +369,7 @@ async function insideColor(t) {
       label > 0 && [-1, 0, 1].every((dy) => [-1, 0, 1].every((dx) => mask[p + reach * (dy * width + dx)] === label)),
   );
   const shown = [...data.subarray(4 * at, 4 * at + 3)];
-  const rgb = Number.parseInt(globalThis.tracecutDemo.objectColor(mask[at]).slice(1), 16);
+  const rgb = Number.parseInt(globalThis.tracecutStudio.objectColor(mask[at]).slice(1), 16);
   const color = [rgb >> 16, (rgb >> 8) & 255, rgb & 255];
   return { shown, color, distance: Math.max(...color.map((value, c) => Math.abs(value - shown[c]))) };
 }

@@ -4,9 +4,13 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { useServerAndBrowser } from '../site.mjs';
-import { emptyPage } from './empty.mjs';
+import { useEmptyPage } from './empty.mjs';
 
 const site = useServerAndBrowser();
+const shared = useEmptyPage(site, async (page) => {
+  await page.evaluate(prepare);
+  await page.evaluate(prepareClicks);
+});
 
 /** Runs in the page: three seconds of a rising tone, as Opus in WebM, and how tracks are read. */
 async function prepare() {
@@ -59,9 +63,8 @@ for (const [format, style] of [
   ['mp4', 'overlay'],
   ['webm', 'cutout'],
 ]) {
-  test(`sound is in a ${format} video (${style}), from the same seconds and as long`, async (t) => {
-    const page = await emptyPage(t, site);
-    await page.evaluate(prepare);
+  test(`sound is in a ${format} video (${style}), from the same seconds and as long`, async () => {
+    const { page } = shared;
     const { own, made, info } = await page.evaluate(
       async (options) => {
         const { encodeVideo, soundInfo, source, read, masks, frames } = globalThis.kit;
@@ -86,9 +89,8 @@ for (const [format, style] of [
   });
 }
 
-test('a source without sound gives a video without; one that can be neither copied nor converted is refused', async (t) => {
-  const page = await emptyPage(t, site);
-  await page.evaluate(prepare);
+test('a source without sound gives a video without; one that can be neither copied nor converted is refused', async () => {
+  const { page } = shared;
   const { silent, messages } = await page.evaluate(async () => {
     const { encodeVideo, read, masks, frames } = globalThis.kit;
     const mute = await encodeVideo(masks, frames);
@@ -246,10 +248,8 @@ for (const [kind, channels, sampleRate] of [
 ]) {
   for (const style of ['cutout', 'overlay']) {
     if (style === 'overlay' && kind === 'pcm') continue;
-    test(`clicks in ${kind} (${channels} × ${sampleRate} Hz) are Opus in WebM (${style}), in time`, async (t) => {
-      const page = await emptyPage(t, site);
-      await page.evaluate(prepare);
-      await page.evaluate(prepareClicks);
+    test(`clicks in ${kind} (${channels} × ${sampleRate} Hz) are Opus in WebM (${style}), in time`, async () => {
+      const { page } = shared;
       const { info, made, before, after, ends } = await page.evaluate(
         async ({ kind, channels, sampleRate, style }) => {
           const { encodeVideo, soundInfo, masks, frames, pcm, aac, clicksOf, read } = globalThis.kit;

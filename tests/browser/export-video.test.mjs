@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { createSession, encodeVideo, synthClip } from '../../dist/node.js';
 import { useServerAndBrowser } from '../site.mjs';
-import { emptyPage } from './empty.mjs';
+import { emptyPage, useEmptyPage } from './empty.mjs';
 
 const site = useServerAndBrowser();
 
@@ -17,11 +17,8 @@ const INSIDE = [32, 20];
 const OUTSIDE = [6, 40];
 const OBJECT_1 = [0xe6, 0x9f, 0x00];
 
-async function open(t) {
-  const page = await emptyPage(t, site);
-  await page.evaluate(prepare, [WIDTH, HEIGHT, TIMES]);
-  return page;
-}
+const prepared = (page) => page.evaluate(prepare, [WIDTH, HEIGHT, TIMES]);
+const shared = useEmptyPage(site, prepared);
 
 /** Runs in the page: the clip, and how files are read again. */
 async function prepare([width, height, times]) {
@@ -91,8 +88,8 @@ function near(color, wanted, what) {
 const frameColor = ([x]) => [4 * x, 80, 128];
 const mix = (a, b) => a.map((value, k) => (value + b[k]) / 2);
 
-test('an overlay has every frame at its own time, and the masks over it', async (t) => {
-  const page = await open(t);
+test('an overlay has every frame at its own time, and the masks over it', async () => {
+  const { page } = shared;
   const { type, codec, starts, size, duration, colors, progress } = await encoded(page, {});
   assert.equal(type, 'video/webm');
   assert.equal(codec, 'vp9');
@@ -107,8 +104,8 @@ test('an overlay has every frame at its own time, and the masks over it', async 
   assert.deepEqual(progress, ['1/6', '2/6', '3/6', '4/6', '5/6', '6/6']);
 });
 
-test('cut-out objects are transparent around, with clean edges', async (t) => {
-  const page = await open(t);
+test('cut-out objects are transparent around, with clean edges', async () => {
+  const { page } = shared;
   const edge = [
     [21, 20],
     [17, 20],
@@ -128,8 +125,8 @@ test('cut-out objects are transparent around, with clean edges', async (t) => {
   for (const k of [1, 3, 5]) assert.ok(colors[k][3] <= 8, `${colors[k]} is not transparent`);
 });
 
-test('cut-out objects lie on any colour, in MP4 on green', async (t) => {
-  const page = await open(t);
+test('cut-out objects lie on any colour, in MP4 on green', async () => {
+  const { page } = shared;
   const green = await encoded(page, { style: 'cutout', format: 'mp4' });
   assert.deepEqual([green.type, green.codec], ['video/mp4', 'avc']);
   near(green.colors[0], frameColor(INSIDE), 'inside');
@@ -141,8 +138,8 @@ test('cut-out objects lie on any colour, in MP4 on green', async (t) => {
   near(others.colors[0], [255, 255, 255], 'an object that is not chosen');
 });
 
-test('cut-out objects lie on their own frame, blurred, or on a picture', async (t) => {
-  const page = await open(t);
+test('cut-out objects lie on their own frame, blurred, or on a picture', async () => {
+  const { page } = shared;
   const blurred = await encoded(page, { style: 'cutout', background: 'blurred' });
   near(blurred.colors[0], frameColor(INSIDE), 'inside');
   // The frames are ramps, which look the same when they are blurred, but for their ends.
@@ -176,8 +173,8 @@ test('cut-out objects lie on their own frame, blurred, or on a picture', async (
   near(colors[1], [0, 0, 255], 'the middle of the picture');
 });
 
-test('MP4 has even sides, one more where they are odd, and the same times', async (t) => {
-  const page = await open(t);
+test('MP4 has even sides, one more where they are odd, and the same times', async () => {
+  const { page } = shared;
   const { codec, starts, size, duration, colors } = await encoded(page, { format: 'mp4' }, [
     INSIDE,
     [WIDTH, 40],
@@ -194,8 +191,8 @@ test('MP4 has even sides, one more where they are odd, and the same times', asyn
   near(colors[2], frameColor([6, HEIGHT - 1]), 'the row added');
 });
 
-test('masks alone need no frames, and a rate where there are no times', async (t) => {
-  const page = await open(t);
+test('masks alone need no frames, and a rate where there are no times', async () => {
+  const { page } = shared;
   const { colors } = await encoded(page, { style: 'masks', colors: ['#000000', '#2060c0'] });
   near(colors[0], [0x20, 0x60, 0xc0], 'the object');
   near(colors[1], [0, 0, 0], 'the background');
@@ -212,8 +209,8 @@ test('masks alone need no frames, and a rate where there are no times', async (t
   ]);
 });
 
-test('frames may be larger than their masks, of any kind, and come one by one', async (t) => {
-  const page = await open(t);
+test('frames may be larger than their masks, of any kind, and come one by one', async () => {
+  const { page } = shared;
   const results = await page.evaluate(
     async ([inside, outside]) => {
       const { encodeVideo: encode, masks, frames, shown } = globalThis.kit;
@@ -281,8 +278,8 @@ test('frames may be larger than their masks, of any kind, and come one by one', 
   }
 });
 
-test('an abort ends it, and the source of the frames is told', async (t) => {
-  const page = await open(t);
+test('an abort ends it, and the source of the frames is told', async () => {
+  const { page } = shared;
   const outcome = await page.evaluate(async () => {
     const { encodeVideo: encode, masks, frames } = globalThis.kit;
     const controller = new AbortController();
@@ -315,8 +312,8 @@ test('an abort ends it, and the source of the frames is told', async (t) => {
   assert.ok(given <= most, `${given} frames were read, of at most ${most}`);
 });
 
-test('what cannot be encoded is refused in words', async (t) => {
-  const page = await open(t);
+test('what cannot be encoded is refused in words', async () => {
+  const { page } = shared;
   const messages = await page.evaluate(async () => {
     const { encodeVideo: encode, masks, frames } = globalThis.kit;
     const failure = (...given) =>
@@ -334,8 +331,11 @@ test('what cannot be encoded is refused in words', async (t) => {
       await failure(masks, frames, { codec: 'vp9' }),
       await failure(masks, frames, { style: 'cutout', background: 'no colour' }),
     ];
+    const { VideoEncoder } = globalThis;
     delete globalThis.VideoEncoder;
-    return [...list, await failure(masks, frames)];
+    list.push(await failure(masks, frames));
+    globalThis.VideoEncoder = VideoEncoder;
+    return list;
   });
   const expected = [
     /^data: the frames ended after 4 of 6 \(expected one for each frame of the masks\)/,
@@ -353,7 +353,9 @@ test('what cannot be encoded is refused in words', async (t) => {
 
 test('takes the next codec where the browser lacks one, and says so where it lacks all', async (t) => {
   const lacking = async (pattern, options) => {
-    const page = await open(t);
+    // Of its own: what a browser encodes is asked once.
+    const page = await emptyPage(t, site);
+    await prepared(page);
     await page.evaluate((names) => {
       const asked = VideoEncoder.isConfigSupported.bind(VideoEncoder);
       VideoEncoder.isConfigSupported = (config) =>
@@ -380,8 +382,8 @@ test('takes the next codec where the browser lacks one, and says so where it lac
   );
 });
 
-test('a video that was segmented is cut out, frame for frame', async (t) => {
-  const page = await open(t);
+test('a video that was segmented is cut out, frame for frame', async () => {
+  const { page } = shared;
   const { shots, starts, colors, wanted, labels } = await page.evaluate(async () => {
     const { encodeVideo: encode, packets, segmentVideo, shown, synthClip: synth, videoFrames } = globalThis.kit;
     const clip = await synth({ width: 128, height: 72, frames: 8, seed: 5 });

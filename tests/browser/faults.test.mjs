@@ -79,11 +79,11 @@ describe('faults around the page', { timeout: 300_000 }, () => {
   test('a part that is fetched when it is first opened and does not come is told, and the result stays', async () => {
     const { page } = await openSample(site);
     await page.context().route('**/export-dialog.js', (route) => route.abort());
-    const found = await page.evaluate(() => [...globalThis.tracecutDemo.result.labels(3)].join(''));
+    const found = await page.evaluate(() => [...globalThis.tracecutStudio.result.labels(3)].join(''));
     await page.keyboard.press('e');
     await page.waitForFunction(() => /network does not answer/.test(document.querySelector('#notice').textContent));
     await page.context().unroute('**/export-dialog.js');
     assert.equal(await page.evaluate(() => document.body.dataset.state), 'done');
-    assert.equal(await page.evaluate(() => [...globalThis.tracecutDemo.result.labels(3)].join('')), found);
+    assert.equal(await page.evaluate(() => [...globalThis.tracecutStudio.result.labels(3)].join('')), found);
   });
 });

@@ -1,7 +1,7 @@
 // Video files made by ffmpeg: a red square goes over a still ground, so that each picture says which one it is.
 
 import { execFileSync, spawnSync } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after } from 'node:test';
@@ -13,13 +13,6 @@ export const FILM = { width: 240, height: 180, count: 16, side: 60 };
 
 /** H.264 as phones write it. */
 export const H264 = ['-c:v', 'libx264', '-crf', '16', '-pix_fmt', 'yuv420p'];
-
-/** Whole milliseconds, unevenly spaced. */
-export const UNEVEN = 'settb=1/1000,setpts=N*49+mod(N*N*7\\,19)+gte(N\\,1)*250';
-
-/** The times that `UNEVEN` gives. */
-export const unevenTimes = () =>
-  Array.from({ length: FILM.count }, (_, k) => (49 * k + ((7 * k * k) % 19) + (k > 0 ? 250 : 0)) / 1000);
 
 /** The film's pictures as bytes, red, green and blue of each pixel. */
 export function filmBytes({ width, height, count, side } = FILM) {
@@ -51,17 +44,12 @@ export function useFilms() {
   const ffmpeg = (args) => execFileSync('ffmpeg', ['-nostdin', '-v', 'error', '-y', ...args], { cwd: folder });
   /** Makes a file of the film, by these arguments for the output. */
   const film = (name, args, { rate = 25, ...size } = {}) => {
-    const { width, height } = { ...FILM, ...size };
-    writeFileSync(path('film.rgb'), filmBytes({ ...FILM, ...size }));
+    const { width, height, count } = { ...FILM, ...size };
+    const pixels = `film-${width}x${height}-${count}.rgb`;
+    if (!existsSync(path(pixels))) writeFileSync(path(pixels), filmBytes({ ...FILM, ...size }));
     const raw = ['-f', 'rawvideo', '-pix_fmt', 'rgb24', '-s', `${width}x${height}`, '-r', String(rate)];
-    ffmpeg([...raw, '-i', 'film.rgb', ...args, name]);
+    ffmpeg([...raw, '-i', pixels, ...args, name]);
     return path(name);
   };
-  /** The first part of a file, as a file of its own. */
-  const cut = (name, from, share) => {
-    const bytes = readFileSync(path(from));
-    writeFileSync(path(name), bytes.subarray(0, Math.floor(share * bytes.length)));
-    return path(name);
-  };
-  return { path, film, ffmpeg, cut };
+  return { path, film, ffmpeg };
 }

@@ -8,7 +8,7 @@ import { accessibilityFaults, openFix, openSample, screenshot, text, useSite } f
 describe('joining', () => {
   const site = useSite({ sample: 'tiny' });
   const labels = (page) =>
-    page.evaluate(() => [...new Set(globalThis.tracecutDemo.app.points.mask(0))].sort((a, b) => a - b).join());
+    page.evaluate(() => [...new Set(globalThis.tracecutStudio.app.points.mask(0))].sort((a, b) => a - b).join());
   const until = (page, wanted) =>
     page.waitForFunction(
       (all) => [...document.querySelectorAll('.object')].map((row) => row.dataset.object).join() === all,
@@ -19,7 +19,7 @@ describe('joining', () => {
     const { page, faults } = await openSample(site, { bypassCSP: true, ...options });
     await page.setInputFiles('#file', [(await fiveObjects(page, shape)).project]);
     await page.waitForFunction(
-      () => globalThis.tracecutDemo.source?.name === 'five.webm' && document.body.dataset.state === 'done',
+      () => globalThis.tracecutStudio.source?.name === 'five.webm' && document.body.dataset.state === 'done',
     );
     await until(page, '0,1,2,3,4,5');
     return { page, faults };
@@ -28,7 +28,7 @@ describe('joining', () => {
   /** Where an object is in the picture of the first frame, in CSS pixels of the canvas. */
   const placeOf = (page, object) =>
     page.evaluate((label) => {
-      const { points, viewer } = globalThis.tracecutDemo.app;
+      const { points, viewer } = globalThis.tracecutStudio.app;
       const { width, unit } = viewer.view;
       const own = [...points.mask(0).keys()].filter((p) => points.mask(0)[p] === label);
       const p = own[own.length >> 1];

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { ended, inPhase, openSample, plainFrame, pngFile, useSite } from './support.mjs';
+import { ended, openSample, plainFrame, pngFile, useSite } from './support.mjs';
 
 const site = useSite();
 

@@ -49,7 +49,7 @@ describe('a clip of one window', () => {
     await page.setInputFiles('#file', files(shots(20, 10)));
     assert.equal(await ended(page), 'done');
     assert.match(await text(page, '#subline'), /^20 frames of 96 × 64 ·/);
-    assert.deepEqual(await page.evaluate(() => globalThis.tracecutDemo.app.job.cuts), []);
+    assert.deepEqual(await page.evaluate(() => globalThis.tracecutStudio.app.job.cuts), []);
     assert.deepEqual(faults, []);
   });
 });
@@ -78,7 +78,7 @@ describe('a clip of more than one window', () => {
     assert.match(await text(page, '#subline'), /^130 frames of 96 × 64 in [34] windows and 2 shots/);
     assert.match(await text(page, '#facts'), /windows of 50 frames/);
     const { cuts, biggest } = await page.evaluate(() => {
-      const { points, job } = globalThis.tracecutDemo.app;
+      const { points, job } = globalThis.tracecutStudio.app;
       const middle = Array.from({ length: 130 }, (_, t) => {
         const phase = t % 40;
         const left = 10 + 2 * (phase < 20 ? phase : 40 - phase);
@@ -100,13 +100,13 @@ describe('a clip of more than one window', () => {
   test('keeps most frames as files, and shows each of them', async () => {
     const { page } = sample;
     const { pictures, kept } = await page.evaluate(() => {
-      const { images } = globalThis.tracecutDemo.app.job;
+      const { images } = globalThis.tracecutStudio.app.job;
       return { pictures: images.pictures.size, kept: images.files.size };
     });
     assert.ok(pictures <= 65 && kept >= 65, `${pictures} pictures, ${kept} files`);
     for (const t of [0, 40, 70, 129]) {
-      await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), t);
-      await page.waitForFunction((frame) => globalThis.tracecutDemo.app.job.images.get(frame) !== null, t);
+      await page.evaluate((frame) => globalThis.tracecutStudio.app.timeline.seek(frame), t);
+      await page.waitForFunction((frame) => globalThis.tracecutStudio.app.job.images.get(frame) !== null, t);
     }
   });
 
@@ -141,14 +141,14 @@ describe('a clip of more than one window', () => {
     const frames = shots(130, 200);
     const masks = () =>
       page.evaluate(() => {
-        const { result } = globalThis.tracecutDemo.app.points;
+        const { result } = globalThis.tracecutStudio.app.points;
         return Array.from({ length: result.numFrames }, (_, t) => String(result.labels(t)));
       });
     await openAll(page, frames);
     assert.equal(await ended(page), 'done');
     const whole = await masks();
     await page.click('#again');
-    await page.waitForFunction(() => globalThis.tracecutDemo.app.job?.settled > 40);
+    await page.waitForFunction(() => globalThis.tracecutStudio.app.job?.settled > 40);
     await page.keyboard.press('Escape');
     await inPhase(page, 'done');
     assert.match(await text(page, '#notice'), /^Stopped early: \d+ of 130 frames/);

@@ -32,7 +32,7 @@ describe('exports', () => {
   test('are offered for the sample, in a dialog without accessibility faults', async () => {
     ({ page, faults } = await openSample(site, { bypassCSP: true, acceptDownloads: true }));
     const found = await page.evaluate(
-      (frames) => Array.from({ length: frames }, (_, t) => [...globalThis.tracecutDemo.result.labels(t)]),
+      (frames) => Array.from({ length: frames }, (_, t) => [...globalThis.tracecutStudio.result.labels(t)]),
       SMALL.frames,
     );
     // Specks are left out: less than 0.02 % of the frame.
@@ -40,7 +40,7 @@ describe('exports', () => {
       ...adjustMask({ labels: Uint8Array.from(one), width: SMALL.width, height: SMALL.height }, { smallest: 6 }).labels,
     ]);
     assert.notDeepEqual(labels, found, 'the sample has a speck');
-    await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
+    await page.evaluate((frame) => globalThis.tracecutStudio.app.timeline.seek(frame), FRAME);
     await page.keyboard.press('e');
     await page.locator('#export').waitFor();
     await page.click('#export-more > summary');
@@ -105,7 +105,7 @@ describe('exports', () => {
         .filter((file) => file.includes('/'))
         .map((file) => file.split('/')[0]),
     );
-    assert.equal(folders.size, await page.evaluate(() => globalThis.tracecutDemo.result.objects.length));
+    assert.equal(folders.size, await page.evaluate(() => globalThis.tracecutStudio.result.objects.length));
   });
 
   test('run lengths are those of the masks', async () => {
@@ -134,7 +134,7 @@ describe('exports', () => {
   test('trajectories are a track file', async () => {
     const { name, bytes } = await save('tracks');
     assert.equal(name, 'sample-clip-tracks.dat');
-    const count = await page.evaluate(() => globalThis.tracecutDemo.result.trajectories.count);
+    const count = await page.evaluate(() => globalThis.tracecutStudio.result.trajectories.count);
     assert.deepEqual(String(bytes).split('\n').slice(0, 2), [String(SMALL.frames), String(count)]);
   });
 
@@ -246,7 +246,7 @@ describe('exports', () => {
     await other.goto('about:blank');
     await other.goto(link);
     assert.equal(await ended(other), 'done');
-    assert.deepEqual(await other.evaluate(() => globalThis.tracecutDemo.app.job.options), {
+    assert.deepEqual(await other.evaluate(() => globalThis.tracecutStudio.app.job.options), {
       trajectory: { gridStep: 12 },
     });
     assert.deepEqual(faults, []);
@@ -274,7 +274,7 @@ describe('exports', () => {
 
 /** Runs in the page: pixels of a PNG that are not in their label's colour; the background is black. */
 async function countWrongPixels([bytes, labels]) {
-  const { objectColor } = globalThis.tracecutDemo;
+  const { objectColor } = globalThis.tracecutStudio;
   const image = await createImageBitmap(new Blob([new Uint8Array(bytes)], { type: 'image/png' }));
   const ctx = new OffscreenCanvas(image.width, image.height).getContext('2d');
   ctx.drawImage(image, 0, 0);
@@ -287,7 +287,7 @@ async function countWrongPixels([bytes, labels]) {
 
 /** Runs in the page: a pixel all around which the label is the same. */
 function deepInside([labels, wanted]) {
-  const { width } = globalThis.tracecutDemo.result;
+  const { width } = globalThis.tracecutStudio.result;
   for (let reach = 12; reach > 0; reach -= 1) {
     const at = labels.findIndex((_, p) => {
       for (let dy = -reach; dy <= reach; dy += reach)
@@ -302,7 +302,7 @@ function deepInside([labels, wanted]) {
 /** Runs in the page: colours of places in a picture's file, and in the frame itself. */
 async function colorsOf([bytes, frame, places]) {
   const file = await createImageBitmap(new Blob([new Uint8Array(bytes)], { type: 'image/png' }));
-  const own = await globalThis.tracecutDemo.app.job.images.open(frame);
+  const own = await globalThis.tracecutStudio.app.job.images.open(frame);
   return [file, own].map((picture) => {
     const ctx = new OffscreenCanvas(picture.width, picture.height).getContext('2d', { willReadFrequently: true });
     ctx.drawImage(picture, 0, 0);

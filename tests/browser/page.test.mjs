@@ -22,7 +22,7 @@ describe('the page', () => {
     await page.keyboard.press('Home');
     assert.equal(await counter(), `1 / ${SMALL.frames}`);
     await page.keyboard.press(' ');
-    await page.waitForFunction(() => globalThis.tracecutDemo.app.timeline.frame > 2);
+    await page.waitForFunction(() => globalThis.tracecutStudio.app.timeline.frame > 2);
     await page.keyboard.press(' ');
     assert.equal(await page.getAttribute('#play', 'aria-label'), 'Play');
     await page.keyboard.press('1');
@@ -33,7 +33,7 @@ describe('the page', () => {
 
   test('leaves the space bar to a button that was reached by keyboard, and to no other', async () => {
     const { page } = sample;
-    const playing = () => page.evaluate(() => globalThis.tracecutDemo.app.timeline.playing);
+    const playing = () => page.evaluate(() => globalThis.tracecutStudio.app.timeline.playing);
     await page.click('[data-object="1"] .keep');
     await page.keyboard.press('1');
     await page.keyboard.press('1');
@@ -55,7 +55,7 @@ describe('the page', () => {
       const overflow = () =>
         page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
       assert.equal(await overflow(), 0, 'with a result');
-      await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(12));
+      await page.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(12));
       await screenshot(page, `phone-${colorScheme}`);
       await showOnly(page);
       assert.equal(await overflow(), 0, 'with all layers');
@@ -76,7 +76,7 @@ describe('the page', () => {
       return [backgroundColor, getComputedStyle(document.body).color].map((c) => Number(c.match(/\d+/)[0]));
     });
     assert.ok(ground < 60 && ink > 190, `ground ${ground}, ink ${ink}`);
-    await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(12));
+    await page.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(12));
     await screenshot(page, 'sample-dark');
   });
 
@@ -89,6 +89,8 @@ describe('the page', () => {
     });
     assert.deepEqual(nameless, []);
     assert.match(await page.getAttribute('#canvas', 'aria-label'), /moving object/);
+    assert.equal(await page.getAttribute('#canvas', 'aria-describedby'), 'frame-text');
+    assert.match(await page.textContent('#frame-text'), /^Frame \d+ of 16, .*: .*Object 1 \(orange\)/);
     assert.match(await page.locator('#live').textContent(), /moving object/);
   });
 

@@ -25,7 +25,8 @@ async function cornerOf(bytes) {
   const input = new media.Input({ source: new media.BlobSource(blob), formats: media.ALL_FORMATS });
   const packets = new media.EncodedPacketSink(await input.getPrimaryVideoTrack());
   const { sideData } = await packets.getFirstPacket();
-  for await (const { frame } of videoFrames(blob)) {
+  for await (const { pixels } of videoFrames(blob)) {
+    const frame = await pixels();
     const at = 4 * ((frame.height - 5) * frame.width + 4);
     return { alpha: Boolean(sideData.alpha), colour: [...frame.data.slice(at, at + 3)] };
   }
@@ -36,7 +37,7 @@ async function cornerOf(bytes) {
 async function openFive(page, project) {
   await page.setInputFiles('#file', [project]);
   await page.waitForFunction(
-    () => globalThis.tracecutDemo.source?.name === 'five.webm' && document.body.dataset.state === 'done',
+    () => globalThis.tracecutStudio.source?.name === 'five.webm' && document.body.dataset.state === 'done',
   );
   assert.equal(await page.locator('.object').count(), 6);
 }
@@ -173,7 +174,7 @@ describe('corrections', () => {
 
   test('are not lost by a key; another run asks, and is a step of undo', async () => {
     const { page, faults } = await corrected({ bypassCSP: true });
-    const masks = () => page.evaluate(() => String(globalThis.tracecutDemo.app.points.mask(3)));
+    const masks = () => page.evaluate(() => String(globalThis.tracecutStudio.app.points.mask(3)));
     const before = await masks();
     await page.click('#correct-done');
     await page.keyboard.press('r');

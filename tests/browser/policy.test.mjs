@@ -67,7 +67,7 @@ const ATTEMPTS = {
 };
 
 describe('the policy of the page', () => {
-  const site = useSite();
+  const site = useSite({ sample: 'tiny' });
   const asked = [];
   let server, foreign;
   before(async () => {

@@ -70,7 +70,7 @@ describe('the coarse preview', () => {
     assert.equal(await page.getAttribute('body', 'data-phase'), 'running');
     const found = await page.evaluate(
       ({ top, side, width, lefts }) => {
-        const { viewer, timeline, job, points } = globalThis.tracecutDemo.app;
+        const { viewer, timeline, job, points } = globalThis.tracecutStudio.app;
         return lefts.map((left, t) => {
           timeline.seek(t);
           viewer.draw();
@@ -97,7 +97,7 @@ describe('the coarse preview', () => {
     await screenshot(page, 'preview');
     await page.evaluate(() => globalThis.goOn());
     await page.waitForFunction(() => !document.body.hasAttribute('data-preview'));
-    assert.ok(await page.evaluate(() => globalThis.tracecutDemo.app.points?.mask(0) !== null), 'masks are there');
+    assert.ok(await page.evaluate(() => globalThis.tracecutStudio.app.points?.mask(0) !== null), 'masks are there');
     assert.equal(await text(page, '#counter'), `1 / ${FRAMES}`);
     assert.equal(await badge(page), false);
     assert.equal(await ended(page), 'done');
@@ -114,23 +114,23 @@ describe('the coarse preview', () => {
     await page.click('#sample');
     assert.equal(await ended(page), 'done');
     assert.equal(await badge(page), false);
-    assert.match(await text(page, '#subline'), / 4 frames/);
+    assert.match(await text(page, '#subline'), /^4 frames/);
     assert.deepEqual(faults, []);
   });
 
   test('that fails is none, and the run goes on', async () => {
     const { page, faults } = await begin(5);
-    await page.waitForFunction(() => globalThis.tracecutDemo.app.job?.images.length === 5);
-    await page.evaluate(() => globalThis.tracecutDemo.app.job.preview.frames.error(new Error('no frames')));
-    await page.waitForFunction(() => globalThis.tracecutDemo.app.job.preview.life.signal.aborted);
+    await page.waitForFunction(() => globalThis.tracecutStudio.app.job?.images.length === 5);
+    await page.evaluate(() => globalThis.tracecutStudio.app.job.preview.frames.error(new Error('no frames')));
+    await page.waitForFunction(() => globalThis.tracecutStudio.app.job.preview.life.signal.aborted);
     await page.evaluate(() => globalThis.goOn());
     assert.equal(await ended(page), 'done');
-    assert.equal(await page.evaluate(() => globalThis.tracecutDemo.app.job.preview.masks), null);
+    assert.equal(await page.evaluate(() => globalThis.tracecutStudio.app.job.preview.masks), null);
     assert.deepEqual(faults, []);
   });
 
   test('is not made where masks come soon', async () => {
     const { page } = await openSample(site);
-    assert.equal(await page.evaluate(() => globalThis.tracecutDemo.app.job.preview), null);
+    assert.equal(await page.evaluate(() => globalThis.tracecutStudio.app.job.preview), null);
   });
 });

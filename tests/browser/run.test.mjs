@@ -46,11 +46,11 @@ describe('a run', () => {
 
   test('is cancelled at once and goes on to the same result', async () => {
     const { page, faults } = await openSample(site);
-    const labels = () => page.evaluate(() => String(globalThis.tracecutDemo.result.clusters.label));
+    const labels = () => page.evaluate(() => String(globalThis.tracecutStudio.result.clusters.label));
     const before = await labels();
     await page.click('#again');
     await inPhase(page, 'running');
-    await page.waitForFunction(() => globalThis.tracecutDemo.app.job.stages[1].done >= 2);
+    await page.waitForFunction(() => globalThis.tracecutStudio.app.job.stages[1].done >= 2);
     const ms = await page.evaluate(() => {
       const start = performance.now();
       document.querySelector('#cancel').click();
@@ -173,7 +173,7 @@ describe('files', () => {
     assert.equal(await run(page, files(shades).reverse()), 'done');
     assert.match(await text(page, '#clip-name'), /frame0\.png … frame11\.png/);
     const reds = await page.evaluate(async () => {
-      const { source, take } = globalThis.tracecutDemo;
+      const { source, take } = globalThis.tracecutStudio;
       const found = [];
       for await (const { frame } of source.frames(take, new AbortController().signal)) found.push(frame.data[0]);
       return found;
@@ -190,7 +190,7 @@ describe('files', () => {
     assert.equal(await run(page, [gifFile('square.gif', frames)]), 'done', await text(page, 'main'));
     assert.match(await text(page, '#clip-facts'), /96 × 64, 10 images/);
     const reds = await page.evaluate(async () => {
-      const { source } = globalThis.tracecutDemo;
+      const { source } = globalThis.tracecutStudio;
       return [...(await source.preview(9, 480)).data].filter((_, k) => k % 4 === 0);
     });
     const expected = [...frames[9].data].filter((_, k) => k % 4 === 0).map((red) => red & 254);
@@ -225,7 +225,7 @@ describe('the camera', () => {
     assert.equal(await input.getAttribute('capture'), 'environment');
     assert.equal(await input.getAttribute('accept'), 'video/*');
     await (await chooser).setFiles(video);
-    await page.waitForFunction(() => globalThis.tracecutDemo.source?.name === 'five.webm');
+    await page.waitForFunction(() => globalThis.tracecutStudio.source?.name === 'five.webm');
     assert.equal(await ended(page), 'done');
     assert.deepEqual(faults, []);
     await page.context().close();

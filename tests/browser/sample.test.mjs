@@ -18,9 +18,9 @@ describe('the sample', () => {
     assert.match(await text(page, '#subline'), /^24 frames of 480 × 270 · computed in \d/);
     const ms = await page.evaluate(() => performance.getEntriesByName('masks')[0].startTime);
     console.log(`from opening the page to the sample's masks: ${(ms / 1000).toFixed(2)} s of page time`);
-    const objects = await page.evaluate(() => globalThis.tracecutDemo.result.objects.length);
+    const objects = await page.evaluate(() => globalThis.tracecutStudio.result.objects.length);
     assert.ok(objects >= 2, `${objects} objects`);
-    await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
+    await page.evaluate((frame) => globalThis.tracecutStudio.app.timeline.seek(frame), FRAME);
     await screenshot(page, 'sample');
     assert.deepEqual(faults, []);
   });
@@ -28,7 +28,7 @@ describe('the sample', () => {
   test('moves of objects are told against the scene, not the picture', async () => {
     const { page } = sample;
     const found = await page.evaluate(() => {
-      const { points } = globalThis.tracecutDemo.app;
+      const { points } = globalThis.tracecutStudio.app;
       return [1, 2, 3].map((object) => ({
         ...points.presence.facts(object, points.scene).moved,
         mask: [...points.mask(0)].flatMap((label, p) => (label === object ? [p] : [])),
@@ -70,7 +70,7 @@ describe('the sample', () => {
 
   test('names the object under the pointer, and shows it alone after a click', async () => {
     const { page } = sample;
-    await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
+    await page.evaluate((frame) => globalThis.tracecutStudio.app.timeline.seek(frame), FRAME);
     const place = await page.evaluate(middleOfObject, 1);
     await page.hover('#canvas', { position: place });
     assert.match(await text(page, '#readout'), /^Object 1\b/);
@@ -105,7 +105,7 @@ describe('the sample', () => {
   test('has the same labels and masks as in Node, to the byte', async () => {
     const { page } = sample;
     const inPage = await page.evaluate(() => {
-      const { result } = globalThis.tracecutDemo;
+      const { result } = globalThis.tracecutStudio;
       const masks = Array.from({ length: result.numFrames }, (_, t) => [...result.labels(t)].join(''));
       return { label: [...result.clusters.label], x: [...result.trajectories.x], masks };
     });
@@ -122,16 +122,6 @@ describe('the sample', () => {
 
 describe('the layers of a sample', () => {
   const sample = useSample(useSite());
-
-  test('colours have names for any number of objects, none of them twice', async () => {
-    const names = await sample.page.evaluate(async () => {
-      const { colourName } = await import('/model/palette.js');
-      return Array.from({ length: 255 }, (_, k) => colourName(k + 1));
-    });
-    assert.deepEqual(names.slice(0, 8), ['orange', 'light blue', 'pink', 'yellow', 'green', 'red', 'blue', 'purple']);
-    assert.equal(new Set(names).size, 255);
-    assert.equal(names[9], 'purple 2');
-  });
 
   test('fades a layer, and shows its outlines without its fill', async () => {
     const { page } = sample;
@@ -158,7 +148,7 @@ describe('the layers of a sample', () => {
  * the scene the painted pixels lie.
  */
 function paintedPixels(frame) {
-  const { app, source, result, objectColor } = globalThis.tracecutDemo;
+  const { app, source, result, objectColor } = globalThis.tracecutStudio;
   const were = app.layers.map((layer) => layer.on);
   for (const layer of app.layers) layer.on = layer.id === 'masks';
   const { fill } = app.layers.find((layer) => layer.id === 'masks').settings;
@@ -188,7 +178,7 @@ function paintedPixels(frame) {
 
 /** Runs in the page: the mean opacity of the canvas, 0 to 1. */
 function meanAlpha() {
-  const { viewer } = globalThis.tracecutDemo.app;
+  const { viewer } = globalThis.tracecutStudio.app;
   viewer.draw();
   const { data } = viewer.canvas.getContext('2d').getImageData(0, 0, viewer.canvas.width, viewer.canvas.height);
   let sum = 0;
@@ -198,7 +188,7 @@ function meanAlpha() {
 
 /** Runs in the page: the pixel of an object that is nearest to its centre of gravity, in CSS pixels of the canvas. */
 function middleOfObject(object) {
-  const { points, viewer, timeline } = globalThis.tracecutDemo.app;
+  const { points, viewer, timeline } = globalThis.tracecutStudio.app;
   const own = [];
   points
     .mask(timeline.frame)

@@ -13,14 +13,14 @@ async function openAt(site, frame, options = {}, shape = WIDE) {
   const { project } = await fiveObjects(page, shape);
   await page.setInputFiles('#file', [project]);
   await page.waitForFunction(
-    () => globalThis.tracecutDemo.source?.name === 'five.webm' && document.body.dataset.state === 'done',
+    () => globalThis.tracecutStudio.source?.name === 'five.webm' && document.body.dataset.state === 'done',
   );
   await openDialog(page, frame);
   return { page, faults };
 }
 
 async function openDialog(page, frame) {
-  await page.evaluate((t) => globalThis.tracecutDemo.app.timeline.seek(t), frame);
+  await page.evaluate((t) => globalThis.tracecutStudio.app.timeline.seek(t), frame);
   await page.evaluate(() => document.querySelector('#export-open').click());
   await page.waitForSelector('#export[open]');
 }

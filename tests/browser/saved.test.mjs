@@ -38,7 +38,7 @@ describe('work', () => {
 
   const masks = (page) =>
     page.evaluate(() => {
-      const { points } = globalThis.tracecutDemo.app;
+      const { points } = globalThis.tracecutStudio.app;
       return Array.from({ length: points.result.numFrames }, (_, t) => points.mask(t).join('')).join('|');
     });
   /** Until all is kept, and something was since `then`. */
@@ -112,7 +112,7 @@ describe('work', () => {
     await screenshot(again, 'saved');
     assert.deepEqual(await accessibilityFaults(again), []);
     await again.click('#saved-open');
-    await again.waitForFunction(() => globalThis.tracecutDemo.app.points?.result.numFrames === 12);
+    await again.waitForFunction(() => globalThis.tracecutStudio.app.points?.result.numFrames === 12);
     assert.equal(await ended(again), 'done');
     assert.equal(await masks(again), before);
     assert.deepEqual(await chosen(again), look);
@@ -149,9 +149,9 @@ describe('work', () => {
     ]);
     assert.ok(look.kept.length > 1 && !look.kept[0]);
     const before = await masks(page);
-    const alpha = (of) => of.evaluate(() => globalThis.tracecutDemo.app.viewer.edgedMask().alpha.join());
+    const alpha = (of) => of.evaluate(() => globalThis.tracecutStudio.app.viewer.edgedMask().alpha.join());
     const smooth = (of) => of.waitForFunction(() => document.querySelector('#edge-smooth-text').textContent === '±1');
-    await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(5));
+    await page.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(5));
     await smooth(page);
     const edged = await alpha(page);
     await openSave(page);
@@ -163,15 +163,15 @@ describe('work', () => {
     const { page: other } = await site.open({ bypassCSP: true });
     assert.equal(await ended(other), 'done');
     await other.setInputFiles('#file', file);
-    await other.waitForFunction(() => globalThis.tracecutDemo.app.points?.result.numFrames === 12);
+    await other.waitForFunction(() => globalThis.tracecutStudio.app.points?.result.numFrames === 12);
     assert.equal(await ended(other), 'done');
     assert.equal(await masks(other), before);
     const again = await chosen(other);
     assert.deepEqual({ ...again, values: again.values.sort() }, look);
-    await other.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(5));
+    await other.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(5));
     await other.waitForFunction(() => !/%/.test(document.querySelector('#edge-smooth-text').textContent));
     await smooth(other);
-    await other.waitForFunction(() => globalThis.tracecutDemo.app.viewer.store.state.smoothed);
+    await other.waitForFunction(() => globalThis.tracecutStudio.app.viewer.store.state.smoothed);
     assert.equal(await alpha(other), edged);
     await other.setInputFiles('#file', { ...file, buffer: file.buffer.subarray(0, 500) });
     await inPhase(other, 'error');
@@ -281,7 +281,7 @@ describe('work', () => {
     await page.waitForSelector('#works[open]');
     assert.match(await text(page, '.work-name'), /12 frames, corrected/);
     await page.click('[data-open]');
-    await page.waitForFunction(() => globalThis.tracecutDemo.app.points?.result.numFrames === 12);
+    await page.waitForFunction(() => globalThis.tracecutStudio.app.points?.result.numFrames === 12);
     assert.equal(await ended(page), 'done');
     await page.click('#again');
     assert.equal(await page.locator('#ask[open]').isVisible(), true, 'it is still corrected work');
@@ -308,14 +308,6 @@ describe('work', () => {
       },
       [count, corrected],
     );
-
-  test('goes, the oldest first, when there are more than eight', async () => {
-    const { page } = await site.open();
-    await ended(page);
-    const { ids } = await fill(page, 10, false);
-    assert.deepEqual(ids, ['w10', 'w9', 'w8', 'w7', 'w6', 'w5', 'w4', 'w3']);
-    await page.context().close();
-  });
 
   test('that was corrected never goes by itself: where there is no room the page says so and asks', async () => {
     const { page, faults } = await site.open({ bypassCSP: true });

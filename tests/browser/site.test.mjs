@@ -9,7 +9,7 @@ import { after, before, test } from 'node:test';
 import { gzipSync } from 'node:zlib';
 import { launchBrowser } from '../../scripts/browser.mjs';
 import { writeSite } from '../../scripts/site.mjs';
-import { bytesOf, ended, onlyLong, text } from './support.mjs';
+import { SMALL, bytesOf, ended, onlyLong, text } from './support.mjs';
 
 /** Most bytes of all that a visit loads until the sample is segmented, each file zipped as a host sends it. */
 const MOST_ZIPPED = { '': 500 * 1000, 'lab/': 440 * 1000 };
@@ -25,7 +25,7 @@ const TYPES = {
 
 const target = mkdtempSync(join(tmpdir(), 'tracecut-site-'));
 const asked = new Map();
-let files, server, browser;
+let files, server, browser, hasSmallSample;
 
 before(async () => {
   files = await writeSite(target);
@@ -35,7 +35,8 @@ before(async () => {
     if (!pathname.startsWith(FOLDER) || !existsSync(join(target, name))) return response.writeHead(404).end();
     const bytes = readFileSync(join(target, name));
     asked.set(name, gzipSync(bytes, { level: 9 }).length);
-    return response.writeHead(200, { 'content-type': TYPES[extname(name)] ?? 'image/png' }).end(bytes);
+    const type = TYPES[extname(name)] ?? 'image/png';
+    return response.writeHead(200, { 'content-type': type }).end(withSmallSample(bytes, type));
   });
   await new Promise((done) => server.listen(0, '127.0.0.1', done));
   browser = await launchBrowser();
@@ -47,9 +48,17 @@ after(async () => {
   rmSync(target, { recursive: true, force: true });
 });
 
+/** A script as the site has it, or with a smaller sample: the page's own takes five times as long. */
+function withSmallSample(bytes, type) {
+  if (type !== TYPES['.js'] || !hasSmallSample) return bytes;
+  return String(bytes).replace('{width:480,height:270,frames:24,seed:0}', JSON.stringify(SMALL));
+}
+
 /** A page at the site, its sample segmented. @param {'' | 'lab/'} place of the page in the site */
 async function visit(serviceWorkers, place = '') {
   asked.clear();
+  // What a service worker keeps has to be what was built.
+  hasSmallSample = serviceWorkers === 'block';
   const context = await browser.newContext({ serviceWorkers });
   await context.addInitScript(() => (globalThis.showSaveFilePicker = undefined));
   const page = await context.newPage();
@@ -61,6 +70,7 @@ async function visit(serviceWorkers, place = '') {
   await page.goto(`http://127.0.0.1:${server.address().port}${FOLDER}${place}`);
   assert.equal(await ended(page), 'done');
   assert.match(await text(page, place ? '#status' : '#headline'), /^[2-9] moving objects/);
+  assert.equal(await page.evaluate(() => document.body.innerText.includes(' 16 frames')), hasSmallSample);
   return { page, faults };
 }
 

@@ -89,7 +89,7 @@ describe('a still image', () => {
     const { page, faults } = sample;
     const large = plainFrame(400, 300, (x, y) => [(x * y) % 251, (3 * x) % 200, y % 256]);
     await page.setInputFiles('#file', [pngFile('large.png', large)]);
-    await page.waitForFunction(() => globalThis.tracecutDemo.app.job?.current?.id === 'imageEdges');
+    await page.waitForFunction(() => globalThis.tracecutStudio.app.job?.current?.id === 'imageEdges');
     await page.keyboard.press('Escape');
     await inPhase(page, 'stopped');
     await page.click('#resume');
@@ -133,7 +133,7 @@ describe('a still image', () => {
 
 /** Runs in the page: the mean grey along the disc's rim, at its darkest nearby, and of the ground far from it. */
 function shades() {
-  const { viewer } = globalThis.tracecutDemo.app;
+  const { viewer } = globalThis.tracecutStudio.app;
   viewer.draw();
   const { canvas } = viewer;
   const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);

@@ -4,9 +4,11 @@ import { mkdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { before } from 'node:test';
 import { root } from '../../scripts/tools.mjs';
+import { movingFrames } from '../moving.mjs';
 import { pngBytes } from '../png.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 
+export { plainFrame } from '../moving.mjs';
 export { SMALL, bytesOf } from '../site.mjs';
 
 /** A run of the sample takes seconds; on a busy machine far more. */
@@ -29,6 +31,7 @@ export const sharedClips = join(process.env.TRACECUT_SHARED ?? join(root, '..', 
 export function useSite({ sample = 'small' } = {}) {
   const site = useServerAndBrowser({ sample });
   const open = async ({ query = '', ...options } = {}) => {
+    await site.ready();
     const context = await site.browser.newContext({
       viewport: { width: 1280, height: 800 },
       reducedMotion: 'reduce',
@@ -124,7 +127,7 @@ export function layerNames(page) {
 /** The picture on the canvas, drawn as things stand, as a data URL. */
 export async function picture(page) {
   return page.evaluate(() => {
-    globalThis.tracecutDemo.app.viewer.draw();
+    globalThis.tracecutStudio.app.viewer.draw();
     return document.querySelector('#canvas').toDataURL();
   });
 }
@@ -139,7 +142,7 @@ export async function showOnly(page, ...ids) {
 
 /** Runs in the page: the share of the canvas that is painted at all. */
 export function paintedShare() {
-  const { viewer } = globalThis.tracecutDemo.app;
+  const { viewer } = globalThis.tracecutStudio.app;
   viewer.draw();
   const { canvas } = viewer;
   const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
@@ -149,21 +152,27 @@ export function paintedShare() {
 }
 
 /**
- * What axe-core finds wrong with the page as it is, one line each; with `only`, by these of its rules. The page's context
- * needs `bypassCSP`.
+ * What axe-core finds wrong with the page as it is, one line each. The page's context needs `bypassCSP`.
+ *
+ * @param {import('playwright-core').Page} page
+ * @param {object} [options] those of axe-core: `runOnly` and `rules`
  */
-export async function accessibilityFaults(page, only = null) {
+export async function accessibilityFaults(page, options = {}) {
   if (!(await page.evaluate(() => 'axe' in globalThis))) {
     await page.addScriptTag({ path: join(root, 'node_modules', 'axe-core', 'axe.min.js') });
   }
-  return page.evaluate(async (rules) => {
-    const { violations, passes } = await globalThis.axe.run(document, rules ? { runOnly: rules } : {});
-    if (!rules && passes.length < 10) return [`only ${passes.length} rules had anything to check`];
+  return page.evaluate(async (chosen) => {
+    const { violations, passes } = await globalThis.axe.run(document, { resultTypes: ['violations'], ...chosen });
+    if (!chosen.runOnly && passes.length < 10) return [`only ${passes.length} rules had anything to check`];
     return violations.flatMap(({ id, nodes }) =>
       nodes.map(({ target, failureSummary }) => `${id}: ${target.join(' ')}: ${failureSummary}`),
     );
-  }, only);
+  }, options);
 }
+
+/** Options of `accessibilityFaults`: contrast alone, which takes longest, and all but that. */
+export const CONTRAST = { runOnly: ['color-contrast'] };
+export const NO_CONTRAST = { rules: { 'color-contrast': { enabled: false } } };
 
 /**
  * With `TRACECUT_SCREENS=1`, writes a picture of the page, or of what is in view of it, to out/screens/, for people to look at.
@@ -183,13 +192,6 @@ export async function screenshot(page, name, { whole = true } = {}) {
  */
 export function pngFile(name, frame) {
   return { name, mimeType: 'image/png', buffer: pngBytes(frame, { channels: 4 }) };
-}
-
-/** A frame of one colour, or of what `color(x, y)` says. */
-export function plainFrame(width, height, color = () => [0, 0, 0]) {
-  const data = new Uint8ClampedArray(4 * width * height);
-  for (let k = 0; k < width * height; k += 1) data.set([...color(k % width, Math.floor(k / width)), 255], 4 * k);
-  return { data, width, height };
 }
 
 /**
@@ -232,21 +234,7 @@ function gifCodes(data) {
   return Buffer.from(blocks);
 }
 
-/** A textured ground that stands still, a square that moves, and a disc that rests: 110 frames are three windows. */
-export function movingClip(count, [width, height]) {
-  const noise = (x, y, salt) => {
-    const h = Math.imul((x >> 1) + 7, 374761393) ^ Math.imul((y >> 1) + 3, 668265263) ^ Math.imul(salt, 2246822519);
-    const mixed = Math.imul(h ^ (h >>> 13), 1274126177);
-    return 60 + (((mixed ^ (mixed >>> 16)) >>> 0) % 160);
-  };
-  return Array.from({ length: count }, (_, t) => {
-    const left = 10 + (t % 80 < 40 ? t % 40 : 40 - (t % 40));
-    const frame = plainFrame(width, height, (x, y) => {
-      if ((x - 76) ** 2 + (y - 14) ** 2 < 64) return [230, 40, 40];
-      const inside = x >= left && x < left + 26 && y >= 24 && y < 52;
-      const value = inside ? noise(x - left, y, 2) : noise(x, y, 1);
-      return [value, value, inside ? 255 - value : value];
-    });
-    return pngFile(`frame${String(t).padStart(3, '0')}.png`, frame);
-  });
+/** The files of a clip that moves. */
+export function movingClip(count, size) {
+  return movingFrames(count, size).map((frame, t) => pngFile(`frame${String(t).padStart(3, '0')}.png`, frame));
 }

@@ -42,7 +42,7 @@ test('the sample and a video leave the page’s thread free', onlyLong, async ()
   const { video } = await fiveObjects(page, { ...WIDE, frames: 60 });
   await traced('video', async () => {
     await page.setInputFiles('#file', [video]);
-    await page.waitForFunction(() => globalThis.tracecutDemo.source?.name === 'five.webm');
+    await page.waitForFunction(() => globalThis.tracecutStudio.source?.name === 'five.webm');
   });
   await context.close();
 });

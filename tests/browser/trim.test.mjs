@@ -41,7 +41,7 @@ async function videoFile(page, count) {
 }
 
 const drawn = (page) => page.waitForFunction(() => document.querySelector('#trim-strip').dataset.ready);
-const take = (page) => page.evaluate(() => globalThis.tracecutDemo.take);
+const take = (page) => page.evaluate(() => globalThis.tracecutStudio.take);
 
 describe('the strip of a video file', () => {
   const library = useLibrary();
@@ -50,8 +50,8 @@ describe('the strip of a video file', () => {
     const seen = await library.page.evaluate(async () => {
       const clip = await makeClip({ times: evenTimes(60, 25), keyEvery: 20 });
       const numbers = [];
-      for await (const { frame, time, duration } of tracecut.videoStrip(clip, { count: 6, size: 64 }))
-        numbers.push([numberOf(frame), Math.round(25 * time), Math.round(25 * duration), frame.width]);
+      for await (const { width, pixels, time, duration } of tracecut.videoStrip(clip, { count: 6, size: 64 }))
+        numbers.push([numberOf(await pixels()), Math.round(25 * time), Math.round(25 * duration), width]);
       return numbers;
     });
     assert.deepEqual(
@@ -103,7 +103,7 @@ describe('the filmstrip of the page', () => {
     await page.click('#trim-run');
     assert.equal(await ended(page), 'done');
     assert.deepEqual(await take(page), { start: 5, frames: last - 4, step: 1, side: 480 });
-    const times = await page.evaluate(() => globalThis.tracecutDemo.app.job.times);
+    const times = await page.evaluate(() => globalThis.tracecutStudio.app.job.times);
     assert.deepEqual(
       times.map((time) => Math.round(10 * time)),
       Array.from({ length: last - 4 }, (_, k) => k + 5),
@@ -130,7 +130,7 @@ describe('the filmstrip of the page', () => {
       });
       await page.setInputFiles('#file', [await videoFile(page, count)]);
       await page.waitForFunction(
-        () => globalThis.tracecutDemo.take?.frames === 2 && document.body.dataset.phase === 'done',
+        () => globalThis.tracecutStudio.take?.frames === 2 && document.body.dataset.phase === 'done',
       );
       assert.equal(await page.inputValue('#trim-to'), '1');
       await page.context().close();

@@ -121,25 +121,23 @@ describe('a video file in windows', { timeout: 600_000 }, () => {
   test('a cut is found at its frame; both sides have objects, and none in common', async () => {
     const { shots, objects, times } = await library.page.evaluate(async () => {
       const parts = await Promise.all(
-        [0, 5].map((seed) => tracecut.synthClip({ width: 320, height: 180, frames: 20, seed })),
+        [0, 4].map((seed) => tracecut.synthClip({ width: 192, height: 108, frames: 12, seed })),
       );
       const media = await import('/dist/vendor/media.js');
       const output = new media.Output({ format: new media.WebMOutputFormat(), target: new media.BufferTarget() });
       const source = new media.VideoSampleSource({ codec: 'vp8', bitrate: 4e6 });
       output.addVideoTrack(source);
       await output.start();
-      const context = new OffscreenCanvas(320, 180).getContext('2d');
-      for (let k = 0; k < 40; k += 1) {
-        const { data } = parts[k < 20 ? 0 : 1].frame(k % 20);
-        context.putImageData(new ImageData(data, 320, 180), 0, 0);
+      const context = new OffscreenCanvas(192, 108).getContext('2d');
+      for (let k = 0; k < 24; k += 1) {
+        const { data } = parts[k < 12 ? 0 : 1].frame(k % 12);
+        context.putImageData(new ImageData(data, 192, 108), 0, 0);
         const sample = new media.VideoSample(context.canvas, { timestamp: k / 10, duration: 0.1 });
         await source.add(sample);
         sample.close();
       }
       await output.finalize();
-      const result = await tracecut
-        .segmentVideo(new Blob([output.target.buffer]), { window: 15, overlap: 5 })
-        .collect();
+      const result = await tracecut.segmentVideo(new Blob([output.target.buffer]), { window: 9, overlap: 3 }).collect();
       return {
         shots: result.shots,
         objects: result.objects.map(({ areas, ...facts }) => facts),
@@ -147,16 +145,16 @@ describe('a video file in windows', { timeout: 600_000 }, () => {
       };
     });
     assert.deepEqual(shots, [
-      { first: 0, last: 19 },
-      { first: 20, last: 39 },
+      { first: 0, last: 11 },
+      { first: 12, last: 23 },
     ]);
     times.forEach((time, k) => assert.ok(Math.abs(time - k / 10) < 0.001, `frame ${k} at ${time} s`));
     assert.ok(
-      objects.some(({ lastFrame }) => lastFrame < 20) && objects.some(({ firstFrame }) => firstFrame >= 20),
+      objects.some(({ lastFrame }) => lastFrame < 12) && objects.some(({ firstFrame }) => firstFrame >= 12),
       JSON.stringify(objects),
     );
     assert.deepEqual(
-      objects.filter(({ firstFrame, lastFrame }) => firstFrame < 20 && lastFrame >= 20),
+      objects.filter(({ firstFrame, lastFrame }) => firstFrame < 12 && lastFrame >= 12),
       [],
     );
   });

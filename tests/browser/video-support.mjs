@@ -6,13 +6,16 @@ import { useServerAndBrowser } from '../site.mjs';
 /**
  * One page for all tests of a file; read `page`, `url` and `faults` in the tests.
  *
+ * @param {(page: import('playwright-core').Page) => Promise<unknown>} [prepare]
  * @returns {{page: import('playwright-core').Page, url: string, faults: string[]}}
  */
-export function useLibrary() {
+export function useLibrary(prepare = async () => {}) {
   const site = useServerAndBrowser();
   const shared = { page: null, url: '', faults: [] };
   before(async () => {
+    await site.ready();
     Object.assign(shared, await openLibrary(site), { url: site.url });
+    await prepare(shared.page);
   });
   return shared;
 }
@@ -124,12 +127,12 @@ function helpers() {
   /** The numbers and times of the frames that a source gives. */
   globalThis.numbersOf = async (source, options) => {
     const seen = { numbers: [], times: [], durations: [], indices: [], size: '' };
-    for await (const { frame, index, time, duration } of globalThis.tracecut.videoFrames(source, options)) {
-      seen.numbers.push(globalThis.numberOf(frame));
+    for await (const { width, height, pixels, index, time, duration } of tracecut.videoFrames(source, options)) {
+      seen.numbers.push(globalThis.numberOf(await pixels()));
       seen.times.push(time);
       seen.durations.push(duration);
       seen.indices.push(index);
-      seen.size = `${frame.width}x${frame.height}`;
+      seen.size = `${width}x${height}`;
     }
     return seen;
   };

@@ -72,9 +72,9 @@ test('it goes when the sample is done, and when something of one’s own is open
   assert.equal(await idle.locator('#welcome').count(), 1);
   const { video } = await fiveObjects(page, WIDE);
   const { page: other } = await site.open();
-  await other.waitForFunction(() => globalThis.tracecutDemo);
+  await other.waitForFunction(() => globalThis.tracecutStudio);
   await other.setInputFiles('#file', [video]);
-  await other.waitForFunction(() => globalThis.tracecutDemo?.source?.name === 'five.webm');
+  await other.waitForFunction(() => globalThis.tracecutStudio?.source?.name === 'five.webm');
   assert.equal(await other.locator('#welcome').count(), 0);
   assert.match(await text(other, '#clip-name'), /five/);
 });

@@ -2,28 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { MOST, Zoom } from '../../studio/model/zoom.js';
 import { accessibilityFaults, openSample, screenshot, text, useSite } from './support.mjs';
-
-test('a place stays where it is while it is enlarged, and nothing beyond the clip is shown', () => {
-  const zoom = new Zoom();
-  let state = 7;
-  const random = () => (state = (Math.imul(state, 1103515245) + 12345) >>> 0) / 2 ** 32;
-  for (let k = 0; k < 2000; k += 1) {
-    const [u, v, by] = [random(), random(), zoom.by * (0.5 + random())];
-    const before = [zoom.x + u / zoom.by, zoom.y + v / zoom.by];
-    if (k % 3 === 2) zoom.move(u - 0.5, v - 0.5);
-    else zoom.to(by, u, v);
-    const after = [zoom.x + u / zoom.by, zoom.y + v / zoom.by];
-    const slack = 1e-9;
-    assert.ok(zoom.by >= 1 && zoom.by <= MOST);
-    for (const axis of ['x', 'y']) assert.ok(zoom[axis] >= 0 && zoom[axis] + 1 / zoom.by <= 1 + slack);
-    const atRim = [zoom.x, zoom.y].some((at) => at < slack || at > 1 - 1 / zoom.by - slack);
-    if (k % 3 !== 2 && !atRim) after.forEach((at, axis) => assert.ok(Math.abs(at - before[axis]) < slack));
-  }
-  zoom.reset();
-  assert.deepEqual([zoom.by, zoom.x, zoom.y], [1, 0, 0]);
-});
 
 describe('the canvas', () => {
   const site = useSite();
@@ -32,12 +11,12 @@ describe('the canvas', () => {
 
   const state = () =>
     page.evaluate(() => {
-      const { by, x, y } = globalThis.tracecutDemo.app.viewer.zoom;
+      const { by, x, y } = globalThis.tracecutStudio.app.viewer.zoom;
       return { by, x, y };
     });
   /** Where a clip pixel is on screen, and the clip pixel at a place of the canvas. */
   const placeAt = (offsetX, offsetY) =>
-    page.evaluate((place) => globalThis.tracecutDemo.app.viewer.placeAt(place), { offsetX, offsetY });
+    page.evaluate((place) => globalThis.tracecutStudio.app.viewer.placeAt(place), { offsetX, offsetY });
 
   test('is enlarged about the pointer by the wheel, and moved by dragging', async () => {
     ({ page, faults } = await openSample(site, { bypassCSP: true }));
@@ -46,7 +25,7 @@ describe('the canvas', () => {
     const before = await placeAt(offsetX, offsetY);
     await page.mouse.move(box.x + offsetX, box.y + offsetY);
     for (let k = 0; k < 5; k += 1) await page.mouse.wheel(0, -100);
-    await page.waitForFunction(() => globalThis.tracecutDemo.app.viewer.zoom.by > 3);
+    await page.waitForFunction(() => globalThis.tracecutStudio.app.viewer.zoom.by > 3);
     const after = await placeAt(offsetX, offsetY);
     assert.ok(Math.hypot(after[0] - before[0], after[1] - before[1]) < 1.5, `${before} ${after}`);
     assert.equal(await text(page, '#zoom-fit'), '305\u00a0%');
@@ -62,9 +41,9 @@ describe('the canvas', () => {
   });
 
   test('what is clicked and drawn is what is there, also enlarged', async () => {
-    await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(12));
+    await page.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(12));
     const spot = await page.evaluate(() => {
-      const { viewer, points } = globalThis.tracecutDemo.app;
+      const { viewer, points } = globalThis.tracecutStudio.app;
       const { width, height } = points.result;
       const mask = points.mask(12);
       const inside = mask.findIndex((label, p) =>
@@ -114,8 +93,8 @@ describe('the canvas', () => {
     assert.notEqual(await page.inputValue('#scrub'), frame);
     await page.check('[name="view"][value="beside"]', { force: true });
     const same = await page.evaluate(() => {
-      const { viewer } = globalThis.tracecutDemo.app;
-      for (const layer of globalThis.tracecutDemo.app.layers) {
+      const { viewer } = globalThis.tracecutStudio.app;
+      for (const layer of globalThis.tracecutStudio.app.layers) {
         layer.wasOn = layer.on;
         layer.on = layer.id === 'image';
         if (layer.id === 'image') layer.settings.color.value = 1;
@@ -127,7 +106,7 @@ describe('the canvas', () => {
         return copy.getImageData(0, 0, canvas.width, canvas.height).data;
       };
       const [a, b] = [read(viewer.canvas), read(document.querySelector('#original'))];
-      for (const layer of globalThis.tracecutDemo.app.layers) layer.on = layer.wasOn;
+      for (const layer of globalThis.tracecutStudio.app.layers) layer.on = layer.wasOn;
       return a.reduce((sum, value, k) => sum + Math.abs(value - b[k]), 0) / a.length;
     });
     // A shift by one pixel makes more than 3.
@@ -147,7 +126,7 @@ describe('the canvas', () => {
   test('two fingers enlarge and move it', async () => {
     const { page: phone } = await openSample(site, { viewport: { width: 390, height: 844 }, hasTouch: true });
     const zoomed = await phone.evaluate(() => {
-      const { viewer } = globalThis.tracecutDemo.app;
+      const { viewer } = globalThis.tracecutStudio.app;
       const box = viewer.canvas.getBoundingClientRect();
       const fingers = (name, apart) => {
         const [x, y] = [box.left + box.width / 2, box.top + box.height / 2];

@@ -71,7 +71,7 @@ export async function open(page, files) {
 /** The masks of the result on screen, as one hash. */
 export async function maskHash(page) {
   const text = await page.call(() => {
-    const { result } = globalThis.tracecutDemo;
+    const { result } = globalThis.tracecutStudio;
     let all = '';
     for (let t = 0; t < result.numFrames; t += 1) all += result.labels(t).join('');
     return all;

@@ -72,7 +72,7 @@ export const CASES = [
   whole('turned by 270 degrees', 'rot270.mp4'),
   whole('mirrored', 'mirrored.mp4'),
   whole('pixels of 4:3', 'sar.mp4'),
-  whole('pixels of 2:1', 'sar2.mp4'),
+  whole('pixels of 22:45', 'sar-high.mp4'),
   whole('a size that changes on the way', 'size-changes.webm'),
   whole('BT.709', 'bt709.mp4', { numFrames: NUM_FRAMES_BT709, times: steady(25, NUM_FRAMES_BT709) }),
   whole('VP9', 'vp9.webm'),
@@ -122,7 +122,7 @@ const LEAST_OVERLAP = 0.8;
  * @property {ArrayLike<number> | null} times
  * @property {number | null} [lastDuration]
  * @property {boolean} isTruncated
- * @property {ArrayLike<number>[]} masks
+ * @property {ArrayLike<number>[]} masks those that were computed, or of the red pixels where frames alone were read
  */
 
 /**
@@ -150,6 +150,13 @@ function checkTimes(row, { times, lastDuration }) {
   );
   if (row.lastDuration !== undefined)
     assert.ok(Math.abs(lastDuration - row.lastDuration) < TIME_TOLERANCE_S, `the last picture lasts ${lastDuration} s`);
+}
+
+/** The mask of a frame's red pixels, which are the square's. @param {{data: ArrayLike<number>}} frame RGBA */
+export function maskOfRed({ data }) {
+  const mask = new Uint8Array(data.length / 4);
+  for (let p = 0; p < mask.length; p += 1) mask[p] = Number(data[4 * p] - data[4 * p + 1] > 40);
+  return mask;
 }
 
 /** Intersection over union of what a mask labels with the square. */

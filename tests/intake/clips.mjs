@@ -11,14 +11,17 @@ import { crc32 } from '../png.mjs';
 /** The folder that all tests of one checkout share. */
 export const FOLDER = join(root, 'out', 'intake');
 
-/** The clip: a textured red square of 60x60 pixels over a textured green ground that stands still. */
-export const CLIP = { width: 240, height: 180, numFrames: 16, side: 60 };
+/** The clip: a textured red square over a textured green ground that stands still. */
+export const CLIP = { width: 120, height: 90, numFrames: 16, side: 36 };
 
 /** Pictures of the clip in BT.709, whose masks the command line, Node and Python compare. */
 export const NUM_FRAMES_BT709 = 25;
 
-/** The square's left top corner in picture `k`. */
-export const placeOf = (k) => ({ x: 24 + 3 * k, y: 40 + k });
+/** The square's left top corner in picture `k`; ffmpeg counts from one. */
+export const placeOf = (k) => ({ x: 18 + 3 * k, y: 20 + k });
+const PLACE = 'x=15+3*n:y=19+n';
+const SIZE = `${CLIP.width}x${CLIP.height}`;
+const SQUARE = `${CLIP.side}x${CLIP.side}`;
 
 const H264 = '-c:v libx264 -crf 20 -pix_fmt yuv420p';
 const VP8 = '-c:v libvpx -crf 20 -b:v 900k';
@@ -35,10 +38,10 @@ const DELAYED = `settb=1/1000,setpts=${DELAYS_MS.slice(0, -1)
 
 /** Display matrices of an MP4 track (a, b, c, d, x, y) that bring pictures upright. */
 const TURNS = {
-  rot90: { stored: 'transpose=2', matrix: [0, 1, -1, 0, 180, 0] },
-  rot180: { stored: 'hflip,vflip', matrix: [-1, 0, 0, -1, 240, 180] },
-  rot270: { stored: 'transpose=1', matrix: [0, -1, 1, 0, 0, 240] },
-  mirrored: { stored: 'hflip', matrix: [-1, 0, 0, 1, 240, 0] },
+  rot90: { stored: 'transpose=2', matrix: [0, 1, -1, 0, CLIP.height, 0] },
+  rot180: { stored: 'hflip,vflip', matrix: [-1, 0, 0, -1, CLIP.width, CLIP.height] },
+  rot270: { stored: 'transpose=1', matrix: [0, -1, 1, 0, 0, CLIP.width] },
+  mirrored: { stored: 'hflip', matrix: [-1, 0, 0, 1, CLIP.width, 0] },
 };
 
 /** Whether there is an ffmpeg that can make the files. */
@@ -71,8 +74,8 @@ function makeClips(folder) {
   const texture = (colour, size, seed) =>
     `-f lavfi -i color=${colour}:s=${size}:r=25,format=rgb24,noise=alls=90:all_seed=${seed},gblur=1,loop=-1:1`;
   const moving =
-    `${texture('0x5a965a', '240x180', 1)} ${texture('0xe63c28', '60x60', 2)} ` +
-    '-filter_complex [0][1]overlay=x=21+3*n:y=39+n:format=gbrp';
+    `${texture('0x5a965a', SIZE, 1)} ${texture('0xe63c28', SQUARE, 2)} ` +
+    `-filter_complex [0][1]overlay=${PLACE}:format=gbrp`;
   run(`${moving} -frames:v ${CLIP.numFrames} pictures/%05d.png`);
   const pictures = (rate = 25) => `-framerate ${rate} -i pictures/%05d.png`;
 
@@ -85,7 +88,7 @@ function makeClips(folder) {
   run(`${pictures(5)} ${H264} fps5.mp4`);
   run(`${pictures(7)} ${H264} fps7.mp4`);
   const pauses = String.raw`setpts=(N+gte(N\,6)*9+gte(N\,11)*3)/30/TB`;
-  run(`${pictures(30)} -vf ${pauses} -fps_mode passthrough -enc_time_base 1:30000 ${H264} vfr.mp4`);
+  run(`${pictures(30)} -vf ${pauses} -fps_mode passthrough -enc_time_base 1:30000 ${H264} -bf 0 vfr.mp4`);
   run(`${pictures()} -vf ${RECORDED} ${MILLISECONDS} ${VP8} -live 1 -f webm recording.webm`);
   save('recording.webm', withoutDefaultDuration(bytes('recording.webm')));
   run(
@@ -106,10 +109,10 @@ function makeClips(folder) {
     run(`${pictures()} -vf ${stored} ${H264} stored.mp4`);
     save(`${name}.mp4`, withMatrix(bytes('stored.mp4'), matrix));
   }
-  run(`${pictures()} -vf scale=180:180,setsar=4/3 ${H264} sar.mp4`);
-  run(`${pictures()} -vf scale=120:180,setsar=2/1 ${H264} sar2.mp4`);
+  run(`${pictures()} -vf scale=90:90,setsar=4/3 ${H264} sar.mp4`);
+  run(`${pictures()} -vf scale=120:44,setsar=22/45 ${H264} sar-high.mp4`);
   run(`${pictures()} -frames:v 8 ${VP8} first.webm`);
-  run(`-framerate 25 -start_number 9 -i pictures/%05d.png -vf scale=160:120 ${VP8} second.webm`);
+  run(`-framerate 25 -start_number 9 -i pictures/%05d.png -vf scale=80:60 ${VP8} second.webm`);
   save('list.txt', 'file first.webm\nfile second.webm\n');
   run('-f concat -i list.txt -c copy size-changes.webm');
   const bt709 = '-color_range tv -colorspace bt709 -color_primaries bt709 -color_trc bt709';
@@ -170,7 +173,7 @@ function makeClips(folder) {
   // Nothing moves that colours tell.
   const grey = (size, seed) => `${texture('gray', size, seed)}`;
   run(
-    `${grey('240x180', 1)} ${grey('60x60', 2)} -filter_complex [0][1]overlay=x=21+3*n:y=39+n,format=gray,format=yuv420p -frames:v 16 -c:v libx264 -crf 20 camouflage.mp4`,
+    `${grey(SIZE, 1)} ${grey(SQUARE, 2)} -filter_complex [0][1]overlay=${PLACE},format=gray,format=yuv420p -frames:v 16 -c:v libx264 -crf 20 camouflage.mp4`,
   );
 }
 

@@ -43,7 +43,7 @@ test('a clip of a phone becomes a transparent video with its sound', { skip }, a
   assert.equal(await ended(page), 'done');
   const begun = performance.now();
   await page.setInputFiles('#file', source);
-  await page.waitForFunction(() => globalThis.tracecutDemo.source?.name === 'phone.mp4');
+  await page.waitForFunction(() => globalThis.tracecutStudio.source?.name === 'phone.mp4');
   assert.equal(await ended(page), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
   const segmented = performance.now();
   await page.click('#export-open');

@@ -6,7 +6,7 @@ import { createSession, synthClip } from 'tracecut';
 import { SMALL, fingerprint, framesOf, ready, rejects } from './support.mjs';
 
 /** Two walkers and more: enough objects to merge. */
-const SCENE = { width: 320, height: 180, frames: 12, seed: 2 };
+const SCENE = { width: 192, height: 108, frames: 10, seed: 4 };
 
 const labelsOf = (objects) => objects.map(({ label }) => label);
 const highest = ({ objects }) => Math.max(0, ...labelsOf(objects));
@@ -221,7 +221,7 @@ test('strokes that cannot be are refused, and nothing changes', async (t) => {
   await rejects(session.apart([good]), 'param', /^strokes = a list of 1 /);
   const wrong = [
     [null, /^strokes\[1\] = null/],
-    [{ ...good, t: SCENE.frames }, /^strokes\[1\].t = 12/],
+    [{ ...good, t: SCENE.frames }, /^strokes\[1\].t = 10/],
     [{ ...good, t: 0.5 }, /^strokes\[1\].t/],
     [{ ...good, radius: -1 }, /^strokes\[1\].radius = -1/],
     [{ ...good, radius: NaN }, /^strokes\[1\].radius = NaN/],

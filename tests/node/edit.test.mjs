@@ -3,10 +3,10 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { maskPng, synthClip } from 'tracecut';
-import { carryEdit, editMasks, regionOf, strokeRegion } from 'tracecut/edit';
+import { editMasks, encodeRuns } from 'tracecut/edit';
 import { labelMaps } from 'tracecut/export';
 import { createImageEngine } from 'tracecut/stages';
-import { plain, rejects } from './support.mjs';
+import { plain, ready, rejects } from './support.mjs';
 
 /** Masks of `numFrames` frames that are all background. */
 const blank = (width, height, numFrames) => ({
@@ -26,7 +26,7 @@ function overlap(a, b, label) {
   return both / either;
 }
 
-test('a brush covers the pixels within its radius of its way, and no more', () => {
+test('a brush covers the pixels within its radius of its way, and no more', async () => {
   const [width, height] = [40, 30];
   const stroke = { t: 0, points: [5, 6, 25, 16.5, 25, 40], radius: 3.5 };
   const distance = (x, y, [ax, ay, bx, by]) => {
@@ -40,20 +40,27 @@ test('a brush covers the pixels within its radius of its way, and no more', () =
     const [x, y] = [p % width, Math.floor(p / width)];
     return Number(Math.min(distance(x, y, [5, 6, 25, 16.5]), distance(x, y, [25, 16.5, 25, 40])) <= 3.5);
   });
-  assert.deepEqual(strokeRegion(stroke, width, height), regionOf(inside));
-  const dot = strokeRegion({ t: 0, points: [7.2, 8.1], radius: 0 }, width, height);
-  assert.deepEqual(dot, Uint32Array.of(8 * width + 7, 1));
-  assert.equal(strokeRegion({ t: 0, points: [-50, -50], radius: 9 }, width, height).length, 0);
+  const painted = async (way) => {
+    const editor = editMasks(blank(width, height, 1));
+    await editor.paint({ label: 1, stroke: way });
+    return editor.labels(0);
+  };
+  assert.deepEqual(await painted(stroke), inside);
+  const dot = new Uint8Array(width * height).fill(1, 8 * width + 7, 8 * width + 8);
+  assert.deepEqual(await painted({ t: 0, points: [7.2, 8.1], radius: 0 }), dot);
+  assert.ok((await painted({ t: 0, points: [-50, -50], radius: 9 })).every((label) => label === 0));
+  const under = await editMasks({ ...blank(width, height, 1), labels: () => inside }).labelsUnder(stroke);
+  assert.deepEqual([under[0], under[1]], [0, inside.filter(Boolean).length]);
 });
 
-test('painting, erasing of one object and new labels change the masks, step by step back and forth', () => {
+test('painting, erasing of one object and new labels change the masks, step by step back and forth', async () => {
   const labels = Uint8Array.from([0, 1, 1, 2, 2, 0]);
   const editor = editMasks({ width: 6, height: 1, numFrames: 2, labels: () => labels });
   assert.equal(editor.newLabel(), 3);
-  editor.paint({ label: 3, t: 0, region: Uint32Array.of(0, 2) });
+  await editor.paint({ label: 3, t: 0, region: encodeRuns([1, 1, 0, 0, 0, 0]) });
   assert.equal(editor.newLabel(), 4);
-  editor.paint({ label: 0, t: 0, region: Uint32Array.of(1, 4), over: [2] });
-  editor.relabel({ 1: 9 });
+  await editor.paint({ label: 0, t: 0, region: encodeRuns([0, 1, 1, 1, 1, 0]), over: [2] });
+  await editor.merge(9, 1);
   const states = [
     [0, 1, 1, 2, 2, 0],
     [3, 3, 1, 2, 2, 0],
@@ -64,41 +71,41 @@ test('painting, erasing of one object and new labels change the masks, step by s
   assert.deepEqual(now(), states[3]);
   assert.deepEqual([...editor.labels(1)], [0, 9, 9, 2, 2, 0]);
   for (const state of states.slice(0, 3).reverse()) {
-    assert.ok(editor.undo());
+    assert.ok(await editor.undo());
     assert.deepEqual(now(), state);
   }
-  assert.equal(editor.undo(), null);
+  assert.equal(await editor.undo(), null);
   for (const state of states.slice(1)) {
-    assert.ok(editor.redo());
+    assert.ok(await editor.redo());
     assert.deepEqual(now(), state);
   }
-  assert.equal(editor.redo(), null);
-  editor.undo();
-  editor.paint({ label: 5, t: 1, region: Uint32Array.of(5, 1) });
+  assert.equal(await editor.redo(), null);
+  await editor.undo();
+  await editor.paint({ label: 5, t: 1, region: encodeRuns([0, 0, 0, 0, 0, 1]) });
   assert.deepEqual([editor.undoable, editor.redoable], [3, 0], 'what was undone goes when something else is done');
   assert.deepEqual([...labels], states[0], 'the masks below stay as they are');
 });
 
 test('what is painted on an object goes with it through the clip, both ways', async () => {
   const clip = await synthClip({ width: 160, height: 96, frames: 12, seed: 7 });
-  const editor = editMasks(blank(160, 96, 12));
+  const editor = editMasks(blank(160, 96, 12), { picture: (t) => clip.frame(t) });
   const truth = Array.from({ length: 12 }, (_, t) => clip.mask(t));
   const area = (label) => truth[6].filter((value) => value === label).length;
   const object = [1, 2, 3].reduce((best, label) => (area(label) > area(best) ? label : best));
   const of = (t) => truth[t].map((label) => Number(label === object));
-  const edit = editor.paint({ label: 1, t: 6, region: regionOf(of(6)) });
+  const edit = await editor.paint({ label: 1, t: 6, region: encodeRuns(of(6)) });
   const heard = [];
-  const reached = await carryEdit(editor, edit, { picture: (t) => clip.frame(t), onFrame: ({ t }) => heard.push(t) });
+  const reached = await editor.carry(edit, { onFrame: ({ t }) => heard.push(t) });
   assert.deepEqual(reached, { first: 0, last: 11 });
   assert.deepEqual(heard, [7, 8, 9, 10, 11, 5, 4, 3, 2, 1, 0]);
   for (const t of [0, 3, 9, 11]) {
     const share = overlap(editor.labels(t), of(t), 1);
     assert.ok(share > 0.85, `${share} of the object in frame ${t}`);
-    assert.ok(edit.parts.get(t).evidence > 0.6);
+    assert.ok(edit.paints[0].parts.get(t).evidence > 0.6);
   }
-  editor.undo();
+  await editor.undo();
   assert.equal(editor.labels(3).some(Boolean), false, 'it is one step');
-  editor.redo();
+  await editor.redo();
   assert.ok(editor.labels(3).some(Boolean));
 });
 
@@ -107,13 +114,12 @@ test('nothing is carried where the picture changes, beyond a cut, or further tha
   const frames = [0, 1, 2, 3].map((k) => clip.frame(k));
   const engine = await createImageEngine();
   t.after(() => engine.close());
-  const region = regionOf(
+  const region = encodeRuns(
     new Uint8Array(96 * 64).map((_, p) => Number(p % 96 > 20 && p % 96 < 60 && p > 96 * 16 && p < 96 * 48)),
   );
-  const carried = (masks, pictures, more) => {
-    const editor = editMasks(masks);
-    const edit = editor.paint({ label: 1, t: 1, region });
-    return carryEdit(editor, edit, { picture: (k) => pictures[k], engine, ...more });
+  const carried = async (masks, pictures, more) => {
+    const editor = editMasks(masks, { picture: (k) => pictures[k], engine: async () => engine });
+    return editor.carry(await editor.paint({ label: 1, t: 1, region }), more);
   };
   assert.deepEqual(await carried(blank(96, 64, 4), frames), { first: 0, last: 3 });
   const shots = [
@@ -128,28 +134,94 @@ test('nothing is carried where the picture changes, beyond a cut, or further tha
 
 test('a carrying that is stopped keeps the frames that it reached', async () => {
   const clip = await synthClip({ width: 96, height: 64, frames: 6, seed: 7 });
-  const editor = editMasks(blank(96, 64, 6));
-  const edit = editor.paint({ label: 2, stroke: { t: 0, points: [48, 32], radius: 12 } });
+  const editor = editMasks(blank(96, 64, 6), { picture: (t) => clip.frame(t) });
+  const edit = await editor.paint({ label: 2, stroke: { t: 0, points: [48, 32], radius: 12 } });
   const controller = new AbortController();
-  const stopped = carryEdit(editor, edit, {
-    picture: (t) => clip.frame(t),
+  const stopped = editor.carry(edit, {
     signal: controller.signal,
     onFrame: ({ t }) => t === 2 && controller.abort(),
   });
   await assert.rejects(stopped, { name: 'AbortError' });
-  assert.deepEqual([...edit.parts.keys()], [0, 1, 2]);
+  assert.deepEqual([...edit.paints[0].parts.keys()], [0, 1, 2]);
+});
+
+test('pieces and halves of an object become objects, and objects one, by pixels alone', async () => {
+  const labels = Uint8Array.from({ length: 200 }, (_, p) => {
+    const [x, y] = [p % 20, Math.floor(p / 20)];
+    return y >= 2 && y < 8 && x >= 2 && x < 18 ? 3 : x === 0 && y < 3 ? 1 : x === 0 && y > 4 ? 1 : 0;
+  });
+  const editor = editMasks({ width: 20, height: 10, numFrames: 1, labels: () => labels });
+  assert.equal(editor.usesSession, false);
+  const columns = (label) => [...editor.labels(0)].flatMap((one, p) => (one === label ? [p % 20] : []));
+  await editor.split(1, { t: 0, x: 0.2, y: 0.8 });
+  assert.equal(columns(2).length, 3);
+  const stroke = (x) => ({ t: 0, points: [x, 3, x, 6], radius: 1 });
+  const { kind, paints } = await editor.apart([stroke(4), stroke(13)]);
+  assert.deepEqual([kind, paints[0].label, paints[0].over], ['apart', 4, [3]]);
+  assert.ok(columns(3).length + columns(4).length === 6 * 16);
+  assert.ok(columns(3).every((x) => x <= 8) && columns(4).every((x) => x >= 9));
+  await editor.together([stroke(4), { ...stroke(13), points: new Float32Array([13, 3, 13, 6]) }]);
+  assert.equal(columns(3).length, 6 * 16);
+  assert.deepEqual([editor.labelOf(4), editor.labelOf(1)], [3, 1]);
+  const again = editMasks(editor.masks);
+  again.restore(JSON.parse(JSON.stringify(editor)));
+  assert.deepEqual(again.labels(0), editor.labels(0));
+  assert.deepEqual((await editor.toResult()).labels(0), editor.labels(0));
+  const refused = (promise, message) => rejects(promise, 'param', message);
+  await refused(editor.split(1, { t: 0, x: 20, y: 1 }), /at/);
+  await refused(editor.split(3, { t: 0, x: 0, y: 0 }), /a place of object 3/);
+  await refused(editor.split(0, { t: 0, x: 10, y: 0 }), /only an object/);
+  await refused(editor.split(3), /only an object/);
+  await refused(editor.apart([stroke(4)]), /2\.\.255 strokes/);
+  const beside = { t: 0, points: [10, 0], radius: 0.5 };
+  await refused(editor.apart([beside, beside]), /on no object/);
+  await refused(editor.together([stroke(4)]), /on one object at most/);
+  await refused(editor.merge(3, []), /others/);
+  assert.equal(editor.undoable, 3);
+});
+
+test('a session decides until something is changed on its masks, and is asked to take it back', async (t) => {
+  const clip = await synthClip({ width: 192, height: 120, frames: 8, seed: 3 });
+  const session = await ready(
+    t,
+    {},
+    Array.from({ length: 8 }, (_, k) => clip.frame(k)),
+  );
+  const result = await session.run();
+  const other = editMasks(result);
+  const editor = editMasks(result, { session });
+  const all = (masks) => Array.from({ length: 8 }, (_, k) => masks.labels(k));
+  const [first, second] = result.objects.map(({ label }) => label);
+  const { corrections } = await editor.merge(0, [first, second]);
+  await other.merge(0, [first, second]);
+  assert.equal(corrections, 2);
+  assert.deepEqual(all(editor), all(other), 'both have the same masks');
+  assert.deepEqual(editor.trajectories.label, other.trajectories.label);
+  await rejects(editor.merge(3, [second, 250]), 'param', /labels in use/);
+  assert.equal(session.corrections, 2, 'what was refused left nothing');
+  await editor.undo();
+  assert.equal(session.corrections, 0);
+  assert.deepEqual(all(editor), all(result));
+  await editor.redo();
+  assert.deepEqual(all(editor), all(other));
+  assert.ok(editor.usesSession);
+  assert.deepEqual(editor.toJSON().edits, [], 'its masks have them');
+  await editor.paint({ label: first, stroke: { t: 2, points: [10, 10], radius: 4 } });
+  await editor.merge(second, first);
+  assert.deepEqual([editor.usesSession, session.corrections, editor.undoable], [false, 2, 3]);
+  assert.equal(editor.labels(2)[10 * 192 + 10], second);
 });
 
 test('edits are saved as JSON and done again over the same masks; exports take the editor as masks', async () => {
   const masks = { ...blank(12, 8, 3), times: [0, 0.1, 0.25] };
   const editor = editMasks(masks);
-  const edit = editor.paint({ label: 4, stroke: { t: 1, points: [3, 3, 9, 3], radius: 1.5 }, over: [0] });
-  editor.extend(edit, 2, Uint32Array.of(5, 3), 0.75);
-  editor.relabel({ 4: 6 });
+  const edit = await editor.paint({ label: 4, stroke: { t: 1, points: [3, 3, 9, 3], radius: 1.5 }, over: [0] });
+  editor.extend(edit, 2, encodeRuns(new Uint8Array(96).fill(1, 5, 8)), 0.75);
+  await editor.merge(6, 4);
   const again = editMasks(masks);
   again.restore(JSON.parse(JSON.stringify(editor)));
   for (const t of [0, 1, 2]) assert.deepEqual(again.labels(t), editor.labels(t));
-  assert.equal(again.edits[0].parts.get(2).evidence, 0.75);
+  assert.equal(again.edits[0].paints[0].parts.get(2).evidence, 0.75);
   assert.deepEqual(await maskPng(again, 1), await maskPng({ ...masks, labels: (t) => editor.labels(t) }, 1));
   assert.deepEqual(labelMaps(again).data.slice(96, 192), editor.labels(1));
   await rejects(
@@ -167,23 +239,34 @@ test('what cannot be meant is refused, and the editor stays usable', async () =>
   await refused(() => editor.paint({ label: 256, stroke }), 'param', /label = 256/);
   await refused(() => editor.paint({ label: 1, stroke: { ...stroke, t: 2 } }), 'param', /stroke\.t = 2/);
   await refused(() => editor.paint({ label: 1, stroke: { ...stroke, radius: -1 } }), 'param', /stroke\.radius = -1/);
-  await refused(() => editor.paint({ label: 1, stroke: { ...stroke, points: [1] } }), 'param', /1 numbers/);
+  await refused(() => editor.paint({ label: 1, stroke: { ...stroke, points: [1] } }), 'param', /^stroke = .* x0, y0/);
   await refused(
     () => editor.paint({ label: 1, stroke: { ...stroke, points: [1, NaN] } }),
     'param',
-    /points\[1\] = NaN/,
+    /stroke\.points\[1\] = NaN/,
   );
-  await refused(() => editor.paint({ label: 1, t: 0, region: Uint32Array.of(60, 5) }), 'data', /region\[1\] = 5/);
-  await refused(() => editor.relabel({ 300: 1 }), 'param', /300/);
-  await refused(() => editor.extend({ table: {} }, 0, Uint32Array.of(), 1), 'state', /in force/);
-  const edit = editor.paint({ label: 1, stroke });
-  await refused(() => carryEdit(editor, edit, {}), 'param', /picture/);
-  await refused(() => carryEdit(editor, edit, { picture: () => null }), 'data', /picture\(0\)/);
-  await refused(() => carryEdit(editor, edit, { picture: () => plain(8, 8), first: 1 }), 'param', /first = 1/);
-  editor.undo();
-  await refused(() => carryEdit(editor, edit, { picture: () => plain(8, 8) }), 'state', /in force/);
+  await refused(() => editor.paint({ label: 1, t: 0, region: encodeRuns([1, 1]) }), 'data', /region covers 2 pixels/);
+  await refused(() => editor.paint({ label: 1, stroke: { ...stroke, points: [] } }), 'param', /points = a list of 0/);
+  await refused(() => editor.merge(1, 300), 'param', /300/);
+  await refused(() => editor.extend({ paints: [] }, 0, encodeRuns(new Uint8Array(64)), 1), 'state', /in force/);
+  const edit = await editor.paint({ label: 1, stroke });
+  await refused(() => editor.carry(edit), 'state', /pictures/);
+  const shown = (picture) => editMasks(blank(8, 8, 2), { picture });
+  const carried = async (one, options) => one.carry(await one.paint({ label: 1, stroke }), options);
+  await refused(() => carried(shown(() => null)), 'data', /picture\(0\)/);
+  await refused(
+    () =>
+      carried(
+        shown(() => plain(8, 8)),
+        { first: 1 },
+      ),
+    'param',
+    /first = 1/,
+  );
+  await editor.undo();
+  await refused(() => shown(() => plain(8, 8)).carry(edit), 'state', /in force/);
   assert.equal(editor.labels(0).some(Boolean), false);
   let all = 0;
-  while (all < 255) editor.paint({ label: (all += 1), stroke });
+  while (all < 255) await editor.paint({ label: (all += 1), stroke });
   await refused(() => editor.newLabel(), 'state', /255 labels/);
 });

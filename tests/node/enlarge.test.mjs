@@ -53,9 +53,10 @@ test('files, pixels and a worker give the same bytes, and those of every machine
     chosen: new Uint8Array(256).fill(1, 1),
     module,
   });
-  assert.deepEqual(await engine.enlarge(task()), large);
-  await rejects(engine.enlarge({ ...task(), width: 40 }), 'param', /mask = 40x96/);
-  assert.deepEqual(await engine.enlarge(task()), large);
+  const enlarged = (data) => engine.send({ type: 'enlarge', data });
+  assert.deepEqual(await enlarged(task()), large);
+  await rejects(enlarged({ ...task(), width: 40 }), 'param', /mask = 40x96/);
+  assert.deepEqual(await enlarged(task()), large);
   assert.deepEqual([fnv1a(large.labels), fnv1a(large.alpha)], FINGERPRINT);
 });
 

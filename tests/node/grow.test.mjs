@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { grownRegions } from 'tracecut/edit';
+import { decodeRuns, grownRegions } from 'tracecut/edit';
 import { createImageEngine } from 'tracecut/stages';
 
 const [WIDTH, HEIGHT] = [160, 120];
@@ -26,12 +26,6 @@ function picture(shift) {
 const truth = Uint8Array.from({ length: WIDTH * HEIGHT }, (_, p) =>
   Number(inDisc(p % WIDTH, Math.floor(p / WIDTH), 0)),
 );
-
-function pixels(region) {
-  const all = new Uint8Array(WIDTH * HEIGHT);
-  for (let k = 0; k < region.length; k += 2) all.fill(1, region[k], region[k] + region[k + 1]);
-  return all;
-}
 
 function overlap(a, b) {
   let [both, any] = [0, 0];
@@ -57,7 +51,7 @@ test('a click on a part of what moves gives the whole of it first', async () => 
     { x: 84, y: 70 },
   ]) {
     const [first] = await grownRegions(grounds, place);
-    const found = overlap(pixels(first), truth);
+    const found = overlap(decodeRuns(first), truth);
     assert.ok(found > 0.85, `${found.toFixed(2)} at ${place.x}, ${place.y}`);
     const { label } = grounds.superpixels;
     const piece = label.map((one) => Number(one === label[place.y * WIDTH + place.x]));
@@ -69,9 +63,9 @@ test('regions hold the place, differ in size, and are the same each time', async
   const place = { x: 60.4, y: 59.6 };
   const all = await grownRegions(grounds, place);
   assert.ok(all.length >= 2 && all.length <= 3, `${all.length} regions`);
-  const areas = all.map((region) => pixels(region).reduce((sum, one) => sum + one, 0));
+  const areas = all.map((region) => decodeRuns(region).reduce((sum, one) => sum + one, 0));
   for (const [k, region] of all.entries()) {
-    assert.equal(pixels(region)[60 * WIDTH + 60], 1);
+    assert.equal(decodeRuns(region)[60 * WIDTH + 60], 1);
     for (const other of areas.slice(0, k))
       assert.ok(Math.min(other, areas[k]) < 0.7 * Math.max(other, areas[k]), areas.join(' '));
   }

@@ -1,4 +1,4 @@
-// The intake table in Node: files by ffmpeg, folders by readFrames.
+// The intake table in Node: frames of files by ffmpeg, masks of folders by readFrames.
 
 import assert from 'node:assert/strict';
 import { statSync } from 'node:fs';
@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { readFrames, segmentVideo } from 'tracecut';
 import { framesOfVideo } from 'tracecut/node';
-import { CASES, checkOutcome } from '../intake/cases.mjs';
+import { CASES, checkOutcome, maskOfRed } from '../intake/cases.mjs';
 import { ensureClips, hasFfmpeg } from '../intake/clips.mjs';
 
 const skip = hasFfmpeg() ? false : 'needs ffmpeg';
@@ -17,24 +17,24 @@ for (const row of CASES) {
     const refusal = row.error ?? row.except?.node;
     if (refusal) {
       const isExpected = (error) => error.code === refusal && row.words.test(error.message);
-      await assert.rejects(segmentFile(path), isExpected);
-    } else checkOutcome(row, await segmentFile(path));
+      await assert.rejects(outcomeOf(path), isExpected);
+    } else checkOutcome(row, await outcomeOf(path));
   });
 }
 
-async function segmentFile(path) {
-  const isFolder = statSync(path).isDirectory();
-  let isTruncated = false;
-  const onDamage = () => (isTruncated = true);
-  const frames = isFolder ? readFrames(path) : framesOfVideo(path, { onDamage });
-  const result = await segmentVideo(frames, { threads: 1 }).collect();
-  return {
-    width: result.width,
-    height: result.height,
-    numFrames: result.numFrames,
-    times: isFolder ? null : result.times,
-    lastDuration: result.end - result.times.at(-1),
-    isTruncated,
-    masks: result.times.length ? Array.from(result.times, (_, t) => result.labels(t)) : [],
-  };
+async function outcomeOf(path) {
+  if (statSync(path).isDirectory()) {
+    const result = await segmentVideo(readFrames(path), { threads: 1 }).collect();
+    const { width, height, numFrames } = result;
+    const masks = Array.from({ length: numFrames }, (_, t) => result.labels(t));
+    return { width, height, numFrames, times: null, isTruncated: false, masks };
+  }
+  const outcome = { times: [], masks: [], isTruncated: false };
+  for await (const { frame, time, duration } of framesOfVideo(path, { onDamage: () => (outcome.isTruncated = true) })) {
+    const { width, height } = frame;
+    Object.assign(outcome, { width, height, lastDuration: duration });
+    outcome.masks.push(maskOfRed(frame));
+    outcome.times.push(time);
+  }
+  return { ...outcome, numFrames: outcome.times.length };
 }

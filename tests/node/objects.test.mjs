@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { createSession, Result, segmentVideo, synthClip } from 'tracecut';
 
-const clip = await synthClip({ width: 320, height: 180, frames: 12, seed: 2 });
+const clip = await synthClip({ width: 192, height: 108, frames: 10, seed: 4 });
 const frames = Array.from({ length: clip.numFrames }, (_, t) => clip.frame(t));
 
 /** What the masks themselves say. */

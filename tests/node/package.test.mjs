@@ -2,10 +2,11 @@
 
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
-import { readFileSync, readdirSync } from 'node:fs';
+import { mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
 import { createRequire } from 'node:module';
+import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { test } from 'node:test';
+import { after, test } from 'node:test';
 import { build as bundle } from 'esbuild';
 import * as tracecut from 'tracecut';
 import { LIBRARIES, LICENCES } from '../../scripts/licences.mjs';
@@ -15,6 +16,10 @@ import { root } from '../../scripts/tools.mjs';
 const require = createRequire(import.meta.url);
 const read = (name) => readFileSync(join(root, name), 'utf8');
 const manifest = JSON.parse(read('package.json'));
+const folder = mkdtempSync(join(tmpdir(), 'tracecut-package-'));
+after(() => rmSync(folder, { recursive: true }));
+const published = packed('--pack-destination', folder);
+const tarball = join(folder, published.filename);
 
 test('the versions of crate, package and built module are one', () => {
   assert.equal(/^version = "(.+)"$/m.exec(read('Cargo.toml'))[1], manifest.version);
@@ -85,9 +90,8 @@ test('the tarball holds the built package and nothing else', () => {
     ...['index', 'draw', 'edit', 'export', 'stages'].flatMap((name) => [`node/${name}.cjs`, `node/${name}.d.cts`]),
   ].map((name) => `dist/${name}`);
   const words = ['CHANGELOG.md', 'LICENSE-APACHE', 'LICENSE-MIT', 'README.md', 'package.json'];
-  const { files } = packed();
   // Only a release writes the licences.
-  const made = files.map(({ path }) => path).filter((path) => path !== `dist/${LICENCES}`);
+  const made = published.files.map(({ path }) => path).filter((path) => path !== `dist/${LICENCES}`);
   assert.deepEqual(made.sort(), [...sources, ...built, ...words].sort());
 });
 
@@ -126,7 +130,7 @@ test('no module of the package imports anything by a bare name, so that a page n
 });
 
 test('what a page loads first is small, and so is all of it', async () => {
-  const rows = await sizes();
+  const rows = await sizes(published);
   assert.ok(rows.length > 10);
   assert.deepEqual(
     rows.filter(({ fits }) => !fits),
@@ -156,7 +160,7 @@ test('bundlers may drop what is not used, but for the worker', async () => {
 });
 
 test('publint has nothing to say', () => {
-  const { status, stdout } = tool('publint/src/cli.js', 'run', '.', '--strict', '--pack', 'npm');
+  const { status, stdout } = tool('publint/src/cli.js', 'run', tarball, '--strict');
   assert.equal(status, 0, stdout);
   assert.match(stdout, /All good!/);
 });
@@ -164,7 +168,7 @@ test('publint has nothing to say', () => {
 // .attw.json has the flags. `esm-only`: there is no CommonJS build, and none is missing, since Node from 20.19 on can
 // require() this one; the wasm files are no modules, so they have no types that every bundler would agree with.
 test('attw has nothing to say', () => {
-  const { status, stdout } = tool('@arethetypeswrong/cli/dist/index.js', '--pack', '.', '--format', 'json');
+  const { status, stdout } = tool('@arethetypeswrong/cli/dist/index.js', tarball, '--format', 'json');
   assert.equal(status, 0, stdout);
   const { analysis } = JSON.parse(stdout);
   assert.deepEqual(Object.keys(analysis.entrypoints), [

@@ -88,7 +88,8 @@ test('what a worker of sessions alone refuses to do aside is done in this thread
   const listeners = {};
   const worker = {
     addEventListener: (type, listener) => (listeners[type] = listener),
-    postMessage: ({ id }) => setTimeout(() => listeners.message({ data: { id, type: 'failed', data: {} } })),
+    postMessage: ({ id }) =>
+      setTimeout(() => listeners.message({ data: { id, type: 'failed', data: { code: 'state' } } })),
     terminate() {},
   };
   const task = { kind: 'zip', files: { a: new Uint8Array([1]) }, stored: [] };

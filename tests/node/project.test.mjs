@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { segmentVideo } from 'tracecut';
-import { editMasks, openProject, saveProject } from 'tracecut/edit';
+import { editMasks, encodeRuns, openProject, saveProject } from 'tracecut/edit';
 import { clipsZip, cocoRle } from 'tracecut/export';
 import { lookOf, lookPatch } from '../../studio/model/look.js';
 import { framesOf, ready, rejects } from './support.mjs';
@@ -15,8 +15,8 @@ test('a result and a video are opened again as they were, with edits, words and 
   const video = await segmentVideo(frames, { frameRate: 10, window: 6, overlap: 2 }).collect();
   for (const masks of [result, video]) {
     const editor = editMasks(masks);
-    const edit = editor.paint({ label: 7, stroke: { t: 2, points: [20, 20, 40, 30], radius: 5 } });
-    editor.extend(edit, 3, Uint32Array.of(9, 50), 0.8);
+    const edit = await editor.paint({ label: 7, stroke: { t: 2, points: [20, 20, 40, 30], radius: 5 } });
+    editor.extend(edit, 3, encodeRuns(new Uint8Array(masks.width * masks.height).fill(1, 9, 59)), 0.8);
     const film = Uint8Array.from({ length: 3000 }, (_, k) => (k * 7) % 256);
     const saved = await saveProject(masks, { editor, about: { take: { start: 3 } }, files: { 'clip.mp4': film } });
     assert.deepEqual(

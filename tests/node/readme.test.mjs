@@ -27,7 +27,7 @@ const AROUND = {
      const session = await createSession();
      for (let t = 0; t < clip.numFrames; t += 1) await session.push(clip.frame(t));
      const result = await session.run();`,
-    `console.log(edit.parts.size > 1, editor.undoable, editor.labels(4)[80 * 256 + 100]); session.close();`,
+    `console.log(edit.paints[0].parts.size > 1, editor.undoable, editor.labels(4)[80 * 256 + 100]); session.close();`,
   ],
   'Single images': [
     `import { synthClip } from 'tracecut';
@@ -58,7 +58,7 @@ test('the blocks for Node do what they say', async (t) => {
   );
   assert.match(run(folder, 'Sessions'), /masks \d+ \d+\n\d{3,} trajectories, [1-9] objects\n$/);
   assert.equal(run(folder, 'Corrections'), '3 true true\n');
-  assert.equal(run(folder, 'Edits by hand'), 'true 1 0\n');
+  assert.equal(run(folder, 'Edits by hand'), 'true 2 0\n');
   assert.equal(run(folder, 'Single images'), '9216 9216 9216 true true 9216 9216\n');
-  assert.match(run(folder, 'Errors'), /^param cut\.spatialWeight = -1 \(expected /);
+  assert.match(run(folder, 'Errors'), /^param clip\.maxSide = -1 \(expected /);
 });

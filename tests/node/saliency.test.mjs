@@ -1,12 +1,46 @@
-// Saliency, foreground and components of a run.
+// What a run finds in a scene that is known: clusters, masks, saliency, foreground and components.
 
 import assert from 'node:assert/strict';
-import { test } from 'node:test';
-import { parameters, synthClip } from 'tracecut';
+import { after, test } from 'node:test';
+import { createSession, parameters, synthClip } from 'tracecut';
 import { SMALL, framesOf, open, ready, rejects, segment } from './support.mjs';
 
 /** Large enough for components: the walker, the van and the balloon. */
-const SCENE = { width: 384, height: 216, frames: 16, seed: 2 };
+const SCENE = { width: 256, height: 144, frames: 12, seed: 2 };
+const clip = await synthClip(SCENE);
+const session = await createSession();
+for (let t = 0; t < SCENE.frames; t += 1) await session.push(clip.frame(t));
+const result = await session.run();
+const masks = Array.from({ length: SCENE.frames }, (_, t) => clip.mask(t));
+after(() => session.close());
+
+test('most trajectories of the scene carry the label of the object that they are on', () => {
+  const { count, startFrame, offset, x, y } = result.trajectories;
+  const votes = Array.from({ length: result.clusters.count }, () => new Map());
+  for (let i = 0; i < count; i += 1) {
+    const object = masks[startFrame[i]][Math.round(y[offset[i]]) * SCENE.width + Math.round(x[offset[i]])];
+    const vote = votes[result.clusters.label[i]];
+    vote.set(object, (vote.get(object) ?? 0) + 1);
+  }
+  const right = votes.reduce((sum, vote) => sum + Math.max(...vote.values()), 0);
+  const objects = new Set(votes.map((vote) => [...vote].sort((a, b) => b[1] - a[1])[0][0]));
+  assert.ok(right / count > 0.97, `${((100 * right) / count).toFixed(1)} % of ${count} trajectories`);
+  assert.ok(objects.size === 4, `objects found: ${[...objects]}`);
+});
+
+test('masks cover the objects of the scene', () => {
+  const both = Array.from({ length: clip.numObjects + 1 }, () => new Array(result.objects.length + 1).fill(0));
+  for (let t = 0; t < SCENE.frames; t += 1) {
+    const [truth, mask] = [masks[t], result.labels(t)];
+    for (let p = 0; p < truth.length; p += 1) both[truth[p]][mask[p]] += 1;
+  }
+  const sum = (list) => list.reduce((a, b) => a + b, 0);
+  const overlap = both.map((row, object) => {
+    const unions = row.map((shared, label) => sum(row) + sum(both.map((other) => other[label])) - shared);
+    return Math.max(...row.map((shared, label) => ((label === 0) === (object === 0) ? shared / unions[label] : 0)));
+  });
+  assert.ok(Math.min(...overlap) > 0.7, `intersection over union: ${overlap.map((v) => v.toFixed(3))}`);
+});
 
 test('saliency has an entry for each trajectory, and the foreground is what is above the threshold', async () => {
   const { trajectories, saliency } = await segment(await framesOf());
@@ -17,16 +51,13 @@ test('saliency has an entry for each trajectory, and the foreground is what is a
   foreground.forEach((f, i) => assert.equal(f, Number(inContext[i] > threshold), `trajectory ${i} of ${inContext[i]}`));
 });
 
-test('what moves in the scene is salient and foreground, what the camera pans over is not', async (t) => {
-  const clip = await synthClip(SCENE);
-  const session = await ready(t, {}, await framesOf(SCENE));
-  const result = await session.run();
+test('what moves in the scene is salient and foreground, what the camera pans over is not', async () => {
   const { trajectories, saliency } = result;
   const { count, startFrame, offset, x, y } = trajectories;
   // Where a trajectory is in the middle of its life tells whose it is.
   const objects = Array.from({ length: count }, (_, i) => {
     const p = Math.floor((offset[i] + offset[i + 1]) / 2);
-    return clip.mask(startFrame[i] + p - offset[i])[Math.round(y[p]) * SCENE.width + Math.round(x[p])];
+    return masks[startFrame[i] + p - offset[i]][Math.round(y[p]) * SCENE.width + Math.round(x[p])];
   });
   for (let object = 0; object <= clip.numObjects; object += 1) {
     const own = [...objects.keys()].filter((i) => objects[i] === object);
@@ -38,7 +69,7 @@ test('what moves in the scene is salient and foreground, what the camera pans ov
   }
   const { saliency: map, width } = await result.saliencyMap(8);
   const sums = [0, 0, 0, 0];
-  clip.mask(8).forEach((object, p) => {
+  masks[8].forEach((object, p) => {
     sums[object > 0 ? 0 : 1] += map[Math.floor(p / SCENE.width) * width + (p % SCENE.width)];
     sums[object > 0 ? 2 : 3] += 1;
   });
@@ -55,8 +86,8 @@ test('a clip in which nothing moves has no foreground and no components', async 
   assert.ok(components.count.every((n) => n === 0) && components.ofPoint.every((c) => c === -1));
 });
 
-test('components lie in the foreground, numbered in each frame', async () => {
-  const { trajectories, saliency, components } = await segment(await framesOf(SCENE));
+test('components lie in the foreground, numbered in each frame', () => {
+  const { trajectories, saliency, components } = result;
   const { count, startFrame, offset, x } = trajectories;
   assert.deepEqual([components.count.length, components.ofPoint.length], [SCENE.frames, x.length]);
   assert.ok(

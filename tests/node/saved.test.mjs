@@ -3,6 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Result, VideoResult, WindowResult, createSession, segmentVideo, synthClip } from 'tracecut';
+import { editMasks } from 'tracecut/edit';
 
 const clip = await synthClip({ width: 320, height: 180, frames: 10, seed: 2 });
 const frames = Array.from({ length: clip.numFrames }, (_, t) => clip.frame(t));
@@ -64,7 +65,9 @@ test('results without masks and with other labels are saved too', async () => {
   assert.deepEqual([none.masks, none.objects], [null, null]);
   bare.close();
   const [{ label }] = whole.objects;
-  const other = whole.relabel({ [label]: 200 });
+  const editor = editMasks(whole);
+  await editor.merge(200, label);
+  const other = await editor.toResult();
   assert.deepEqual(said(VideoResult.fromJSON(JSON.stringify(other))), said(other));
   assert.ok(other.labels(0).includes(200) && !whole.labels(0).includes(200));
 });
@@ -77,7 +80,7 @@ test('what is damaged, cut off or of another kind is refused', () => {
   assert.throws(() => Result.fromJSON(7), refuses('data', /json = 7/));
   const changed = (field, value) => JSON.stringify({ ...JSON.parse(text), [field]: value });
   assert.throws(() => VideoResult.fromJSON(changed('width', 0)), refuses('data', /width = 0/));
-  assert.throws(() => VideoResult.fromJSON(changed('width', 321)), refuses('data', /do not cover/));
+  assert.throws(() => VideoResult.fromJSON(changed('width', 321)), refuses('data', /covers/));
   const { runs } = JSON.parse(text);
   const cut = { ...runs, data: runs.data.slice(0, 8) };
   assert.throws(() => VideoResult.fromJSON(changed('runs', cut)), refuses('data', /cut off|cover/));

@@ -18,7 +18,7 @@ import {
 
 test('two sessions with different parameters, in turn, give what each gives alone', async (t) => {
   const frames = await framesOf();
-  const settings = [{ trajectory: { gridStep: 5 } }, { clip: { maxSide: 96 }, cut: { spatialWeight: 1 } }];
+  const settings = [{ trajectory: { gridStep: 5 } }, { clip: { maxSide: 96 }, refine: { band: 0 } }];
   const alone = [];
   for (const options of settings) alone.push(fingerprint(await segment(frames, options)));
   assert.notEqual(alone[0], alone[1]);
@@ -37,7 +37,7 @@ test('a session that refuses a frame or an option goes on, and so do the others'
     await second.push(frame);
     if (k === 3) await rejects(first.push(plain(8, 8)), 'frame-size-changed');
     if (k === 4) await rejects(first.push(new Uint8Array(9)), 'decode');
-    if (k === 5) await rejects(createSession({ cut: { spatialWeight: -1 } }), 'param');
+    if (k === 5) await rejects(createSession({ clip: { maxSide: -1 } }), 'param');
   }
   const expected = fingerprint(await segment(frames));
   assert.deepEqual([fingerprint(await first.run()), fingerprint(await second.run())], [expected, expected]);

@@ -17,6 +17,7 @@ import {
   videoInfo,
   videoStrip,
 } from 'tracecut';
+import { editMasks } from 'tracecut/edit';
 import { superpixels } from 'tracecut/stages';
 import {
   drawBoundaries,
@@ -166,8 +167,8 @@ async function* generated() {
 }
 const collected: VideoResult = await segmentVideo(generated(), { signal: controller.signal }).collect();
 console.log(
-  collected.merge(1, 2).objects[0]?.areas,
-  collected.relabel({ 3: 1 }).toTracksDat(),
+  collected.objects[0]?.areas,
+  (await editMasks(collected).toResult()).toTracksDat(),
   collected.shots[0]?.first,
   collected.trajectories.label,
 );
@@ -221,12 +222,12 @@ await encodeVideo(own, null, { style: 'masks', format: 'mp4' });
 console.log(png, zip, pixels, film, labelMaps(own).data, labelsNpy(own));
 const looked: SearchReport = searchReport(result);
 const damages: Damage[] = [];
-for await (const { frame, time } of videoStrip(new Blob(), {
+for await (const { width, time } of videoStrip(new Blob(), {
   count: 4,
   size: 96,
   onDamage: (one) => damages.push(one),
 }))
-  console.log(frame.width, time, looked.cameraMoves);
+  console.log(width, time, looked.cameraMoves);
 for await (const { name, result: one, error, damage } of segmentEach([{ name: 'a', source: new Blob() }], {
   window: 20,
 })) {

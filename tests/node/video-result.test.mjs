@@ -2,10 +2,10 @@
 
 import assert from 'node:assert/strict';
 import { before, describe, test } from 'node:test';
-import { segmentVideo, videoFrames, videoInfo } from 'tracecut';
-import { areasOf, decodeRuns, encodeRuns } from '../../dist/session/objects.js';
+import { fitSize, segmentVideo, videoFrames, videoInfo } from 'tracecut';
+import { editMasks } from 'tracecut/edit';
+import { areasOf, decodeRuns, encodeRuns } from '../../dist/session/runs.js';
 import { reduced } from '../../dist/worker/pixels.js';
-import { fitted } from '../../dist/video/pixels.js';
 import { framesOf, plain, png, rejects } from './support.mjs';
 
 const identity = Uint8Array.from({ length: 256 }, (_, k) => k);
@@ -26,7 +26,7 @@ test('label maps come back from runs as they were, whatever they hold', () => {
     maps.push(Uint8Array.from({ length: 500 }, () => (random.next().value % (k + 1)) * 8));
   for (const map of maps) {
     const runs = encodeRuns(map);
-    assert.deepEqual(decodeRuns(runs, map.length, identity), map);
+    assert.deepEqual(decodeRuns(runs), map);
     const areas = areasOf(runs);
     for (const label of [0, 3, 8, 255]) assert.equal(areas[label], map.filter((value) => value === label).length);
   }
@@ -54,10 +54,10 @@ test('each pixel of a reduced frame is the mean of what it covers', () => {
       }
     }
   }
-  assert.deepEqual(fitted(1280, 720, 480), { width: 480, height: 270 });
-  assert.deepEqual(fitted(720, 1280, 100), { width: 56, height: 100 });
-  assert.deepEqual(fitted(64, 2, 16), { width: 16, height: 1 });
-  assert.deepEqual(fitted(64, 48, 500), { width: 64, height: 48 });
+  assert.deepEqual(fitSize({ width: 1280, height: 720 }, 480), { width: 480, height: 270 });
+  assert.deepEqual(fitSize({ width: 720, height: 1280 }, 100), { width: 56, height: 100 });
+  assert.deepEqual(fitSize({ width: 64, height: 2 }, 16), { width: 16, height: 1 });
+  assert.deepEqual(fitSize({ width: 64, height: 48 }, 500), { width: 64, height: 48 });
 });
 
 describe('a collected clip', () => {
@@ -137,29 +137,45 @@ describe('a collected clip', () => {
     assert.equal(at, lines.length);
   });
 
-  test('is relabelled and merged without being computed again, and stays as it was', () => {
+  test('is merged without being computed again, and stays as it was', async () => {
     const [{ label, areas }] = result.objects;
-    const renamed = result.relabel({ [label]: 200 });
+    const editor = editMasks(result);
+    await editor.merge(200, label);
+    const renamed = await editor.toResult();
     assert.deepEqual(renamed.objects.map((object) => object.label).includes(200), true);
     assert.deepEqual(
       renamed.labels(3),
       result.labels(3).map((value) => (value === label ? 200 : value)),
     );
-    const gone = renamed.merge(0, 200);
+    assert.deepEqual([renamed.times, renamed.end, renamed.shots], [result.times, result.end, result.shots]);
+    await editor.merge(0, 200);
+    const gone = await editor.toResult();
     assert.ok(!gone.objects.some((object) => object.label === 200));
     assert.ok(gone.labels(3).every((value) => value !== 200));
     assert.ok(gone.trajectories.label.every((value) => value !== 200));
-    const both = result.relabel({ 0: 7 }).merge(label, 7);
-    assert.ok(both.labels(0).every((value) => value !== 7 && value !== 0));
-    assert.equal(
-      both.objects.find((object) => object.label === label).areas[0],
-      160 * 90 - result.objects.slice(1).reduce((sum, object) => sum + object.areas[0], 0),
-    );
     assert.deepEqual(result.objects[0].areas, areas);
-    assert.throws(() => result.merge(1, 77), { code: 'param', message: /b = 77 \(expected the label of an object: / });
-    assert.throws(() => result.relabel({ 1: 300 }), { code: 'param', message: /map\[1\] = 300/ });
-    assert.throws(() => result.relabel(3), { code: 'param' });
+    await rejects(editor.merge(1, 1), 'param', /b = 1 \(expected another label/);
+    await rejects(editor.merge(300, 1), 'param', /a = 300/);
   });
+});
+
+test('onFrame is given each frame before it is segmented, at its size, and is waited for', async () => {
+  const frames = (await framesOf({ width: 96, height: 64, frames: 6 })).map((frame) => png(frame));
+  const seen = [];
+  const onFrame = async ({ width, height, index, time, pixels }) => {
+    await new Promise((done) => setTimeout(done));
+    seen.push([width, height, index, time, (await pixels()).data.length]);
+  };
+  const told = await segmentVideo(frames, { frameRate: 10, step: 2, size: 48, onFrame }).collect();
+  assert.deepEqual(
+    seen,
+    [0, 0.2, 0.4].map((time, k) => [48, 32, k, time, 4 * 48 * 32]),
+  );
+  const quiet = await segmentVideo(frames, { frameRate: 10, step: 2, size: 48 }).collect();
+  assert.deepEqual(told.runs, quiet.runs);
+  const broken = () => Promise.reject(new Error('enough'));
+  await assert.rejects(segmentVideo(frames, { onFrame: broken }).collect(), /enough/);
+  assert.throws(() => segmentVideo(frames, { onFrame: 3 }), { code: 'param', message: /onFrame = 3/ });
 });
 
 test('videoFrames gives the frames of a list as pixels, chosen and reduced', async () => {

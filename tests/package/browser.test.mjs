@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { emptyPage } from '../browser/empty.mjs';
+import { emptyPage, useEmptyPage } from '../browser/empty.mjs';
 import * as inNode from '../whole.mjs';
 import { fingerprint, fnv1a } from '../fingerprint.mjs';
 import { useServerAndBrowser } from '../site.mjs';
@@ -12,10 +12,12 @@ const SCENE = { width: 128, height: 72, frames: 5, seed: 5 };
 
 const site = useServerAndBrowser();
 
-/** An empty page of the server, with the package and a few helpers in `globalThis.kit`. */
-async function open(t, policy) {
-  const page = await emptyPage(t, site, { policy, modules: ['fingerprint.mjs'] });
-  await page.evaluate(async (scene) => {
+const modules = ['fingerprint.mjs'];
+const shared = useEmptyPage(site, prepare, { modules });
+
+/** The package and a few helpers in `globalThis.kit` of an empty page. */
+function prepare(page) {
+  return page.evaluate(async (scene) => {
     const tracecut = await import('/model/library.js');
     const { fingerprint, fnv1a } = await import('/fingerprint.mjs');
     const frames = async () => {
@@ -38,11 +40,10 @@ async function open(t, policy) {
       );
     globalThis.kit = { ...tracecut, fingerprint, fnv1a, frames, segment, failure };
   }, SCENE);
-  return page;
 }
 
-test('any number of threads gives the same result, each a worker of its own, all ended with the session', async (t) => {
-  const page = await open(t);
+test('any number of threads gives the same result, each a worker of its own, all ended with the session', async () => {
+  const { page } = shared;
   const seen = await page.evaluate(async () => {
     const { segment, frames, createSession, fingerprint } = globalThis.kit;
     const list = await frames();
@@ -70,8 +71,8 @@ test('any number of threads gives the same result, each a worker of its own, all
   assert.equal(await workers(0), 0);
 });
 
-test('every kind of frame gives the same result as its pixels', async (t) => {
-  const page = await open(t);
+test('every kind of frame gives the same result as its pixels', async () => {
+  const { page } = shared;
   const differing = await page.evaluate(async () => {
     const { frames, segment } = globalThis.kit;
     const pixels = await frames();
@@ -106,8 +107,8 @@ test('every kind of frame gives the same result as its pixels', async (t) => {
   assert.deepEqual(differing, []);
 });
 
-test('the worker and the calling thread give the same result, under a strict content security policy', async (t) => {
-  const page = await open(t);
+test('the worker and the calling thread give the same result, under a strict content security policy', async () => {
+  const { page } = shared;
   const [inWorker, inPage] = await page.evaluate(async () => {
     const { frames, segment } = globalThis.kit;
     const list = await frames();
@@ -117,7 +118,7 @@ test('the worker and the calling thread give the same result, under a strict con
 });
 
 test('masks, saliency, superpixels and boundaries equal those in Node, in a run and for single images', async (t) => {
-  const page = await open(t);
+  const { page } = shared;
   const clip = await inNode.synthClip(SCENE);
   const frames = async () => Array.from({ length: SCENE.frames }, (_, k) => clip.frame(k));
   globalThis.kit = { ...inNode, fingerprint, fnv1a, frames };
@@ -143,8 +144,8 @@ async function denseHashes() {
   return { run: whole(result), ofFrame, ofImage };
 }
 
-test('an abort is answered at once and a second run goes on; closing ends a run', async (t) => {
-  const page = await open(t);
+test('an abort is answered at once and a second run goes on; closing ends a run', async () => {
+  const { page } = shared;
   const outcome = await page.evaluate(async () => {
     const { createSession, fingerprint, frames, segment, failure, synthClip } = globalThis.kit;
     const list = await frames();
@@ -170,20 +171,21 @@ test('an abort is answered at once and a second run goes on; closing ends a run'
 });
 
 test('a wasm file that is missing, or that the policy forbids, is a wasm-load error in words', async (t) => {
-  const page = await open(t);
+  const { page } = shared;
   const missing = await page.evaluate(() =>
     globalThis.kit.failure(globalThis.kit.createSession({ wasm: '/dist/none.wasm' })),
   );
   assert.match(missing, /^TraceCutError wasm-load: .*none\.wasm could not be fetched: the server answered 404/);
   const html = await page.evaluate(() => globalThis.kit.failure(globalThis.kit.createSession({ wasm: '/empty' })));
   assert.match(html, /^TraceCutError wasm-load: .*HTML.*optimizeDeps.exclude/);
-  const strict = await open(t, "script-src 'self'");
+  const strict = await emptyPage(t, site, { policy: "script-src 'self'", modules });
+  await prepare(strict);
   const forbidden = await strict.evaluate(() => globalThis.kit.failure(globalThis.kit.createSession()));
   assert.match(forbidden, /^TraceCutError wasm-load: .*Content Security Policy/i);
 });
 
-test('errors cross from the worker with code and message', async (t) => {
-  const page = await open(t);
+test('errors cross from the worker with code and message', async () => {
+  const { page } = shared;
   const messages = await page.evaluate(async () => {
     const { createSession, failure } = globalThis.kit;
     const session = await createSession();

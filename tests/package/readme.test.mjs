@@ -51,9 +51,9 @@ async function madeClip() {
   const page = await emptyPage({ after: (clean) => cleaners.push(clean) }, site);
   const bytes = await page.evaluate(async () => {
     const { encodeVideo, synthClip } = await import('/dist/index.js');
-    const scene = await synthClip({ width: 256, height: 144, frames: 8, seed: 1 });
+    const scene = await synthClip({ width: 160, height: 90, frames: 8, seed: 1 });
     const frames = Array.from({ length: 8 }, (_, t) => scene.frame(t));
-    const masks = { width: 256, height: 144, numFrames: 8, labels: (t) => scene.mask(t) };
+    const masks = { width: 160, height: 90, numFrames: 8, labels: (t) => scene.mask(t) };
     const file = await encodeVideo(masks, frames, { opacity: 0, outline: false, frameRate: 10, quality: 'very-high' });
     return [...new Uint8Array(await file.arrayBuffer())];
   });
@@ -95,7 +95,7 @@ test("the README's lines for the browser show a video with its objects coloured"
   await page.waitForFunction(() => globalThis.drawn >= 8);
   assert.deepEqual(
     await page.evaluate(() => [document.querySelector('canvas').width, document.querySelector('canvas').height]),
-    [256, 144],
+    [160, 90],
   );
 });
 
@@ -105,7 +105,7 @@ test("the guide's windows come with the times and masks of all frames", async (t
     lines.some((line) => line.startsWith('shot 0, objects 1')),
     lines.join('\n'),
   );
-  const frames = lines.filter((line) => line.endsWith(` ${256 * 144}`));
+  const frames = lines.filter((line) => line.endsWith(` ${160 * 90}`));
   assert.deepEqual(
     frames.map((line) => Number(line.split(' ')[0]).toFixed(1)),
     ['0.0', '0.1', '0.2', '0.3', '0.4', '0.5', '0.6', '0.7'],

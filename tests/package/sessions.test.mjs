@@ -62,7 +62,7 @@ test('sessions with different parameters, in workers and on the page, give in tu
     const settings = [
       { trajectory: { gridStep: 5 } },
       { clip: { maxSide: 96 } },
-      { cut: { spatialWeight: 1 }, worker: false },
+      { refine: { band: 0 }, worker: false },
     ];
     const sessions = await Promise.all(settings.map((options) => createSession(options)));
     for (const frame of frames) for (const session of sessions) await session.push(frame);

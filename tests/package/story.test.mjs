@@ -5,7 +5,7 @@ import { test } from 'node:test';
 import { emptyPage } from '../browser/empty.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 
-const STORIES = 3;
+const STORIES = 2;
 const STEPS = 30;
 const site = useServerAndBrowser();
 

@@ -1,8 +1,10 @@
 // Masks at the size of the pictures that they are laid over, and the pixels of these.
 
 import { TraceCutError, checkedOptions, illegal, typeTag } from '../../check/errors.js';
-import { MAX_LABEL, checkMasks, chosenLabels, labelsOf, timesOf } from '../../check/masks.js';
-import { decodeRuns, encodeRuns } from '../../session/objects.js';
+import { checkMasks, chosenLabels, labelsOf, timesOf } from '../../check/masks.js';
+import { decodeRuns, encodeRuns } from '../../session/runs.js';
+import { toPixels } from '../../worker/decode.js';
+import { fromImage } from '../../worker/frames.js';
 import { breath } from '../../worker/pause.js';
 import { checkedEdges, grown, softAlpha, withoutSpecks } from './adjust.js';
 import { ahead } from './ahead.js';
@@ -42,7 +44,7 @@ export async function masksAtSize(masks, frames, options) {
   const times = timesOf(masks);
   const all = chosenLabels(undefined);
   const size = { width: 0, height: 0 };
-  /** @type {Uint32Array<ArrayBuffer>[]} */
+  /** @type {import('../../session/runs.js').Runs[]} */
   const runs = [];
   const take = async (/** @type {EncodeFrame} */ item, /** @type {number} */ t) => {
     signal?.throwIfAborted();
@@ -60,14 +62,13 @@ export async function masksAtSize(masks, frames, options) {
     await breath();
   }
   if (runs.length < numFrames) throw tooFew(runs.length, numFrames);
-  const same = Uint8Array.from({ length: MAX_LABEL + 1 }, (_, label) => label);
   return {
     ...size,
     numFrames,
     times,
     end: end ?? null,
     ...(Array.isArray(shots) ? { shots } : {}),
-    labels: (t) => decodeRuns(/** @type {Uint32Array} */ (runs[t]), size.width * size.height, same),
+    labels: (t) => decodeRuns(/** @type {import('../../session/runs.js').Runs} */ (runs[t])),
   };
 }
 
@@ -78,14 +79,14 @@ const SHAPE_TOLERANCE = 2;
  * A mask at the size of a picture, its edges as they are wanted: specks are left out first, so that they grow nowhere;
  * borders come to where the picture has them; lengths are scaled with the mask.
  * @param {Mask} mask
- * @param {import('../../worker/frames.js').FrameSource & {width: number, height: number}} picture
+ * @param {VideoFrame | (import('../../worker/frames.js').FrameSource & {width: number, height: number})} picture
  * @param {Uint8Array} chosen 1 for each label that is meant
  * @param {Required<import('./adjust.js').MaskEdges>} edges
  * @param {import('../../check/options.js').WasmSource} [decoder] of what enlarges
  * @returns {Promise<MaskAtSize>}
  */
 export async function maskAtSize(mask, picture, chosen, { smallest, grow, feather }, decoder) {
-  const { width, height } = picture;
+  const { width, height } = 'displayWidth' in picture ? sizeOf(picture) : picture;
   const clean = withoutSpecks(mask, chosen, smallest);
   const [only = 0] = clean.labels;
   if (clean.labels.every((label) => label === only)) {
@@ -149,6 +150,9 @@ export function tooFew(count, expected) {
   );
 }
 
+/** @param {VideoFrame} frame */
+const sizeOf = ({ displayWidth, displayHeight }) => ({ width: displayWidth, height: displayHeight });
+
 /** @typedef {import('../export/video.js').EncodeFrame} EncodeFrame */
 /**
  * What a canvas can draw; `close` where it was made of a frame and is to be let go. @typedef {{image:
@@ -172,7 +176,7 @@ export async function drawable(item, t) {
   switch (typeTag(frame)) {
     case 'VideoFrame': {
       const image = /** @type {VideoFrame} */ (frame);
-      return { image, width: image.displayWidth, height: image.displayHeight };
+      return { image, ...sizeOf(image) };
     }
     case 'HTMLVideoElement': {
       const image = /** @type {HTMLVideoElement} */ (frame);
@@ -201,9 +205,9 @@ export async function drawable(item, t) {
 /**
  * @param {unknown} frame
  * @param {number} t
- * @returns {Drawable}
+ * @returns {Promise<Drawable>}
  */
-function fromPixels(frame, t) {
+async function fromPixels(frame, t) {
   const { data, width, height } = /** @type {Partial<import('../../worker/frames.js').PixelFrame>} */ (frame ?? {});
   if (!ArrayBuffer.isView(data) || !(Number(width) > 0) || data.length !== 4 * Number(width) * Number(height)) {
     throw illegal(
@@ -213,9 +217,10 @@ function fromPixels(frame, t) {
       'something a canvas can draw, ImageData, {data, width, height} in RGBA, or a Blob of an image',
     );
   }
-  const canvas = new OffscreenCanvas(Number(width), Number(height));
-  context2d(canvas).putImageData(new ImageData(new Uint8ClampedArray(data), Number(width), Number(height)), 0, 0);
-  return { image: canvas, width: canvas.width, height: canvas.height };
+  const pixels =
+    typeTag(frame) === 'ImageData' ? frame : new ImageData(new Uint8ClampedArray(data), Number(width), Number(height));
+  const image = await createImageBitmap(/** @type {ImageData} */ (pixels));
+  return { image, width: image.width, height: image.height, close: () => image.close() };
 }
 
 /**
@@ -228,6 +233,8 @@ export async function pixelsOf(item, t) {
   const { data, width, height } = /** @type {Partial<import('../../worker/frames.js').PixelFrame>} */ (frame ?? {});
   if (ArrayBuffer.isView(data) && Number(width) > 0 && data.length === 4 * Number(width) * Number(height))
     return /** @type {import('../../worker/frames.js').PixelFrame} */ (frame);
+  // As the decoder has it: a canvas may change it.
+  if (typeTag(frame) === 'VideoFrame') return toPixels(await fromImage(/** @type {VideoFrame} */ (frame)));
   if (typeof OffscreenCanvas === 'undefined')
     throw illegal(
       'data',

@@ -1,9 +1,9 @@
 // An edit of one frame carried to others: its region goes with the optical flow, from frame to frame, as long as the
 // picture there looks like where it came from.
 
-import { TraceCutError, checkNumber, illegal, isPlainObject, wholeNumber } from '../../check/errors.js';
+import { TraceCutError, checkNumber, illegal, wholeNumber } from '../../check/errors.js';
+import { areasOf, decodeRuns, encodeRuns } from '../../session/runs.js';
 import { createImageEngine } from '../../stages/image.js';
-import { areaOf, pixelsOf } from './regions.js';
 
 /** @typedef {import('./regions.js').Region} Region */
 /**
@@ -12,17 +12,14 @@ import { areaOf, pixelsOf } from './regions.js';
  */
 
 /**
- * How an edit is carried.
+ * How far and how long an edit is carried.
  * @typedef {object} CarryOptions
- * @property {(t: number) => Picture | Promise<Picture>} picture gives a frame's pixels as RGBA bytes, at any size
- * @property {number} [first] where it ends at the latest on the way back; the shot's first frame, or the clip's, if
- *   not given
+ * @property {number} [first] where it ends at the latest on the way back; the shot's first frame, or the clip's, if not
+ *   given
  * @property {number} [last] where it ends at the latest on the way on; the shot's last frame, or the clip's, if not
  *   given
  * @property {number} [leastEvidence] where it ends, 0 to 1: the share of the region that looks like what it came from;
- *   .6 if
- *   not given
- * @property {import('../../stages/image.js').ImageEngine} [engine] saves opening one for each edit
+ *   .6 if not given
  * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
  * @property {(reached: {t: number, evidence: number}) => void} [onFrame] hears of each frame that was reached
  */
@@ -37,76 +34,72 @@ const SAME_COLOUR = 24;
 const MOST_CHANGE = 1.6;
 
 /**
- * Carries a painted edit to the frames before and after it, as parts of the same edit.
+ * Carries what an edit paints to the frames before and after it, as parts of the same edit.
  * @param {import('./editor.js').MaskEditor} editor
- * @param {import('./editor.js').Edit} edit as `paint` gave it, in force
- * @param {CarryOptions} options
- * @param {FlowBetween} flow
+ * @param {import('./editor.js').Edit} edit
+ * @param {CarryOptions & {picture: (t: number) => Picture | Promise<Picture>}} options
+ * @param {(() => Promise<import('../../stages/image.js').ImageEngine>) | undefined} open gives an engine that stays open
  * @returns {Promise<Carried>}
  */
-export async function carry(editor, edit, options, flow) {
-  const { picture, first, last, least, signal, onFrame } = checked(editor, edit, options);
-  const start = /** @type {number} */ ([...(edit.parts?.keys() ?? [])][0]);
-  const reached = { first: start, last: start };
-  for (const step of [1, -1]) {
-    const begun = /** @type {import('./editor.js').Part} */ (edit.parts?.get(start));
-    let { region } = begun;
-    let before = checkedPicture(await picture(start), start);
-    for (let t = start + step; t >= first && t <= last; t += step) {
-      signal?.throwIfAborted();
-      const now = checkedPicture(await picture(t), t);
-      const moved = move(region, await flow(now, before), [before, now], editor);
-      signal?.throwIfAborted();
-      if (moved.evidence < least) break;
-      ({ region } = moved);
-      editor.extend(edit, t, region, moved.evidence);
-      reached[step > 0 ? 'last' : 'first'] = t;
-      onFrame?.({ t, evidence: moved.evidence });
-      before = now;
+export async function carry(editor, edit, options, open) {
+  const how = checked(editor, edit, options);
+  const engine = await (open ?? createImageEngine)();
+  const reached = { first: how.start, last: how.start };
+  try {
+    for (const paint of edit.paints) {
+      for (const step of [1, -1]) {
+        for await (const { t, region, evidence } of moved(paint, step, how, editor, engine)) {
+          editor.extend(edit, t, region, evidence, paint);
+          reached.first = Math.min(reached.first, t);
+          reached.last = Math.max(reached.last, t);
+          how.onFrame?.({ t, evidence });
+        }
+      }
     }
+  } finally {
+    if (!open) engine.close();
   }
   return reached;
 }
 
 /**
- * Carries a painted edit to the frames before and after it, as parts of the same edit: its region goes with the optical
- * flow from frame to frame, within the shot, as long as the picture there looks like what it came from.
- *
- * ```js
- * const { first, last } = await carryEdit(editor, edit, { picture: (t) => frames[t] });
- * ```
- * @param {import('./editor.js').MaskEditor} editor
- * @param {import('./editor.js').Edit} edit as `paint` gave it, in force
- * @param {CarryOptions} options
- * @returns {Promise<Carried>}
+ * Gives where what was painted is in the frames on one side of it, one after the other.
+ * @param {import('./editor.js').Paint} paint
+ * @param {number} step 1 or -1
+ * @param {ReturnType<typeof checked>} how
+ * @param {{width: number, height: number}} masks
+ * @param {import('../../stages/image.js').ImageEngine} engine
  */
-export async function carryEdit(editor, edit, options) {
-  checked(editor, edit, options);
-  const engine = options.engine ?? (await createImageEngine());
-  try {
-    return await carry(editor, edit, options, (from, to) => engine.flow(from, to));
-  } finally {
-    if (!options.engine) engine.close();
+async function* moved(paint, step, { start, picture, first, last, least, signal }, masks, engine) {
+  let { region } = /** @type {import('./editor.js').Part} */ (paint.parts.get(start));
+  let before = checkedPicture(await picture(start), start);
+  for (let t = start + step; t >= first && t <= last; t += step) {
+    signal?.throwIfAborted();
+    const now = checkedPicture(await picture(t), t);
+    const there = move(region, await engine.flow(now, before), [before, now], masks);
+    signal?.throwIfAborted();
+    if (there.evidence < least) return;
+    ({ region } = there);
+    yield { t, region, evidence: there.evidence };
+    before = now;
   }
 }
 
 /**
  * @param {import('./editor.js').MaskEditor} editor
  * @param {import('./editor.js').Edit} edit
- * @param {CarryOptions} options
+ * @param {CarryOptions & {picture: (t: number) => Picture | Promise<Picture>}} options
  */
 function checked(editor, edit, options) {
-  if (!isPlainObject(options) || typeof options.picture !== 'function')
-    throw illegal('param', 'options.picture', options?.picture, 'a function that gives the pixels of frame t');
-  if (!edit?.parts?.size) throw illegal('param', 'edit', edit, 'an edit as paint gave it');
-  const start = /** @type {number} */ ([...edit.parts.keys()][0]);
+  const start = [...(edit?.paints?.[0]?.parts.keys() ?? [])][0];
+  if (start === undefined) throw illegal('param', 'edit', edit, 'an edit that paints');
   // What is beyond a cut is another scene.
   const shot = editor.shots?.find(({ first, last }) => first <= start && start <= last);
   const { picture, first = shot?.first ?? 0, last = shot?.last ?? editor.numFrames - 1, leastEvidence = 0.6 } = options;
   wholeNumber('param', 'first', first, 0, start);
   wholeNumber('param', 'last', last, start, editor.numFrames - 1);
   checkNumber('leastEvidence', leastEvidence, 0, 1);
-  return { picture, first, last, least: leastEvidence, signal: options.signal, onFrame: options.onFrame };
+  return { start, picture, first, last, least: leastEvidence, signal: options.signal, onFrame: options.onFrame };
 }
 
 /**
@@ -130,10 +123,9 @@ function checkedPicture(picture, t) {
  * @returns {{region: Region, evidence: number}}
  */
 export function move(region, back, [from, to], { width, height }) {
-  const before = pixelsOf(region, width * height);
+  const before = decodeRuns(region);
   const [sx, sy] = [back.width / width, back.height / height];
-  /** @type {number[]} */
-  const runs = [];
+  const pixels = new Uint8Array(width * height);
   let [alike, count] = [0, 0];
   for (let y = 0; y < height; y += 1) {
     for (let x = 0; x < width; x += 1) {
@@ -143,17 +135,14 @@ export function move(region, back, [from, to], { width, height }) {
       const [u, v] = [Number(back.u[f]), Number(back.v[f])];
       const [px, py] = [x + u / sx, y + v / sy];
       if (share(before, width, height, px, py) < 0.5) continue;
-      const p = y * width + x;
-      if (runs.length > 0 && Number(runs[runs.length - 2]) + Number(runs[runs.length - 1]) === p)
-        runs[runs.length - 1] = Number(runs[runs.length - 1]) + 1;
-      else runs.push(p, 1);
+      pixels[y * width + x] = 1;
       count += 1;
       alike += Number(difference(from, [fx + u, fy + v], to, [fx, fy]) < SAME_COLOUR);
     }
   }
-  const change = count / Math.max(1, areaOf(region));
+  const change = count / Math.max(1, width * height - Number(areasOf(region)[0]));
   const kept = count > 0 && change < MOST_CHANGE && change > 1 / MOST_CHANGE;
-  return { region: Uint32Array.from(runs), evidence: kept ? alike / count : 0 };
+  return { region: encodeRuns(pixels), evidence: kept ? alike / count : 0 };
 }
 
 /**

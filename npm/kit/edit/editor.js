@@ -1,11 +1,32 @@
-// Masks changed by hand: painted, erased, given other labels; undone and done again. The masks below stay as they are.
+// Masks that a user corrects: objects merged, split and taken apart, pixels painted and erased, step by step, undone and done
+// again. A session decides on its own masks; all other steps are edits over the masks, which stay as they are.
 
-import { TraceCutError, illegal, isPlainObject, wholeNumber } from '../../check/errors.js';
+import { TraceCutError, checkedOptions, illegal, isPlainObject, wholeNumber } from '../../check/errors.js';
 import { MAX_LABEL, checkMasks, labelsOf } from '../../check/masks.js';
-import { checkedRegion, strokeRegion } from './regions.js';
+import { part } from '../../places.js';
+import { mergeOf, splitOf, strokesOf } from '../../session/inputs.js';
+import { clipTrajectories } from '../../session/report.js';
+import { checkRuns, encodeRuns, forEachRun } from '../../session/runs.js';
+import { divideRegions, pieceRegion, strokePixels } from './regions.js';
 
 /** @typedef {import('../../check/masks.js').MaskSource} MaskSource */
+/** @typedef {import('../../session/inputs.js').Place} Place */
+/** @typedef {import('../../session/inputs.js').Stroke} Stroke */
+/** @typedef {import('../../session/session.js').Session} Session */
+/** @typedef {import('./carry.js').Picture} Picture */
 /** @typedef {import('./regions.js').Region} Region */
+
+/**
+ * How masks are edited.
+ * @typedef {object} EditOptions
+ * @property {Session} [session] whose result the masks are: it is asked to merge, split and follow strokes, and cuts again,
+ *   until something is changed on the masks themselves
+ * @property {(t: number) => Picture | Promise<Picture>} [picture] gives a frame's pixels as RGBA bytes, at any size;
+ *   without it nothing is carried to other frames
+ * @property {() => Promise<import('../../stages/image.js').ImageEngine>} [engine] gives what computes the flow; saves
+ *   opening one for each edit
+ * @property {import('../../check/options.js').WasmSource} [decoder] as for a session
+ */
 
 /**
  * What an edit does in one frame; `evidence` says how sure it is to be meant there, 0 to 1: 1 where it was painted.
@@ -13,11 +34,25 @@ import { checkedRegion, strokeRegion } from './regions.js';
  */
 
 /**
- * One step that can be undone: pixels of some frames get a label (0 erases), either all pixels or those that have one of
- * the labels `over`; or labels get others in all frames.
- * @typedef {{label: number, over: readonly number[] | null, parts: Map<number, Part>, table?: undefined}
- *   | {table: Readonly<Record<number, number>>, parts?: undefined}} Edit
+ * Pixels of some frames get a label (0 erases): all of them, or those that have one of the labels `over`.
+ * @typedef {{label: number, over: readonly number[] | null, parts: Map<number, Part>}} Paint
  */
+
+/**
+ * What a user wants otherwise.
+ * @typedef {{kind: 'paint'}
+ *   | {kind: 'merge', into: number, others: readonly number[]}
+ *   | {kind: 'split', label: number, at?: Place | undefined}
+ *   | {kind: 'together' | 'apart', strokes: readonly Stroke[]}} Correction
+ */
+
+/**
+ * What a step does to masks: `paints`, then `table`, which gives labels others in all frames. Where the session decided, it
+ * is so many of its `corrections`, and no more.
+ * @typedef {{paints: Paint[], table: Readonly<Record<number, number>>, corrections: number}} Change
+ */
+
+/** One step, undone as a whole. @typedef {Correction & Change} Edit */
 
 /**
  * Edits in a form for JSON.
@@ -30,6 +65,7 @@ import { checkedRegion, strokeRegion } from './regions.js';
  */
 export class MaskEditor {
   #masks;
+  #options;
   /** @type {Edit[]} */
   #done = [];
   /** @type {Edit[]} What was undone, the last first to be done again. */
@@ -37,10 +73,14 @@ export class MaskEditor {
   /** @type {Set<number> | undefined} The labels of the masks below. */
   #below;
 
-  /** @param {MaskSource} masks */
-  constructor(masks) {
+  /**
+   * @param {MaskSource} masks
+   * @param {EditOptions} options
+   */
+  constructor(masks, options) {
     checkMasks(masks);
     this.#masks = masks;
+    this.#options = options;
     /** Width of the masks in pixels. */
     this.width = masks.width;
     /** Height of the masks in pixels. */
@@ -53,6 +93,11 @@ export class MaskEditor {
     this.times = masks.times ?? null;
     /** When the last frame ends, in seconds, where known. */
     this.end = masks.end ?? null;
+  }
+
+  /** The masks below the edits: of a session, its result as corrected. */
+  get masks() {
+    return this.#masks;
   }
 
   /** The edits in force, first to last. @returns {readonly Edit[]} */
@@ -68,6 +113,28 @@ export class MaskEditor {
   /** How many can be done again. */
   get redoable() {
     return this.#undone.length;
+  }
+
+  /** Whether the session decides on the next correction: it knows nothing of what was changed on the masks themselves. */
+  get usesSession() {
+    return this.#options.session !== undefined && this.#done.every(({ corrections }) => corrections > 0);
+  }
+
+  /**
+   * The trajectories of the masks, where they have some, each with the label of its object.
+   * @returns {import('../../video/result.js').ClipTrajectories | undefined}
+   */
+  get trajectories() {
+    return clipTrajectories(this.#masks, (label) => this.labelOf(label));
+  }
+
+  /**
+   * Returns what a label of the masks below is now.
+   * @param {number} label
+   * @returns {number}
+   */
+  labelOf(label) {
+    return this.#done.reduce((now, { table }) => table[now] ?? now, label);
   }
 
   /**
@@ -86,85 +153,180 @@ export class MaskEditor {
    * @returns {number} 1 to 255
    */
   newLabel() {
-    const used = new Set(this.#used());
-    for (let label = 1; label <= MAX_LABEL; label += 1) if (!used.has(label)) return label;
-    throw new TraceCutError('state', `all ${MAX_LABEL} labels are in use; merge or erase objects first`);
+    return this.#newLabels(1)[0] ?? 0;
+  }
+
+  /**
+   * Counts the pixels of each label under a stroke.
+   * @param {Stroke} stroke
+   * @returns {Promise<Uint32Array<ArrayBuffer>>} 256 numbers
+   */
+  async labelsUnder(stroke) {
+    const counts = new Uint32Array(MAX_LABEL + 1);
+    const pixels = await strokePixels(stroke, 'stroke', this, this.#options.decoder);
+    const labels = this.labels(stroke.t);
+    pixels.forEach((inside, p) => (counts[Number(labels[p])] = Number(counts[Number(labels[p])]) + inside));
+    return counts;
+  }
+
+  /**
+   * Makes other objects a part of object `into`; with `into` = 0 they become background.
+   * @param {number} into 0 to 255
+   * @param {number | readonly number[]} others 1 to 255
+   * @returns {Promise<Edit>}
+   */
+  async merge(into, others) {
+    const list = [others].flat();
+    if (list.length === 0) throw illegal('param', 'others', others, 'a label or more');
+    for (const one of list) mergeOf(into, one);
+    return this.#do({ kind: 'merge', into, others: list }, async () => ({ table: tableOf(into, list) }));
+  }
+
+  /**
+   * Parts an object. The session parts it where its motion and its extent are weakest; without it the piece at a place of
+   * its mask becomes an object of its own.
+   * @param {number} label 0 to 255; the background, 0, only with a session
+   * @param {Place} [at]
+   * @returns {Promise<Edit>}
+   */
+  async split(label, at) {
+    if (at) splitOf(label, at, this);
+    return this.#do({ kind: 'split', label, at }, async () => {
+      if (!at || label === 0)
+        throw new TraceCutError('param', 'only an object can be split, at a place of the piece that is another thing');
+      const labels = this.labels(at.t);
+      if (labels[Math.round(at.y) * this.width + Math.round(at.x)] !== label)
+        throw illegal('param', 'at', at, `a place of object ${label}`);
+      return this.#parted(at.t, label, [pieceRegion({ labels, width: this.width, height: this.height }, at)]);
+    });
+  }
+
+  /**
+   * Each of these strokes is a thing of its own. The session decides by motion and place what goes with which; without it
+   * each pixel of the object goes to the nearest stroke, and all but the first become objects.
+   * @param {readonly Stroke[]} strokes 2 to 255; without a session in one frame
+   * @returns {Promise<Edit>}
+   */
+  async apart(strokes) {
+    const list = this.#copied('apart', strokes);
+    return this.#do({ kind: 'apart', strokes: list }, async () => {
+      const t = Number(list[0]?.t);
+      if (list.some((stroke) => stroke.t !== t))
+        throw new TraceCutError('param', 'the strokes lie in different frames: paint all of them in one');
+      const { label, regions } = await divideRegions(this.labels(t), list, this, this.#options.decoder);
+      return this.#parted(t, label, regions.slice(1));
+    });
+  }
+
+  /**
+   * All that these strokes touch is one thing: the objects that they lie over become one, with the lowest label. A session
+   * adds what else is under them.
+   * @param {readonly Stroke[]} strokes 1 to 255
+   * @returns {Promise<Edit>}
+   */
+  async together(strokes) {
+    const list = this.#copied('together', strokes);
+    return this.#do({ kind: 'together', strokes: list }, async () => {
+      const counts = await Promise.all(list.map((stroke) => this.labelsUnder(stroke)));
+      const labels = Array.from({ length: MAX_LABEL }, (_, k) => k + 1).filter((one) => counts.some((has) => has[one]));
+      const [into = 0, ...others] = labels;
+      if (others.length === 0)
+        throw new TraceCutError(
+          'param',
+          'the strokes lie on one object at most: paint over each of those that are one',
+        );
+      return { table: tableOf(into, others) };
+    });
   }
 
   /**
    * Gives pixels of one frame a label.
    * @param {object} painted
    * @param {number} painted.label 1 to 255; 0 erases
-   * @param {import('./regions.js').BrushStroke} [painted.stroke] what a brush covers
+   * @param {Stroke} [painted.stroke] what a brush covers
    * @param {number} [painted.t] or the pixels of this frame
-   * @param {Region} [painted.region] that are meant
+   * @param {Region} [painted.region] that are meant, as `encodeRuns` makes it of 1 inside and 0 outside
    * @param {readonly number[]} [painted.over] only pixels that have one of these labels; all where it is left out
-   * @returns {Edit} to be carried to other frames
+   * @returns {Promise<Edit>} for `carry`
    */
-  paint(painted) {
+  async paint(painted) {
     if (!isPlainObject(painted)) throw illegal('param', 'painted', painted, 'an object {label, stroke}');
     const { label, stroke, over = null } = painted;
-    const t = wholeNumber('param', stroke ? 'stroke.t' : 't', stroke ? stroke.t : painted.t, 0, this.numFrames - 1);
+    const t = stroke ? stroke.t : wholeNumber('param', 't', painted.t, 0, this.numFrames - 1);
     const region = stroke
-      ? strokeRegion(stroke, this.width, this.height)
-      : checkedRegion(painted.region, this.width * this.height);
-    wholeNumber('param', 'label', label, 0, MAX_LABEL);
-    over?.forEach((one, k) => wholeNumber('param', `over[${k}]`, one, 0, MAX_LABEL));
-    return this.#do({ label, over, parts: new Map([[t, { region, evidence: 1 }]]) });
+      ? encodeRuns(await strokePixels(stroke, 'stroke', this, this.#options.decoder))
+      : checkRuns('region', painted.region, this.width * this.height);
+    return this.#push({ kind: 'paint' }, { paints: [{ label, over, parts: new Map([[t, { region, evidence: 1 }]]) }] });
+  }
+
+  /**
+   * Carries what an edit paints to the frames before and after it, within the shot, along the optical flow, as long as the
+   * picture there looks like what it came from. It stays one step.
+   * @param {Edit} edit in force
+   * @param {import('./carry.js').CarryOptions} [options]
+   * @returns {Promise<import('./carry.js').Carried>}
+   */
+  async carry(edit, options = {}) {
+    const { picture, engine } = this.#options;
+    if (!picture)
+      throw new TraceCutError('state', 'nothing can be carried without pictures: editMasks(masks, {picture})');
+    return (await part(import('./carry.js'))).carry(this, edit, { ...options, picture }, engine);
   }
 
   /**
    * Adds another frame to an edit that is in force: part of the same step, undone with it.
-   * @param {Edit} edit as `paint` gave it
+   * @param {Edit} edit that paints
    * @param {number} t
    * @param {Region} region
    * @param {number} evidence 0 to 1
+   * @param {Paint} [paint] which of its paints; the first if not given
    */
-  extend(edit, t, region, evidence) {
+  extend(edit, t, region, evidence, paint = edit.paints?.[0]) {
     wholeNumber('param', 't', t, 0, this.numFrames - 1);
-    checkedRegion(region, this.width * this.height);
-    if (!edit.parts || !this.#done.includes(edit))
+    checkRuns('region', region, this.width * this.height);
+    if (!paint || !this.#done.includes(edit))
       throw new TraceCutError('state', 'only a painted edit that is in force can go on in other frames');
-    edit.parts.set(t, { region, evidence });
+    paint.parts.set(t, { region, evidence });
   }
 
-  /**
-   * Gives objects other labels in all frames: `{3: 1}` makes 3 part of 1, `{3: 0}` makes it background.
-   * @param {Record<number, number>} map
-   * @returns {Edit}
-   */
-  relabel(map) {
-    if (!isPlainObject(map)) throw illegal('param', 'map', map, 'an object such as {3: 1}');
-    for (const [from, to] of Object.entries(map)) {
-      wholeNumber('param', 'a label of map', Number(from), 0, MAX_LABEL);
-      wholeNumber('param', `map[${from}]`, to, 0, MAX_LABEL);
-    }
-    return this.#do({ table: { ...map } });
-  }
-
-  /** Takes the last edit back. @returns {Edit | null} null where there was none */
-  undo() {
-    const edit = this.#done.pop();
+  /** Takes the last edit back. @returns {Promise<Edit | null>} null where there was none */
+  async undo() {
+    const edit = this.#done.at(-1);
     if (!edit) return null;
+    await this.#takeBack(edit.corrections);
+    this.#done.pop();
     this.#undone.push(edit);
     return edit;
   }
 
-  /** Does again what was undone last. @returns {Edit | null} null where there was nothing */
-  redo() {
-    const edit = this.#undone.pop();
+  /** Does again what was undone last. @returns {Promise<Edit | null>} null where there was nothing */
+  async redo() {
+    const edit = this.#undone.at(-1);
     if (!edit) return null;
+    if (edit.corrections > 0) await this.#ask(edit);
+    this.#undone.pop();
     this.#done.push(edit);
     return edit;
   }
 
-  /** The edits in force, for `restore`. @returns {SavedEdits} */
+  /**
+   * Returns the masks with all edits as a result of their own, which no longer knows them.
+   * @param {number} [frameRate] frames per second, where the masks have no times; 25 if not given
+   * @returns {Promise<import('../../video/result.js').VideoResult>}
+   */
+  async toResult(frameRate) {
+    return (await part(import('./project.js'))).resultOf(this, frameRate);
+  }
+
+  /** The edits in force, for `restore`, but for those of the session, which `masks` have. @returns {SavedEdits} */
   toJSON() {
-    const edits = this.#done.map(({ ...edit }) => ({
+    const own = this.#done.filter(({ corrections }) => corrections === 0);
+    const edits = own.map((edit) => ({
       ...edit,
-      ...(edit.parts && {
-        parts: [...edit.parts].map(([t, { region, evidence }]) => ({ t, region: [...region], evidence })),
-      }),
+      paints: edit.paints.map((paint) => ({
+        ...paint,
+        parts: [...paint.parts].map(([t, { region, evidence }]) => ({ t, region: [...region], evidence })),
+      })),
     }));
     return { width: this.width, height: this.height, numFrames: this.numFrames, edits };
   }
@@ -179,34 +341,121 @@ export class MaskEditor {
     if (size !== `${width} × ${height} × ${numFrames}`)
       throw new TraceCutError('data', `these edits are of ${size} (expected ${width} × ${height} × ${numFrames})`);
     // Checked as a whole before anything is done: nothing is half restored.
-    const trial = new MaskEditor(this.#masks);
+    const trial = new MaskEditor(this.#masks, {});
     for (const edit of /** @type {any[]} */ (saved.edits)) {
-      if (edit.table) {
-        trial.relabel(edit.table);
-        continue;
-      }
-      const parts = edit.parts.map((/** @type {any} */ part) => ({ ...part, region: Uint32Array.from(part.region) }));
-      const [first, ...others] = parts;
-      const made = trial.paint({ label: edit.label, over: edit.over ?? undefined, t: first.t, region: first.region });
-      for (const { t, region, evidence } of others) trial.extend(made, t, region, evidence);
+      const parts = (/** @type {any[]} */ list) =>
+        list.map(({ t, region, evidence }) => {
+          const runs = checkRuns('region', Uint32Array.from(region), width * height);
+          return /** @type {const} */ ([wholeNumber('data', 't', t, 0, numFrames - 1), { region: runs, evidence }]);
+        });
+      const paints = edit.paints.map((/** @type {any} */ one) => ({ ...one, parts: new Map(parts(one.parts)) }));
+      trial.#push(edit, { paints, table: edit.table });
     }
     this.#done.push(...trial.#done);
     this.#undone = [];
   }
 
-  /** @param {Edit} edit */
-  #do(edit) {
+  /**
+   * Does a correction: by the session as long as that knows the masks, else on the masks.
+   * @param {Correction} correction
+   * @param {() => Promise<Partial<Change>>} change what it does to the masks
+   * @returns {Promise<Edit>}
+   */
+  async #do(correction, change) {
+    if (this.usesSession) return this.#push(correction, { corrections: await this.#ask(correction) });
+    const edit = this.#push(correction, await change());
+    if (edit.paints.length === 0 || !this.#options.picture) return edit;
+    try {
+      await this.carry(edit);
+      return edit;
+    } catch (error) {
+      this.#done = this.#done.filter((one) => one !== edit);
+      throw error;
+    }
+  }
+
+  /**
+   * @param {Correction} correction
+   * @param {Partial<Change>} change
+   */
+  #push(correction, change) {
+    /** @type {Edit} */
+    const edit = { ...correction, paints: [], table: {}, corrections: 0, ...change };
+    for (const { label, over } of edit.paints) {
+      wholeNumber('param', 'label', label, 0, MAX_LABEL);
+      over?.forEach((one, k) => wholeNumber('param', `over[${k}]`, one, 0, MAX_LABEL));
+    }
+    for (const label of Object.entries(edit.table).flat()) wholeNumber('param', 'a label', Number(label), 0, MAX_LABEL);
     this.#done.push(edit);
     this.#undone = [];
     return edit;
   }
 
+  /**
+   * @param {'together' | 'apart'} kind
+   * @param {readonly Stroke[]} strokes
+   * @returns {Stroke[]} checked
+   */
+  #copied(kind, strokes) {
+    strokesOf(kind, strokes, this);
+    return strokes.map(({ t, points, radius }) => ({ t, points: Array.from(points), radius }));
+  }
+
+  /**
+   * Asks the session; what it refuses on the way leaves nothing half done.
+   * @param {Correction} correction
+   * @returns {Promise<number>} how many corrections of it that is
+   */
+  async #ask(correction) {
+    let count = 0;
+    try {
+      for await (const result of answers(/** @type {Session} */ (this.#options.session), correction)) {
+        this.#masks = result;
+        count += 1;
+      }
+    } catch (error) {
+      await this.#takeBack(count);
+      throw error;
+    }
+    this.#below = undefined;
+    return count;
+  }
+
+  /** @param {number} corrections the last ones of the session */
+  async #takeBack(corrections) {
+    for (let k = 0; k < corrections; k += 1) this.#masks = await /** @type {Session} */ (this.#options.session).undo();
+    if (corrections > 0) this.#below = undefined;
+  }
+
+  /**
+   * Regions of an object that become objects.
+   * @param {number} t
+   * @param {number} label
+   * @param {Region[]} regions
+   */
+  #parted(t, label, regions) {
+    const labels = this.#newLabels(regions.length);
+    const part = (/** @type {Region} */ region) => new Map([[t, { region, evidence: 1 }]]);
+    return {
+      paints: regions.map((region, k) => ({ label: Number(labels[k]), over: [label], parts: part(region) })),
+    };
+  }
+
+  /** @param {number} count */
+  #newLabels(count) {
+    const used = new Set(this.#used());
+    const free = Array.from({ length: MAX_LABEL }, (_, k) => k + 1).filter((label) => !used.has(label));
+    if (free.length < count)
+      throw new TraceCutError('state', `all ${MAX_LABEL} labels are in use; merge or erase objects first`);
+    return free.slice(0, count);
+  }
+
   *#used() {
     this.#below ??= new Set(this.#labelsBelow());
     yield* this.#below;
-    for (const edit of this.#done) {
-      if (edit.table) yield* Object.values(edit.table);
-      else yield edit.label;
+    for (const { table, paints } of this.#done) {
+      yield* Object.values(table);
+      for (const { label } of paints) yield label;
     }
   }
 
@@ -216,40 +465,61 @@ export class MaskEditor {
 }
 
 /**
+ * Asks a session for a correction: it merges one object at a time.
+ * @param {Session} session
+ * @param {Correction} correction
+ */
+async function* answers(session, correction) {
+  if (correction.kind === 'merge') for (const one of correction.others) yield await session.merge(correction.into, one);
+  if (correction.kind === 'split') yield await session.split(correction.label, correction.at);
+  if (correction.kind === 'together' || correction.kind === 'apart')
+    yield await session[correction.kind](correction.strokes);
+}
+
+/**
+ * @param {number} into
+ * @param {readonly number[]} others
+ * @returns {Record<number, number>}
+ */
+function tableOf(into, others) {
+  return Object.fromEntries(others.map((one) => [one, into]));
+}
+
+/**
  * @param {Edit} edit
  * @param {number} t
  * @param {Uint8Array} labels
  */
-function apply(edit, t, labels) {
-  if (edit.table) {
-    const { table } = edit;
-    const all = Uint8Array.from({ length: MAX_LABEL + 1 }, (_, label) => table[label] ?? label);
-    for (let p = 0; p < labels.length; p += 1) labels[p] = /** @type {number} */ (all[Number(labels[p])]);
-    return;
+function apply({ paints, table }, t, labels) {
+  for (const { label, over, parts } of paints) {
+    const painted = parts.get(t);
+    if (!painted) continue;
+    const has = over && new Set(over);
+    forEachRun(painted.region, (inside, from, to) => {
+      if (!inside) return;
+      if (!has) labels.fill(label, from, to);
+      else for (let p = from; p < to; p += 1) if (has.has(Number(labels[p]))) labels[p] = label;
+    });
   }
-  const part = edit.parts.get(t);
-  if (!part) return;
-  const { region } = part;
-  const over = edit.over && new Set(edit.over);
-  for (let k = 0; k < region.length; k += 2) {
-    const [from, length] = [Number(region[k]), Number(region[k + 1])];
-    if (!over) labels.fill(edit.label, from, from + length);
-    else for (let p = from; p < from + length; p += 1) if (over.has(Number(labels[p]))) labels[p] = edit.label;
-  }
+  if (Object.keys(table).length === 0) return;
+  const all = Uint8Array.from({ length: MAX_LABEL + 1 }, (_, label) => table[label] ?? label);
+  for (let p = 0; p < labels.length; p += 1) labels[p] = Number(all[Number(labels[p])]);
 }
 
 /**
- * Masks that can be painted, erased and given other labels, step by step, each of which can be undone.
+ * Masks that can be merged, split, painted and erased, step by step, each of which can be undone.
  *
  * ```js
- * const editor = editMasks(result);
- * const edit = editor.paint({ label: 0, stroke: { t: 4, points: [100, 80, 120, 90], radius: 6 } });
- * await carryEdit(editor, edit, { picture: (t) => frames[t] });
+ * const editor = editMasks(result, { session, picture: (t) => frames[t] });
+ * await editor.merge(1, [2, 3]);
+ * const edit = await editor.paint({ label: 0, stroke: { t: 4, points: [100, 80, 120, 90], radius: 6 } });
+ * await editor.carry(edit);
  * await maskZip(editor);
  * ```
  * @param {MaskSource} masks
+ * @param {EditOptions} [options]
  * @returns {MaskEditor}
  */
-export function editMasks(masks) {
-  return new MaskEditor(masks);
+export function editMasks(masks, options) {
+  return new MaskEditor(masks, checkedOptions(options ?? {}, ['session', 'picture', 'engine', 'decoder']));
 }

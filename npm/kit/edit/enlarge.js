@@ -1,12 +1,12 @@
 // Masks at the size of the source: what the caller gives, and the workers that it goes to where there are workers.
 
-import { TraceCutError, checkedOptions, illegal, typeTag, wholeNumber } from '../../check/errors.js';
+import { TraceCutError, checkSides, checkedOptions, illegal, typeTag } from '../../check/errors.js';
 import { chosenLabels } from '../../check/masks.js';
 import { checkWorker } from '../../check/options.js';
 import { platform, workerStarter } from '../../platform.js';
 import { enlargeHere } from '../../worker/decode.js';
 import { toRawFrame } from '../../worker/frames.js';
-import { RemoteEngine } from '../../worker/remote.js';
+import { TaskWorkers } from '../../worker/remote.js';
 
 /**
  * A mask of one frame: a label for each pixel, row by row, 0 for the background.
@@ -28,9 +28,6 @@ import { RemoteEngine } from '../../worker/remote.js';
  *   unless it is true), or where the worker is
  */
 
-const MAX_SIDE = 16384;
-/** How long workers stay that have nothing to do: frames of a clip come one after the other. */
-const IDLE_MS = 5000;
 /** Most workers at once: each holds a picture and its masks. */
 const MOST_WORKERS = 4;
 
@@ -58,7 +55,8 @@ export async function enlargeMask(mask, picture, options) {
   const [raw, module] = await Promise.all([held, load()]);
   /** @type {EnlargeTask} */
   const task = { labels, width, picture: raw, chosen, module };
-  return startWorker ? inWorker(task, startWorker) : enlargeHere(task);
+  if (!startWorker) return enlargeHere(task);
+  return workers.give(startWorker, (remote) => remote.send({ type: 'enlarge', data: task }));
 }
 
 /**
@@ -91,9 +89,8 @@ function image(picture) {
 function copied(mask) {
   if (typeof mask !== 'object' || mask === null)
     throw illegal('data', 'mask', mask, 'an object {labels, width, height}');
-  const width = wholeNumber('data', 'mask.width', mask.width, 1, MAX_SIDE);
-  const height = wholeNumber('data', 'mask.height', mask.height, 1, MAX_SIDE);
-  const { labels } = mask;
+  checkSides('data', 'mask.', mask);
+  const { labels, width, height } = mask;
   if (!(labels instanceof Uint8Array || /** @type {unknown} */ (labels) instanceof Uint8ClampedArray))
     throw illegal('data', 'mask.labels', labels, 'a Uint8Array, a label for each pixel');
   if (labels.length !== width * height)
@@ -101,52 +98,10 @@ function copied(mask) {
   return { labels: new Uint8Array(labels), width };
 }
 
-/** @typedef {{engine: RemoteEngine, underWay: number}} Enlarger */
-
-/** @type {Enlarger[]} */
-let enlargers = [];
-/** @type {ReturnType<typeof setTimeout> | undefined} */
-let ending;
+/** They are shared by all calls. */
+const workers = new TaskWorkers(enlargedAtOnce);
 
 /** @returns {number} how many masks workers enlarge at once; 0 where none do it if nobody asks for one */
 export function enlargedAtOnce() {
   return workerStarter(undefined) ? Math.min(MOST_WORKERS, platform.cores() ?? 1) : 0;
-}
-
-/**
- * Enlarges in a worker, which all calls share; its memory goes with it.
- * @param {EnlargeTask} task
- * @param {() => Worker} startWorker
- */
-async function inWorker(task, startWorker) {
-  clearTimeout(ending);
-  const mine = freest(startWorker);
-  mine.underWay += 1;
-  try {
-    return await mine.engine.enlarge(task);
-  } catch (error) {
-    // A worker that could not start, or was lost, is of no more use; one that refuses a mask is.
-    if (mine.engine.ended) enlargers = enlargers.filter((one) => one !== mine);
-    throw error;
-  } finally {
-    mine.underWay -= 1;
-    if (enlargers.every(({ underWay }) => underWay === 0)) ending = setTimeout(end, IDLE_MS);
-  }
-}
-
-/**
- * One that has nothing to do, a new one where all have and there may be more, else the one with the least.
- * @param {() => Worker} startWorker
- */
-function freest(startWorker) {
-  const [first] = [...enlargers].sort((a, b) => a.underWay - b.underWay);
-  if (first && (first.underWay === 0 || enlargers.length >= Math.max(1, enlargedAtOnce()))) return first;
-  const made = { engine: new RemoteEngine(startWorker()), underWay: 0 };
-  enlargers.push(made);
-  return made;
-}
-
-function end() {
-  for (const { engine } of enlargers) engine.close();
-  enlargers = [];
 }

@@ -1,7 +1,7 @@
 // The thing at a place: regions of superpixels that grow from there, over weak borders first.
 
 import { TraceCutError, illegal, wholeNumber } from '../../check/errors.js';
-import { regionOf } from './regions.js';
+import { encodeRuns } from '../../session/runs.js';
 
 /** @typedef {import('./regions.js').Region} Region */
 
@@ -72,7 +72,7 @@ export async function grownRegions({ superpixels, picture, flow }, { x, y }) {
   return best.map(({ taken }) => {
     const isIn = new Uint8Array(count);
     for (const piece of order.slice(0, taken)) isIn[piece] = 1;
-    return regionOf(label.map((piece) => Number(isIn[piece])));
+    return encodeRuns(label.map((piece) => Number(isIn[piece])));
   });
 }
 

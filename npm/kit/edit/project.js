@@ -1,11 +1,12 @@
 // A project file: the masks of a clip and what was changed by hand, to be opened again. A ZIP archive: `project.json`,
 // masks as runs, trajectories, and files of the caller's, such as the video itself.
 
-import { TraceCutError, checkedOptions, illegal, isPlainObject, wholeNumber } from '../../check/errors.js';
+import { TraceCutError, checkSides, checkedOptions, illegal, isPlainObject, wholeNumber } from '../../check/errors.js';
 import { checkMasks, labelsOf, timesOf } from '../../check/masks.js';
 import { VERSION } from '../../parameters.js';
 import { part } from '../../places.js';
-import { encodeRuns, joinedWords } from '../../session/objects.js';
+import { clipTrajectories } from '../../session/report.js';
+import { checkRuns, encodeRuns, joinRuns, joinWords, splitRuns } from '../../session/runs.js';
 import { Decoder, Encoder } from '../../text.js';
 import { VideoResult } from '../../video/result.js';
 import { aside } from '../../worker/aside.js';
@@ -32,11 +33,10 @@ import { breath } from '../../worker/pause.js';
  *   Record<string, Uint8Array>}} Project
  */
 
-const FORMAT = 1;
+const FORMAT = 2;
 const FOLDER = 'files/';
 /** Archives that unpack to more are refused, in bytes. */
 const MOST_BYTES = 2 ** 31;
-const MAX_SIDE = 16384;
 const MAX_FRAMES = 10_000_000;
 /** Frames between two breaths. */
 const BATCH = 8;
@@ -48,44 +48,50 @@ const BATCH = 8;
  * @returns {Promise<Uint8Array<ArrayBuffer>>} for `openProject`
  */
 export async function saveProject(masks, options = {}) {
-  checkMasks(masks);
   const {
     editor,
     about = null,
     files = {},
-    frameRate = 25,
+    frameRate,
     signal,
   } = checkedOptions(options, ['editor', 'about', 'files', 'frameRate', 'signal']);
-  const times = timesOf(masks, frameRate);
-  const { width, height, numFrames } = masks;
-  const runs = [];
-  for (let t = 0; t < numFrames; t += 1) {
-    signal?.throwIfAborted();
-    const own = encodeRuns(labelsOf(masks, t));
-    runs.push(Uint32Array.of(own.length), own);
-    if (t % BATCH === BATCH - 1) await breath();
-  }
-  const shots = masks.shots?.map(({ first, last }) => ({ first, last })) ?? null;
-  const json = {
-    tracecut: VERSION,
-    format: FORMAT,
-    width,
-    height,
-    numFrames,
-    times: [...(times ?? [])],
-    end: masks.end ?? null,
-    shots,
-  };
+  const result = await resultOf(masks, frameRate, signal);
+  const { width, height, numFrames, times, end, shots, runs, trajectories } = result;
+  const json = { tracecut: VERSION, format: FORMAT, width, height, numFrames, times: [...times], end, shots };
   const text = JSON.stringify({ ...json, edits: editor?.toJSON() ?? null, about });
   /** @type {Record<string, Uint8Array>} */
   const entries = {
     'project.json': new Encoder().encode(text),
-    'masks.bin': bytesOfWords(runs),
-    'trajectories.bin': bytesOfWords(trajectoryWords(masks)),
+    'masks.bin': bytesOfWords(joinRuns(runs)),
+    'trajectories.bin': bytesOfWords(joinWords(trajectoryWords(trajectories))),
   };
   for (const [name, bytes] of Object.entries(files)) entries[FOLDER + inside(name)] = bytes;
   const stored = Object.keys(files).map((name) => FOLDER + name);
   return aside({ kind: 'zip', files: entries, stored });
+}
+
+/**
+ * Returns masks of any kind as a result of their own.
+ * @param {MaskSource} masks
+ * @param {number} [frameRate] frames per second, where the masks have no times
+ * @param {AbortSignal} [signal]
+ * @returns {Promise<VideoResult>}
+ */
+export async function resultOf(masks, frameRate = 25, signal = undefined) {
+  checkMasks(masks);
+  const { width, height, numFrames, end, shots } = masks;
+  const times = /** @type {Float64Array<ArrayBuffer>} */ (timesOf(masks, frameRate));
+  const runs = [];
+  for (let t = 0; t < numFrames; t += 1) {
+    signal?.throwIfAborted();
+    runs.push(encodeRuns(labelsOf(masks, t)));
+    if (t % BATCH === BATCH - 1) await breath();
+  }
+  return new VideoResult({
+    ...{ width, height, times, end: end ?? null, runs },
+    shots: shots?.map(({ first, last }) => ({ first, last })) ?? [{ first: 0, last: numFrames - 1 }],
+    trajectories: clipTrajectories(masks) ?? trajectoriesOf(Uint32Array.of(0, 0, 0)),
+  });
 }
 
 /**
@@ -122,8 +128,10 @@ export async function openProject(file) {
       height,
       times: Float64Array.from(times),
       end: typeof end === 'number' ? end : null,
-      shots: shots ?? [{ first: 0, last: times.length - 1 }],
-      runs: runsOf(wordsOf(masks, 'masks.bin'), times.length, width * height),
+      shots,
+      runs: splitRuns(wordsOf(masks, 'masks.bin'), times.length).map((runs, t) =>
+        checkRuns(`the mask of frame ${t}`, runs, width * height),
+      ),
       trajectories: trajectoriesOf(wordsOf(tracks, 'trajectories.bin')),
     }),
     edits,
@@ -164,43 +172,18 @@ function parsed(bytes) {
     throw new TraceCutError('data', 'project.json is damaged', { cause });
   }
   if (!isPlainObject(json) || !Array.isArray(json.times)) throw new TraceCutError('data', 'project.json is damaged');
-  wholeNumber('data', 'width', json.width, 1, MAX_SIDE);
-  wholeNumber('data', 'height', json.height, 1, MAX_SIDE);
+  checkSides('data', '', json);
   wholeNumber('data', 'the number of frames', json.times.length, 1, MAX_FRAMES);
   return json;
 }
 
 /**
- * The runs of each frame, checked: every one covers its frame.
- * @param {Uint32Array<ArrayBuffer>} words
- * @param {number} numFrames
- * @param {number} size pixels of a frame
- */
-function runsOf(words, numFrames, size) {
-  const frames = [];
-  let from = 0;
-  for (let t = 0; t < numFrames; t += 1) {
-    const count = words[from] ?? 0;
-    const runs = words.slice(from + 1, from + 1 + count);
-    const covered = runs.reduce((sum, run) => sum + (run >>> 8), 0);
-    if (covered !== size)
-      throw new TraceCutError('data', `the mask of frame ${t} covers ${covered} pixels (expected ${size})`);
-    frames.push(runs);
-    from += 1 + count;
-  }
-  return frames;
-}
-
-/**
  * Trajectories as words: their number and the number of their points, first frames, offsets, places, labels.
- * @param {any} masks
+ * @param {ClipTrajectories} trajectories
  */
-function trajectoryWords({ trajectories, clusters }) {
-  if (!trajectories) return [Uint32Array.of(0, 0, 0)];
-  const { count, startFrame, offset, x, y, label } = trajectories;
-  const labels = label ?? clusters?.label?.map((/** @type {number} */ c) => clusters.object?.[c] ?? 0);
+function trajectoryWords({ count, startFrame, offset, x, y, label }) {
   const places = [x, y].map((values) => new Uint32Array(Float32Array.from(values).buffer));
-  return [Uint32Array.of(count, x.length), startFrame, offset, ...places, Uint32Array.from(labels)];
+  return [Uint32Array.of(count, x.length), startFrame, offset, ...places, Uint32Array.from(label)];
 }
 
 /**
@@ -219,8 +202,8 @@ function trajectoriesOf(words) {
   return { count, startFrame, offset, x, y, label };
 }
 
-/** @param {readonly Uint32Array[]} parts */
-const bytesOfWords = (parts) => new Uint8Array(joinedWords(parts).buffer);
+/** @param {Uint32Array<ArrayBuffer>} words */
+const bytesOfWords = (words) => new Uint8Array(words.buffer);
 
 /**
  * @param {Uint8Array} bytes

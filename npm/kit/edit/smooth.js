@@ -3,10 +3,11 @@
 
 import { TraceCutError, illegal, isPlainObject, wholeNumber } from '../../check/errors.js';
 import { MAX_LABEL, checkMasks, labelsOf, timesOf } from '../../check/masks.js';
-import { decodeRuns, encodeRuns } from '../../session/objects.js';
+import { decodeRuns, encodeRuns } from '../../session/runs.js';
 import { createImageEngine } from '../../stages/image.js';
 
 /** @typedef {import('../../check/masks.js').MaskSource} MaskSource */
+/** @typedef {import('../../session/runs.js').Runs} Runs */
 /** @typedef {import('./carry.js').Picture} Picture */
 /** @typedef {import('./carry.js').FlowBetween} FlowBetween */
 
@@ -73,9 +74,8 @@ export async function smooth(masks, options, flow) {
   const { reach, first, picture, signal, onFrame } = checked(masks, options);
   const { width, height, numFrames, shots, end } = masks;
   const neighbours = new Neighbours(masks, reach, picture, flow);
-  /** @type {Uint32Array<ArrayBuffer>[]} */
+  /** @type {Runs[]} */
   const runs = [];
-  const same = Uint8Array.from({ length: MAX_LABEL + 1 }, (_, label) => label);
   /** @type {MaskSource} */
   const smoothed = {
     width,
@@ -84,12 +84,7 @@ export async function smooth(masks, options, flow) {
     times: timesOf(masks),
     end: end ?? null,
     ...(Array.isArray(shots) ? { shots } : {}),
-    labels: (t) =>
-      decodeRuns(
-        /** @type {Uint32Array} */ (runs[wholeNumber('param', 't', t, 0, numFrames - 1)]),
-        width * height,
-        same,
-      ),
+    labels: (t) => decodeRuns(/** @type {Runs} */ (runs[wholeNumber('param', 't', t, 0, numFrames - 1)])),
   };
   for (let done = 0; done < numFrames; done += 1) {
     signal?.throwIfAborted();

@@ -14,7 +14,7 @@ import { pngName } from './data.js';
  * @typedef {{size: readonly number[], counts: string | readonly number[]}} CocoRle
  */
 
-const MAX_SIDE = 65535;
+const MAX_COCO_SIDE = 65535;
 
 /**
  * The mask of a COCO segmentation, the inverse of what `cocoRle` writes.
@@ -29,8 +29,8 @@ export async function fromCocoRle(segmentation, options = {}) {
   if (!Array.isArray(size) || size.length !== 2 || !(typeof counts === 'string' || Array.isArray(counts))) {
     throw illegal('data', 'segmentation', segmentation, 'an object {size: [height, width], counts}');
   }
-  const height = wholeNumber('data', 'size[0]', size[0], 1, MAX_SIDE);
-  const width = wholeNumber('data', 'size[1]', size[1], 1, MAX_SIDE);
+  const height = wholeNumber('data', 'size[0]', size[0], 1, MAX_COCO_SIDE);
+  const width = wholeNumber('data', 'size[1]', size[1], 1, MAX_COCO_SIDE);
   const most = width * height;
   // No letter of a string is beyond ASCII, and a string that is empty covers no more than no lengths.
   const [text, lengths] =
@@ -40,7 +40,7 @@ export async function fromCocoRle(segmentation, options = {}) {
   const mask = await callDecoder(
     await platform.loadDecoder(decoder),
     () => cocoMask(Uint8Array.from(text), Uint32Array.from(lengths), width, height),
-    (words) => ['poisoned', `the run lengths cannot be read: the module stopped on an internal error: ${words}`],
+    'the run lengths cannot be read',
   );
   return /** @type {Uint8Array<ArrayBuffer>} */ (mask);
 }
@@ -131,11 +131,7 @@ export async function cocoRle(masks, options = {}) {
   for (let t = from; t < to; t += 1) {
     const labels = labelsOf(masks, t);
     /** @type {Runs[]} */
-    const runs = await callDecoder(
-      module,
-      () => cocoRuns(labels, width, chosen),
-      (words) => ['poisoned', `run lengths cannot be made: the module stopped on an internal error: ${words}`],
-    );
+    const runs = await callDecoder(module, () => cocoRuns(labels, width, chosen), 'run lengths cannot be made');
     for (const [label, area, left, top, across, down, counts] of runs) {
       tracks.add(label);
       const ids = {

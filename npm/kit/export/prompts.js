@@ -53,11 +53,7 @@ export async function prompts(masks, options = {}) {
   const times = timesOf(masks);
   const module = await platform.loadDecoder(decoder);
   /** @template T @param {() => T} work */
-  const call = (work) =>
-    callDecoder(module, work, (words) => [
-      'poisoned',
-      `prompts cannot be made: the module stopped on an internal error: ${words}`,
-    ]);
+  const call = (work) => callDecoder(module, work, 'prompts cannot be made');
   const found = await call(() => new Prompts());
   for (let t = 0; t < numFrames; t += 1) {
     if (t % BATCH === BATCH - 1) await breath();

@@ -108,10 +108,7 @@ export async function objectTableCsv(rows, options = {}) {
  * @param {() => T} work
  */
 function call(module, work) {
-  return callDecoder(module, work, (words) => [
-    'poisoned',
-    `the table cannot be made: the module stopped on an internal error: ${words}`,
-  ]);
+  return callDecoder(module, work, 'the table cannot be made');
 }
 
 /**

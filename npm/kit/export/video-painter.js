@@ -1,6 +1,6 @@
 // Paints the frames of a video that is written: overlays, cut-out objects, masks.
 
-import { illegal } from '../../check/errors.js';
+import { illegal, typeTag } from '../../check/errors.js';
 import { labelsOf } from '../../check/masks.js';
 import { GROUNDS, boxOf, drawGround, isOfFrame } from '../../draw/cutout.js';
 import { drawLabels } from '../../draw/labels.js';
@@ -18,6 +18,19 @@ const MARGIN = 4;
 
 const BLACK = '#000000';
 const WHITE = '#ffffff';
+
+/** A frame until it is painted. @typedef {ImageBitmap | VideoFrame} Picture */
+
+/**
+ * Keeps a frame, whose owner may draw the next one on the same canvas: a `VideoFrame` without copying it, and what was made
+ * of the frame here as it is.
+ * @param {Drawable} frame
+ * @returns {Promise<Picture>}
+ */
+async function kept({ image, close }) {
+  if (close) return /** @type {ImageBitmap} */ (image);
+  return typeTag(image) === 'VideoFrame' ? /** @type {VideoFrame} */ (image).clone() : createImageBitmap(image);
+}
 
 /** One canvas for all frames. */
 export class Painter {
@@ -60,33 +73,27 @@ export class Painter {
   }
 
   /**
-   * A copy of a frame, and its mask at the size of the frame.
+   * A frame that stays as it is, and its mask at the size of the frame.
    * @param {EncodeFrame | {frame: EncodeFrame} | null} item
    * @param {number} t frames come in order
-   * @returns {Promise<import('../edit/ahead.js').Taken<ImageBitmap | null>>}
+   * @returns {Promise<import('../edit/ahead.js').Taken<Picture | null>>}
    */
   async take(item, t) {
     const frame = item === null ? null : await drawable(item, t);
+    const { width, height } = frame ?? this.masks;
+    const picture = frame && (await kept(frame));
     try {
-      const { width, height } = frame ?? this.masks;
       if (t === 0) this.begin(width, height);
       checkSize({ width, height }, this.size, t);
-      const picture = frame && (await this.copyOf(frame));
-      return { picture, mask: this.maskOf(picture, t), close: () => picture?.close() };
-    } finally {
-      frame?.close?.();
+    } catch (error) {
+      picture?.close();
+      throw error;
     }
-  }
-
-  /** @param {Drawable} frame */
-  copyOf({ image, width, height }) {
-    this.context.globalCompositeOperation = 'source-over';
-    this.context.drawImage(image, 0, 0, width, height);
-    return createImageBitmap(this.canvas, 0, 0, width, height);
+    return { picture, mask: this.maskOf(picture, t), close: () => picture?.close() };
   }
 
   /**
-   * @param {ImageBitmap | null} picture
+   * @param {Picture | null} picture
    * @param {number} t
    */
   async maskOf(picture, t) {
@@ -101,7 +108,7 @@ export class Painter {
   }
 
   /**
-   * @param {ImageBitmap | null} picture as it was taken
+   * @param {Picture | null} picture as it was taken
    * @param {MaskAtSize} mask
    * @param {number} t
    */
@@ -164,7 +171,7 @@ export class Painter {
   }
 
   /**
-   * @param {ImageBitmap} picture
+   * @param {Picture} picture
    * @param {MaskAtSize} mask
    */
   paintCutout(picture, mask) {

@@ -11,6 +11,7 @@ import {
 } from '../../check/errors.js';
 import { checkMasks, chosenLabels, endOf, timesOf } from '../../check/masks.js';
 import { GROUNDS, isGround } from '../../draw/cutout.js';
+import { SCREEN_GREEN } from '../../draw/palette.js';
 import { checkedEdges } from '../edit/adjust.js';
 import { ahead } from '../edit/ahead.js';
 import { tooFew } from '../edit/at-size.js';
@@ -77,7 +78,6 @@ const LEGAL = [
 
 const STYLES = /** @type {const} */ (['overlay', 'cutout', 'masks', 'alpha']);
 
-const GREEN = '#00b140';
 const FRAME_RATE = 25;
 
 /**
@@ -163,7 +163,7 @@ function planned(masks, frames, options) {
   checkNumber('maskOpacity', maskOpacity, 0, 1);
   checkNumber('outlineWidth', outlineWidth, 0, 1000);
   checkFlag('outline', outline);
-  const { background = format === 'webm' ? 'transparent' : GREEN } = options;
+  const { background = format === 'webm' ? 'transparent' : SCREEN_GREEN } = options;
   if (!isGround(background)) throw illegal('param', 'background', background, GROUNDS);
   const alpha = style === 'cutout' && background === 'transparent';
   if (alpha && format === 'mp4')

@@ -18,7 +18,7 @@ use value::Number;
 pub struct ParamField<'a> {
     /// Section and name in camelCase, e.g. `flow.patchStride`.
     pub name: String,
-    /// What it means, its unit and its source.
+    /// What it means, its unit and its source; empty in the wasm module for JavaScript, whose package has it from the build.
     pub doc: &'static str,
     /// Smallest and largest legal value.
     pub range: (f64, f64),
@@ -119,7 +119,7 @@ macro_rules! params {
                 $(visit($crate::params::ParamField::new(
                     section,
                     stringify!($field),
-                    concat!($($doc, "\n"),*),
+                    if cfg!(all(target_arch = "wasm32", feature = "wasm")) { "" } else { concat!($($doc, "\n"),*) },
                     ($low as f64, $high as f64),
                     !stringify!($($expert)?).is_empty(),
                     &mut self.$field,

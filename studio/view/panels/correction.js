@@ -115,6 +115,8 @@ export class Correction {
   toggle(on = !this.on) {
     const correcting = on && this.corrector !== null;
     this.store.set({ correcting, ...(correcting ? { playing: false } : {}) });
+    // The tools come first in it.
+    if (correcting) byId('panel').scrollTop = 0;
     this.use(correcting ? this.tool : 'pick');
     this.tell('');
     this.fill();
@@ -357,8 +359,9 @@ function disable(id, disabled) {
  * @param {number} object
  * @returns {[left: number, top: number, right: number, bottom: number] | null} where it is in the frame, in pixels
  */
-export function boxOf({ points, frame, width, height }, object) {
-  const mask = points?.mask(frame);
+export function boxOf({ points, frame, width, height, mask: edged, visible }, object) {
+  // Specks that are not on screen do not count.
+  const mask = (visible(object) && edged()?.labels) || points?.mask(frame);
   if (!mask) return null;
   let [left, top, right, bottom] = [width, height, -1, -1];
   for (let at = mask.indexOf(object); at >= 0; at = mask.indexOf(object, at + 1)) {

@@ -2,7 +2,7 @@
 
 import { estimateVideoSize, soundInfo } from '../../model/library.js';
 import { byId, h } from '../dom.js';
-import { workingSize } from '../../model/source.js';
+import { fitSize } from '../../model/library.js';
 import { LEAST_SIDE, durationOf, sizesOf } from '../../model/export-size.js';
 import { bytes, plural } from '../../model/words.js';
 
@@ -88,7 +88,7 @@ export class ExportOptions {
     byId('export-sound-facts').textContent = this.soundWords;
     if (!known) return;
     const { numFrames } = known.masks;
-    const { width, height } = workingSize(known.source, this.side);
+    const { width, height } = fitSize(known.source, this.side);
     const size = estimateVideoSize({ width, height, numFrames, quality: this.chosen.quality });
     const facts = [
       `${width} × ${height}`,

@@ -113,7 +113,7 @@ result.labels('first');
 // @ts-expect-error: a clip's result has one mask for each frame
 whole.labels(0, 1);
 // @ts-expect-error: labels get others, by numbers
-whole.relabel({ 3: 'one' });
+await editMasks(whole).merge(1, 'two');
 // @ts-expect-error: a window has settled frames to go through
 for (const frame of part) void frame;
 

@@ -62,7 +62,7 @@ async function* frames() {
   yield { frame: new Uint8Array(9), time: 0.04 };
 }
 const whole = await segmentVideo(frames(), { start: 0, step: 2 }).collect();
-for await (const { frame, time } of videoFrames(frames())) void [frame.width, time];
+for await (const { width, time } of videoFrames(frames())) void [width, time];
 for await (const { name, result: found, error } of segmentEach([{ name: 'a', source: frames() }])) {
   if (error instanceof TraceCutError) void error.code;
   void [name, found?.numFrames];

@@ -1,0 +1,152 @@
+// What can be done in the studio, without a page: open, run, cancel, go on, change settings, correct, and what is told.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { unzipSync } from 'fflate';
+import { version } from 'tracecut';
+import { subjectOf } from '../../studio/model/export.js';
+import { framesOf } from '../../studio/model/export-size.js';
+import { FIRST, otherExports } from '../../studio/model/exports.js';
+import { recipeOf } from '../../studio/model/recipe.js';
+import { showCorrected } from '../../studio/model/show-result.js';
+import { frameText } from '../../studio/model/describe.js';
+import { CLIP, SAMPLE, openModel, openSampleWork } from './studio.mjs';
+
+/** Every headline that is shown from now on. */
+function headlines(store) {
+  const all = [];
+  store.watch(['headline'], ({ headline }) => all.push(headline));
+  return all;
+}
+
+const masksOf = ({ found }) =>
+  Array.from({ length: found.points.result.numFrames }, (_, t) => found.points.mask(t).join('')).join('|');
+
+test('the sample is opened, run, cancelled, resumed and corrected; other files and settings take its place', async () => {
+  const { app, store } = await openModel();
+  const said = headlines(store);
+  await app.openSample();
+  assert.equal(store.state.phase, 'done');
+  assert.equal(store.state.headline, '3 moving objects and the background');
+  assert.match(store.state.subline, /^16 frames of 192 × 108 · computed in \d/);
+  for (const words of ['Reading frames', 'Following what moves', 'Drawing the outlines'])
+    assert.ok(said.includes(words), said.join());
+  const before = masksOf(store.state);
+
+  // Cancelled at once, it goes on where it was.
+  const running = app.again();
+  await new Promise((resolve) => setTimeout(resolve, 30));
+  app.cancel();
+  assert.equal(store.state.phase, 'stopped');
+  await running;
+  await app.resume();
+  assert.equal(store.state.phase, 'done');
+  assert.equal(masksOf(store.state), before);
+
+  // The session corrects: what it refuses leaves all as it was.
+  const { corrections } = store.state.job;
+  const change = async (promise) => showCorrected(store, await promise);
+  await change(corrections.join(1, [2]));
+  assert.equal(store.state.headline, '2 moving objects and the background');
+  const joined = masksOf(store.state);
+  await change(corrections.split(1));
+  assert.notEqual(masksOf(store.state), joined);
+  await change(corrections.undo());
+  assert.equal(masksOf(store.state), joined);
+  await change(corrections.undo());
+  assert.equal(masksOf(store.state), before);
+  await change(corrections.redo());
+  assert.equal(masksOf(store.state), joined);
+  assert.equal(corrections.redoable(), 1);
+  assert.equal(store.state.job.isCorrected, true);
+
+  // A file that is none is an error; another clip is run in its place.
+  await app.openFiles([new File(['x'], 'notes.txt', { type: 'text/plain' })]);
+  assert.equal(store.state.phase, 'error');
+  assert.equal(store.state.error.code, 'unknown-file');
+  const first = app.openFiles([CLIP]);
+  const second = app.openFiles([new File(['x'], 'other.mp4', { type: 'video/mp4' })]);
+  await Promise.all([first, second]);
+  assert.equal(store.state.name, 'other.mp4');
+  assert.equal(store.state.phase, 'done');
+
+  // Settings that are changed meanwhile begin it anew.
+  const again = app.again();
+  store.set({ changed: new Map([['trajectory.gridStep', 12]]) });
+  await again;
+  while (store.state.phase !== 'done' || !store.state.job.options.trajectory)
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  assert.deepEqual(store.state.job.options, { trajectory: { gridStep: 12 } });
+});
+
+test('kept work is told, chosen of and painted in, and nothing is segmented for that', async () => {
+  const { store, selection } = await openSampleWork();
+  const { film, found } = store.state;
+  assert.match(store.state.summary, /^Object 1 \(orange\) at the upper left moves right; Object 2 \(light blue\) /);
+  assert.match(
+    frameText(found.points.presence, found.points.count, 11, film.times),
+    /^Frame 12 of 16, 0\.7\u00a0s: Object 1 \(orange\) [a-z ]+, [\d.]+\u00a0%; Object 2/,
+  );
+  selection.isolate(2);
+  assert.deepEqual(selection.objects, { kept: [2], all: 3 });
+  selection.isolate(2);
+  selection.toggle(3);
+  assert.deepEqual(selection.objects, { kept: [1, 2], all: 3 });
+  selection.choose(1);
+  selection.choose(3);
+  assert.deepEqual([...store.state.chosen], [1, 3]);
+  selection.choose(0);
+  assert.equal(store.state.chosen.size, 2, 'the background is no object');
+
+  const before = masksOf(store.state);
+  const { corrections } = store.state.job;
+  assert.equal(corrections.splitsAtPlace, true);
+  await assert.rejects(corrections.split(1), { code: 'no-place' });
+  await assert.rejects(corrections.together([{ t: 0, points: [1, 1], radius: 1 }]), { code: 'param' });
+  const stroke = { t: 4, points: [10, 90, 30, 90], radius: 6 };
+  const painted = await corrections.paint({ label: corrections.newLabel(), stroke });
+  await corrections.carry(painted, new AbortController().signal, () => {});
+  showCorrected(store, painted.frames);
+  assert.equal(store.state.headline, '4 moving objects and the background');
+  assert.ok(painted.frames.length > 1, 'it is carried');
+  await corrections.join(4, [1]);
+  showCorrected(store);
+  assert.equal(store.state.headline, '3 moving objects and the background');
+  for (let step = 0; step < 2; step += 1) showCorrected(store, await corrections.undo());
+  assert.equal(masksOf(store.state), before);
+  assert.deepEqual([...store.state.hidden], [3], 'what is left out stays so');
+});
+
+test('what is saved has the objects that are kept', async () => {
+  const { store, selection } = await openSampleWork();
+  selection.toggle(3);
+  const { job } = store.state;
+  const known = subjectOf(store.state);
+  assert.deepEqual(known.masks.shots, [{ first: 0, last: 15 }]);
+  const read = framesOf(job, known.masks, SAMPLE.width);
+  const subject = {
+    ...known,
+    ...{ frames: read.all, image: read.one, edges: { smallest: 0, grow: 0, feather: 0 } },
+    objects: (object) => object > 0 && selection.has(object),
+  };
+  const none = { title: '', about: '', choices: [] };
+  const choices = [...FIRST, ...otherExports(none)].flatMap((one) => one.choices);
+  const make = async (id) => {
+    const blob = await choices
+      .find((one) => one.id === id)
+      .make(subject, { signal: new AbortController().signal, onProgress() {} });
+    return new Uint8Array(await blob.arrayBuffer());
+  };
+  const text = async (id) => new TextDecoder().decode(await make(id));
+  const coco = JSON.parse(await text('coco'));
+  assert.equal(coco.annotations.length, 32);
+  const rows = (await text('table')).trim().split('\n').slice(1);
+  assert.deepEqual([...new Set(rows.map((row) => row.split(',')[2]))], ['1', '2']);
+  const files = Object.keys(unzipSync(await make('zip-objects')));
+  assert.equal(files.filter((name) => name.endsWith('.png')).length, 32);
+  assert.match(await text('tracks'), /^16\n\d+\n/);
+  assert.match(new TextDecoder('latin1').decode((await make('png')).subarray(0, 4)), /PNG/);
+  const recipe = JSON.parse(await recipeOf({ version, job, masks: known.masks, corrections: 2 }));
+  assert.deepEqual([recipe.tracecut, recipe.corrections, recipe.masks.frames], [version, 2, 16]);
+  assert.match(recipe.masks.sha256, /^[0-9a-f]{64}$/);
+});

@@ -1,0 +1,137 @@
+// The studio's model in Node: a platform without a browser, and the made sample, segmented once for all files of tests.
+
+import { createHash } from 'node:crypto';
+import { existsSync, mkdirSync, readFileSync, renameSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { openProject, saveProject } from 'tracecut/edit';
+import { fitSize, segmentVideo, synthClip } from 'tracecut';
+import { root } from '../../scripts/tools.mjs';
+import { App } from '../../studio/model/app.js';
+import { Selection } from '../../studio/model/selection.js';
+import { Store } from '../../studio/model/store.js';
+import { PageError } from '../../studio/model/words.js';
+
+/** A file that is opened as a clip. */
+export const CLIP = new File(['clip'], 'clip.mp4', { type: 'video/mp4' });
+
+/** The sample of these tests, and how long its frames last, in seconds. */
+export const SAMPLE = { width: 192, height: 108, frames: 16, seed: 4 };
+const FRAME_SECONDS = 1 / 15;
+
+/** Frames that lie ready as pixels. @implements {import('../../studio/model/job.js').Images} */
+class Images {
+  frames = [];
+  width = 0;
+  height = 0;
+  onReady = () => {};
+
+  get length() {
+    return this.frames.length;
+  }
+
+  async add(frame) {
+    [this.width, this.height] = [frame.width, frame.height];
+    this.frames.push({ ...frame, data: frame.data.slice() });
+  }
+
+  get = (t) => this.frames[t] ?? null;
+  has = (t) => t < this.length;
+  open = async (t) => this.get(t);
+  pixels = async (t) => this.frames[t];
+
+  close() {
+    this.frames = [];
+  }
+}
+
+/** A source of frames, which are taken at any size. @returns {import('../../studio/model/source.js').Source} */
+export function sourceOf(frames, { kind = 'video', name = 'clip.mp4' } = {}) {
+  const [{ width, height }] = frames;
+  return {
+    ...{ kind, name, width, height, fps: 1 / FRAME_SECONDS, count: frames.length },
+    files: kind === 'sample' ? undefined : [new File(['clip'], name, { type: 'video/mp4' })],
+    preview: async (t, side) => resized(frames[t], side),
+    async *frames({ start, frames: count, step, side }, signal) {
+      for (let k = 0; k < count; k += 1) {
+        signal.throwIfAborted();
+        const t = start + k * step;
+        yield { frame: resized(frames[t], side), time: t * FRAME_SECONDS, end: (t + step) * FRAME_SECONDS };
+        await new Promise((resolve) => setTimeout(resolve));
+      }
+    },
+    close() {},
+  };
+}
+
+function resized(frame, side) {
+  const { width, height } = fitSize(frame, side);
+  const data = new Uint8ClampedArray(4 * width * height);
+  for (let p = 0; p < width * height; p += 1) {
+    const [x, y] = [p % width, Math.floor(p / width)].map((at) => Math.floor(((at + 0.5) * frame.width) / width));
+    data.set(frame.data.subarray(4 * (y * frame.width + x), 4 * (y * frame.width + x) + 4), 4 * p);
+  }
+  return { data, width, height };
+}
+
+export async function sampleFrames() {
+  const clip = await synthClip(SAMPLE);
+  const frames = Array.from({ length: SAMPLE.frames }, (_, t) => clip.frame(t));
+  clip.close();
+  return frames;
+}
+
+/** The model of a page that has just been opened; a file that is opened in it has these frames. */
+export async function openModel(frames) {
+  frames ??= await sampleFrames();
+  const store = new Store();
+  store.set({ calm: true });
+  const app = new App(store, {
+    openSample: async () => sourceOf(frames, { kind: 'sample', name: 'Sample clip' }),
+    async openFiles([file]) {
+      if (!file.type.startsWith('video/')) throw new PageError('unknown-file', file.name);
+      return sourceOf(frames, { name: file.name });
+    },
+    createImages: () => new Images(),
+  });
+  return { app, store, selection: new Selection(store), frames };
+}
+
+/** The bytes of a project of the sample, made by the package; kept in out/tests as long as its wasm is the same. */
+async function sampleProject() {
+  const hash = createHash('sha256').update(readFileSync(join(root, 'dist', 'tracecut_bg.wasm')));
+  const file = join(root, 'out', 'tests', `sample-${hash.digest('hex').slice(0, 16)}.tracecut`);
+  if (existsSync(file)) return readFileSync(file);
+  const frames = (await sampleFrames()).map((frame, t) => ({
+    frame,
+    time: t * FRAME_SECONDS,
+    duration: FRAME_SECONDS,
+  }));
+  const bytes = await saveProject(await segmentVideo(frames).collect());
+  mkdirSync(join(root, 'out', 'tests'), { recursive: true });
+  // Files of tests run side by side.
+  writeFileSync(`${file}.${process.pid}`, bytes);
+  renameSync(`${file}.${process.pid}`, file);
+  return bytes;
+}
+
+/** The model with the sample as work that was kept: nothing is segmented. */
+export async function openSampleWork() {
+  const model = await openModel();
+  const project = await openProject(await sampleProject());
+  const take = { start: 0, frames: SAMPLE.frames, step: 1, side: SAMPLE.width };
+  const about = { name: 'clip.mp4', take, changed: [], run: 'first' };
+  const files = [CLIP];
+  await model.app.openWork('clip.mp4', async () => ({ files, about, project: { ...project, edits: null } }));
+  return model;
+}
+
+/** A storage in memory. @returns {import('../../studio/model/slots.js').Storage & {records: Map<string, object>}} */
+export function memoryStorage() {
+  const records = new Map();
+  return {
+    records,
+    put: async (record) => void records.set(record.id, record),
+    stored: async () => [...records.values()].sort((a, b) => b.at - a.at),
+    forget: async (id) => void records.delete(id),
+  };
+}
