@@ -91,9 +91,9 @@ pub use base::{image, params, sparse};
 #[doc(hidden)]
 pub use base::{rng, sets};
 pub use dense::{contour, cut, superpixel};
+pub use figure::{background, connectedness, discretize, saliency};
 #[doc(hidden)]
-pub use figure::evidence;
-pub use figure::{background, camera, connectedness, discretize, saliency};
+pub use figure::{camera, evidence};
 use figure::{judge, objects};
 pub use motion::{affinity, discontinuity, embedding, flow, trajectory};
 

@@ -7,7 +7,7 @@
 //! 1. [`Correction::Merge`] renames. [`Correction::Split`] parts an object into the clusters that it has, or else along
 //!    the weakest place of its own affinities (`halves`).
 //! 2. Strokes say of the trajectories and pixels under them that they are one thing, or several (`stroke`). They hold
-//!    for these as they stand; the others follow by random walks over the affinities (`walk`).
+//!    for these as they stand; the others follow by random walks over the affinities (`decide`).
 //! 3. Trajectories of labels that a correction does not touch keep theirs, and labels keep their meaning: a new object
 //!    takes the lowest number that is free.
 //!
@@ -35,7 +35,6 @@ mod regroup;
 mod stroke;
 #[cfg(test)]
 mod tests;
-mod walk;
 
 pub(crate) use decide::{Painted, apart, distinct, free_labels, together};
 pub(crate) use graph::near_affinities;

@@ -45,8 +45,7 @@ pub struct Figure {
 
 impl Observations<'_> {
     /// The labels of the denser trajectories by those of the clustered ones around them.
-    #[must_use]
-    pub fn propagate_labels(&self, clusters: &Clusters) -> Vec<u32> {
+    pub(crate) fn propagate_labels(&self, clusters: &Clusters) -> Vec<u32> {
         let count = clusters.count.max(1);
         let mut label = labels_for(self.denser, self.known.tracks, &clusters.label, count, self.vote_radius);
         forget_strangers(&mut label, self.saliency, self.saliency_threshold);

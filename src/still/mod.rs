@@ -34,7 +34,6 @@
 
 mod discontinuity;
 mod graph;
-mod levels;
 mod params;
 #[cfg(test)]
 mod tests;
@@ -45,7 +44,7 @@ use crate::contour::{
 use crate::embedding::EigenInfo;
 use crate::image::{Frame, Plane, fit_within, gaussian_blur};
 use discontinuity::{Part, Products, Slopes, add_change, cracks};
-use levels::{PixelEmbedding, embed_pixels};
+use graph::{PixelEmbedding, embed_pixels};
 pub use params::{Grouping, StillParams};
 
 /// A strength for each pixel.

@@ -13,17 +13,15 @@
 //! Not in the paper. All in `f64` with `+ - * /`, square roots and comparisons: the same bits on every target.
 
 mod dominant;
-mod forward;
 mod homography;
 mod travel;
 mod warp;
 
 pub use dominant::DominantMotion;
 pub(crate) use dominant::{Residuals, Search, dominant_motion};
-pub(crate) use forward::{Forward, Going, Units};
 pub(crate) use homography::Homography;
 pub use travel::Travel;
-pub(crate) use travel::{Pair, Ways};
+pub(crate) use travel::{Forward, Going, Pair, Units, Ways};
 pub(crate) use warp::Warp;
 
 use crate::image::{Frame, Plane, gaussian_blur, sample_bilinear};

@@ -75,6 +75,7 @@ impl SaliencyMaps {
         self.motions.push(motion);
     }
 
+    #[doc(hidden)]
     /// The motion of the camera in each flow looked at.
     pub fn motions(&self) -> &[DominantMotion] {
         &self.motions
