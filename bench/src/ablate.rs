@@ -4,11 +4,10 @@ mod cache;
 mod choices;
 mod ledger;
 
-use super::Shot;
+use super::batch::{PROGRAM, require_dense};
 use super::clips::Suite;
-use super::masks::require_dense;
 use super::points::{Item, items};
-use crate::PROGRAM;
+use super::shot::Shot;
 use crate::jobs::in_order;
 use crate::measures::davis::scored_frames;
 use crate::measures::masks::{ClipScorer, MaskScores, Truth};

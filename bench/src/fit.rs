@@ -2,7 +2,7 @@
 
 use super::clips::Suite;
 use super::points::{Item, items, run_item};
-use crate::PROGRAM;
+use crate::batch::PROGRAM;
 use crate::jobs::in_order;
 use crate::measures::logistic::{Example, fit, loss};
 use crate::measures::moseg::overlap_of;
