@@ -4,12 +4,13 @@
 // What is found lies in fuzz/artifacts, what covers more in fuzz/corpus.
 
 import { spawnSync } from 'node:child_process';
-import { existsSync, mkdirSync, readdirSync } from 'node:fs';
+import { existsSync, mkdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { ensureRustTool, environment, fail, output, root, run } from './tools.mjs';
 
 const folder = join(root, 'fuzz');
-const targets = readdirSync(join(folder, 'targets')).map((name) => name.replace('.rs', ''));
+const source = readFileSync(join(folder, 'fuzz.rs'), 'utf8');
+const targets = [...source.matchAll(/^ +"(\w+)" => /gm)].map(([, name]) => name);
 
 /** How often each is run, and how long its input may be, where that is not 1,000,000 times and 4 KiB. */
 const runsOf = {
@@ -22,7 +23,7 @@ const runsOf = {
 };
 /** Of these the code is ours, which has no `unsafe`; `npm run test:long` runs the native tests with the sanitizer. */
 const sanitizerOf = (name) => process.env.TRACECUT_SANITIZER ?? (name in runsOf ? 'none' : 'address');
-const built = (name) => join(folder, 'target', sanitizerOf(name));
+const built = (sanitizer) => join(folder, 'target', sanitizer);
 const lengthOf = { image_file: 16384, animation: 8192, y4m: 2048, flo: 1024, setting: 128, bmf: 512 };
 
 const [target, runs] = process.argv.slice(2);
@@ -35,10 +36,8 @@ if (output('rustc', ['+nightly', '--version']) === null)
 ensureRustTool('cargo-fuzz');
 const writer = ['--features', 'pnm', '--test', 'integration', 'seeds_of_fuzzing_are_written', '--', '--ignored'];
 run('cargo', ['test', '--quiet', ...writer]);
-for (const name of chosen) {
-  const options = ['--sanitizer', sanitizerOf(name), '--target-dir', built(name)];
-  run('cargo', ['+nightly', 'fuzz', 'build', name, ...options]);
-}
+for (const sanitizer of new Set(chosen.map(sanitizerOf)))
+  run('cargo', ['+nightly', 'fuzz', 'build', 'fuzz', '--sanitizer', sanitizer, '--target-dir', built(sanitizer)]);
 
 const found = chosen.filter((name) => fuzz(name, Number(runs ?? runsOf[name] ?? 1e6)) !== 0);
 if (found.length > 0) fail(`Something was found by ${found.join(', ')}: see fuzz/artifacts.`);
@@ -47,10 +46,11 @@ console.log(`\nNothing was found by ${chosen.join(', ')}.`);
 /** Fuzzes one target; gives the exit code of its program. */
 function fuzz(name, count) {
   for (const part of ['corpus', 'artifacts']) mkdirSync(join(folder, part, name), { recursive: true });
-  const binary = join(built(name), 'x86_64-unknown-linux-gnu', 'release', name);
+  const binary = join(built(sanitizerOf(name)), 'x86_64-unknown-linux-gnu', 'release', 'fuzz');
   const args = argumentsOf(name, count);
   console.log(`\n$ ${name} ${args.join(' ')}`);
-  return spawnSync(binary, args, { stdio: 'inherit', env: environment({ RUST_BACKTRACE: '1' }) }).status;
+  return spawnSync(binary, args, { stdio: 'inherit', env: environment({ RUST_BACKTRACE: '1', TRACECUT_TARGET: name }) })
+    .status;
 }
 
 function argumentsOf(name, count) {

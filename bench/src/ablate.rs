@@ -3,11 +3,10 @@
 mod cache;
 mod ledger;
 
-use super::Shot;
-use super::batch::in_order;
+use super::batch::{in_order, require_dense};
 use super::clips::{Suite, list};
-use super::masks::require_dense;
 use super::points::{Item, items};
+use super::shot::Shot;
 use crate::measures::davis::scored_frames;
 use crate::measures::masks::{ClipScorer, MaskScores, Truth};
 use crate::measures::moseg::{Scores, best_clusters, score};
@@ -16,7 +15,7 @@ use clap::Args;
 use ledger::{Choice, Effect, markdown, read_choices};
 use std::path::PathBuf;
 use tracecut::image::Plane;
-use tracecut::pipeline::Forks;
+use tracecut::session::Forks;
 use tracecut::{Params, Session};
 use tracecut_cli::failure::{Failure, Result, print, write};
 use tracecut_cli::input::{ClipFrame, Input};

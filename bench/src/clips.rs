@@ -1,7 +1,6 @@
 //! Clips with true masks, in the layouts that people keep them in.
 
-use super::batch;
-use crate::PROGRAM;
+use super::batch::{self, PROGRAM};
 use crate::measures::davis::boundary;
 use crate::measures::masks::Truth;
 use crate::measures::moseg::UNSCORED;

@@ -1,10 +1,9 @@
 //! `bench davis`: every sequence of a folder through the pipeline, its masks against the true ones, also at the size of the
 //! frames and beside figures that others published.
 
-use super::batch::{Batch, write_json};
+use super::batch::{Batch, require_dense, write_json};
 use super::clips::{Clip, davis_clips, write_overlays};
-use super::masks::require_dense;
-use super::num_clusters;
+use super::shot::num_clusters;
 use crate::measures::davis::{
     LabelTally, Summary, boundary_measure, boundary_measure_within, region_similarity, scored_frames,
 };

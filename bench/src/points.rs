@@ -1,9 +1,9 @@
 //! `bench points`: labelled trajectories against the true masks of clips of all kinds.
 
-use super::Shot;
 use super::batch::{in_order, run_clip, write_json};
 use super::clips::{Clip, Suite, find_clips};
 use super::moseg::{Sequence, find_sequences};
+use super::shot::Shot;
 use crate::measures::definition::{Definition, LabelledFrame};
 use crate::measures::masks::Truth;
 use crate::measures::moseg::{Scores, best_clusters, mean, score, trimmed_mean};

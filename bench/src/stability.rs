@@ -1,8 +1,7 @@
 //! `bench stability`: how far J of the masks moves when nothing that matters changes.
 
-use super::batch::{in_order, write_json};
+use super::batch::{in_order, require_dense, write_json};
 use super::clips::{Clip, Suite};
-use super::masks::require_dense;
 use crate::measures::masks::{MaskScores, score_frame};
 use clap::Args;
 use image::codecs::jpeg::JpegEncoder;

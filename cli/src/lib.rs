@@ -2,6 +2,7 @@
 //! clips are read, run and drawn; nobody else should use it.
 
 mod animation;
+mod clip_frame;
 #[doc(hidden)]
 pub mod clock;
 mod dump;
@@ -42,7 +43,7 @@ mod times;
 mod window;
 mod y4m;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
 
 /// Finds the moving objects in a video.
@@ -90,7 +91,7 @@ fn run(command: &Command) -> failure::Result<()> {
         Command::Superpixels(args) => still::superpixels(args),
         Command::Selftest(args) => selftest::selftest(args),
         Command::Params(args) => settings::list(args),
-        Command::Completions(args) => shell::completions(args),
-        Command::Man(args) => shell::man(args),
+        Command::Completions(args) => shell::completions(args, Cli::command()),
+        Command::Man(args) => shell::man(args, Cli::command()),
     }
 }

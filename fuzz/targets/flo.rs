@@ -1,5 +1,0 @@
-//! A `.flo` file.
-
-#![no_main]
-
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| tracecut_fuzz::truth::flo(bytes));

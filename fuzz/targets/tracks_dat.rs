@@ -1,5 +1,0 @@
-//! A `tracks.dat`.
-
-#![no_main]
-
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| tracecut_fuzz::made::readers::tracks_dat(bytes));
