@@ -38,7 +38,7 @@ export const videoStrip = async function* (...args) {
 };
 
 export { previewMasks } from './video/segment.js';
-export { videoFrames, videoInfo } from './video/frames.js';
+export { videoFrames, videoInfo } from './video/source.js';
 export { sortFiles } from './video/kind.js';
 export { fitSize } from './video/pixels.js';
 export { Clip, synthClip } from './stages/clip.js';
@@ -91,13 +91,13 @@ export function parameters() {
 /** @typedef {import('./session/result.js').LabelCost} LabelCost */
 /** @typedef {import('./session/result.js').SuperpixelLink} SuperpixelLink */
 /** @typedef {import('./session/result.js').Voter} Voter */
-/** @typedef {import('./session/objects.js').ObjectList} ObjectList */
+/** @typedef {import('./session/report.js').ObjectList} ObjectList */
 /** @typedef {import('./session/result.js').SaliencyMap} SaliencyMap */
 /** @typedef {import('./session/result.js').SaliencyTable} SaliencyTable */
 /** @typedef {import('./session/report.js').Searched} Searched */
 /** @typedef {import('./session/report.js').SearchReport} SearchReport */
 /** @typedef {import('./session/session.js').RunOptions} RunOptions */
-/** @typedef {import('./video/frames.js').DecodedFrame} DecodedFrame */
+/** @typedef {import('./video/source.js').DecodedFrame} DecodedFrame */
 /** @typedef {import('./video/listed.js').FrameAtTime} FrameAtTime */
 /** @typedef {import('./video/listed.js').FrameFile} FrameFile */
 /** @typedef {import('./video/listed.js').ListedFrame} ListedFrame */
@@ -107,7 +107,7 @@ export function parameters() {
 /** @typedef {import('./video/reader.js').VideoInfo} VideoInfo */
 /** @typedef {import('./video/result.js').Shot} Shot */
 /** @typedef {import('./video/result.js').Truncated} Truncated */
-/** @typedef {import('./session/objects.js').VideoObject} VideoObject */
+/** @typedef {import('./session/report.js').VideoObject} VideoObject */
 /** @typedef {import('./video/segment.js').VideoOptions} VideoOptions */
 /** @typedef {import('./video/segment.js').VideoProgress} VideoProgress */
 /** @typedef {import('./video/segment.js').WindowOptions} WindowOptions */

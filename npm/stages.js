@@ -17,8 +17,8 @@ export { tracksDat } from './session/report.js';
 // These are loaded when they are first called.
 /** @type {typeof import('./stages/tracking.js').trajectories} */
 export const trajectories = async (...args) => (await part(import('./stages/tracking.js'))).trajectories(...args);
-/** @type {typeof import('./stages/tracks-file.js').fromTracksDat} */
-export const fromTracksDat = async (...args) => (await part(import('./stages/tracks-file.js'))).fromTracksDat(...args);
+/** @type {typeof import('./stages/tracking.js').fromTracksDat} */
+export const fromTracksDat = async (...args) => (await part(import('./stages/tracking.js'))).fromTracksDat(...args);
 
 /** @typedef {import('./stages/image.js').ImageOptions} ImageOptions */
 /** @typedef {import('./stages/image.js').Grid} Grid */
@@ -35,5 +35,5 @@ export const fromTracksDat = async (...args) => (await part(import('./stages/tra
 /** @typedef {import('./stages/tracking.js').TrackedClip} TrackedClip */
 /** @typedef {import('./stages/tracking.js').TrajectoryOptions} TrajectoryOptions */
 /** @typedef {import('./stages/tracking.js').TrackingProgress} TrackingProgress */
-/** @typedef {import('./stages/tracks-file.js').TrackFile} TrackFile */
+/** @typedef {import('./stages/tracking.js').TrackFile} TrackFile */
 /** @typedef {import('./session/report.js').TracksToWrite} TracksToWrite */

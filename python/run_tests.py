@@ -23,8 +23,8 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 VENV = Path(os.environ.get("TRACECUT_VENV") or HERE / ".venv")
 TOOLS = ["maturin>=1.7,<2", "numpy", "pytest", "mypy", "pyright", "pycocotools", "pillow", "av", "tqdm", "pyarrow"]
-WITHOUT_EXTRAS = ["test_memory.py", "test_package.py", "test_segment.py", "test_session.py", "test_masks.py"]
-WITH_VIDEO_AND_NOTEBOOK = ["test_frames.py", "test_video.py", "test_notebook.py"]
+WITHOUT_EXTRAS = ["test_segment.py", "test_session.py"]
+WITH_VIDEO_AND_NOTEBOOK = ["test_frames.py", "test_video.py", "test_package.py"]
 NOTEBOOK = ["matplotlib", "nbclient", "ipykernel"]
 OTHER_TOOLS = ["datumaro", "label-studio-sdk", "fiftyone"]
 RAY = "ray>=2.9"

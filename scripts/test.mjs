@@ -10,7 +10,6 @@ import { fastTasks } from './test/fast.mjs';
 import { longTasks } from './test/long.mjs';
 import { clock, runAll } from './test/pool.mjs';
 import { PARTS, tasksOf } from './test/tasks.mjs';
-import { useOneBrowser } from './test/browser.mjs';
 import { ensureNodeModules, ensureRust, fail } from './tools.mjs';
 
 const { mode, words, count } = options();
@@ -25,6 +24,25 @@ const begun = Date.now();
 const outcomes = await runAll(tasks, cores);
 await closeBrowser();
 report();
+
+/**
+ * Starts one browser and one server of each sample where a task wants them; the tests find them by the environment (tests/site.mjs).
+ *
+ * @param {import('./test/pool.mjs').Task[]} tasks
+ * @returns {Promise<() => Promise<void>>} ends them
+ */
+async function useOneBrowser(tasks) {
+  if (!tasks.some(({ part }) => part === 'browser')) return async () => {};
+  const { ensureBrowser, shareBrowser } = await import('./browser.mjs');
+  const { shareSites } = await import('../tests/site.mjs');
+  ensureBrowser();
+  const [closeSites, browser] = [await shareSites(), await shareBrowser()];
+  process.env.TRACECUT_BROWSER = browser.wsEndpoint();
+  return async () => {
+    await browser.close();
+    await closeSites();
+  };
+}
 
 function options() {
   try {

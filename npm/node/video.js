@@ -7,14 +7,13 @@
 import { open } from 'node:fs/promises';
 import { basename } from 'node:path';
 import { fileURLToPath } from 'node:url';
-import { TraceCutError, checkedOptions, illegal } from '../check/errors.js';
+import { checkedOptions, illegal, TraceCutError } from '../check/errors.js';
 import { FEWEST } from '../video/reader.js';
 import { FaultFinder } from './faults.js';
 import { DECODE, Ffmpeg, LIST, WRITE } from './ffmpeg.js';
 import { chooseTrack, numPicturesOf, readTracks } from './listing.js';
 import { LogReader } from './log.js';
-import { ByteReader, RGB24, checkSize, toRgba } from './raw.js';
-import { Timeline } from './timeline.js';
+import { ByteReader, checkSize, RGB24, toRgba } from './raw.js';
 
 /** @typedef {import('./raw.js').FileFrame} FileFrame */
 
@@ -193,7 +192,7 @@ async function isCutGif(input) {
  * @param {VideoFile} file
  * @param {Video} video
  * @param {RunOptions} options
- * @returns {AsyncGenerator<import('./timeline.js').Picture, boolean, undefined>} true if the file is damaged or cut off
+ * @returns {AsyncGenerator<Picture, boolean, undefined>} true if the file is damaged or cut off
  */
 async function* decodePictures(file, { track, demuxer }, { ffmpeg = 'ffmpeg', signal, maxPixels }) {
   const after = ['-map', `0:V:${track.position}`, ...WRITE];
@@ -263,4 +262,60 @@ function withoutPicture(name, codec, kinds) {
     ? `${name}: this ffmpeg has no decoder for its video (${codec})`
     : `${name}: none of its pictures can be decoded: they are damaged, or this ffmpeg cannot read their kind (${codec})`;
   return new TraceCutError('codec', words);
+}
+
+/** Seconds that a picture is shown where its file does not say. */
+const DEFAULT_DURATION_S = 1 / 25;
+
+/**
+ * A decoded picture, with what its file says of its time in seconds, null where it says nothing.
+ * @typedef {{frame: import('../worker/frames.js').PixelFrame, time: number | null, duration: number | null}} Picture
+ */
+
+/** Gives the pictures of a file their times, as docs/frames.md tells. Each is held until the next one is there. */
+export class Timeline {
+  /** @type {Picture | null} */
+  #held = null;
+  /** @type {{time: number, duration: number} | null} */
+  #last = null;
+  /** Number of frames given so far. */
+  numGiven = 0;
+
+  /**
+   * Takes the next picture, null after the last, and gives the frame before it; null where there is none.
+   * @param {Picture | null} next
+   * @returns {FileFrame | null}
+   */
+  take(next) {
+    const picture = this.#held;
+    this.#held = next;
+    if (!picture || isBeforeStart(picture, next)) return null;
+    this.#last = this.#timeOf(picture, next);
+    this.numGiven += 1;
+    return { frame: picture.frame, index: this.numGiven - 1, ...this.#last };
+  }
+
+  /**
+   * @param {Picture} picture
+   * @param {Picture | null} next
+   */
+  #timeOf(picture, next) {
+    const last = this.#last;
+    const following = last ? last.time + last.duration : 0;
+    const time = picture.time !== null && picture.time > (last?.time ?? -Infinity) ? picture.time : following;
+    const known = picture.duration || last?.duration || DEFAULT_DURATION_S;
+    const isFollowed = next !== null && next.time !== null && next.time > time;
+    return { time, duration: isFollowed ? Number(next.time) - time : known };
+  }
+}
+
+/**
+ * Returns true if a picture ends at or before zero, where players begin.
+ * @param {Picture} picture
+ * @param {Picture | null} next
+ */
+function isBeforeStart({ time, duration }, next) {
+  if (time === null || time >= 0) return false;
+  const end = next ? next.time : time + (duration ?? 0);
+  return end !== null && end <= 0;
 }

@@ -45,7 +45,7 @@ const SLICE_STEPS = 16;
  * @property {import('./result.js').EdgeTable} edges
  * @property {import('./result.js').SaliencyTable | null} saliency null without frames
  * @property {import('./result.js').ComponentTable | null} components null without frames
- * @property {import('./objects.js').Areas[] | null} areas of the objects; null without masks
+ * @property {import('./report.js').Areas[] | null} areas of the objects; null without masks
  * @property {Uint8Array<ArrayBuffer> | null} labels the masks of all frames, one after the other
  */
 

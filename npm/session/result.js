@@ -2,8 +2,7 @@
 
 import { TraceCutError, wholeNumber } from '../check/errors.js';
 import { onGrid } from '../stages/image.js';
-import { objectList } from './objects.js';
-import { tracksDat } from './report.js';
+import { objectList, tracksDat } from './report.js';
 import { REQUESTS } from './requests.js';
 import { checkRuns, decodeRuns, encodeRuns } from './runs.js';
 import { opened, saved } from './saved.js';

@@ -4,13 +4,12 @@
 import { TraceCutError } from '../check/errors.js';
 import { averageRate } from '../check/masks.js';
 import { part } from '../places.js';
-import { decodedFrom } from './decode.js';
-import { listPictures } from './pictures.js';
+import { decodedFrom, listPictures } from './decode.js';
 import { stretched } from './pixels.js';
 
 /** @typedef {import('./reader.js').Reader} Reader */
 /** @typedef {import('./reader.js').TimedFrame} TimedFrame */
-/** @typedef {import('./pictures.js').PictureList} PictureList */
+/** @typedef {import('./decode.js').PictureList} PictureList */
 /** @typedef {import('mediabunny').EncodedPacket} EncodedPacket */
 /** @typedef {typeof import('../vendor/media.js')} Media */
 

@@ -2,7 +2,7 @@
 
 import { TraceCutError, illegal, inFrame, typeTag } from '../check/errors.js';
 import { toRawFrame } from '../worker/frames.js';
-import { compareNames } from './names.js';
+import { compareNames } from './kind.js';
 
 /**
  * A frame with its time.

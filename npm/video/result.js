@@ -1,8 +1,7 @@
 // The masks, shots and objects of a whole clip: `VideoResult`.
 
 import { TraceCutError, illegal, wholeNumber } from '../check/errors.js';
-import { objectList } from '../session/objects.js';
-import { tracksDat } from '../session/report.js';
+import { objectList, tracksDat } from '../session/report.js';
 import { areasOf, checkRuns, decodeRuns, encodeRuns, joinRuns, splitRuns } from '../session/runs.js';
 import { opened, saved } from '../session/saved.js';
 import { breath } from '../worker/pause.js';
@@ -110,7 +109,7 @@ export class VideoResult {
 
 /**
  * @param {Runs[]} runs
- * @returns {import('../session/objects.js').ObjectList}
+ * @returns {import('../session/report.js').ObjectList}
  */
 function objectsOf(runs) {
   /** @type {Map<number, Uint32Array<ArrayBuffer>>} */

@@ -27,7 +27,7 @@ import { Driver } from './window.js';
  *   window
  *   of a clip of known length shares more when it would not be full otherwise)
  * @property {(progress: VideoProgress) => void} [onProgress] hears of each stage of each window, and of frames read
- * @property {(frame: import('./frames.js').DecodedFrame) => void | Promise<void>} [onFrame] is given each frame that is taken, as
+ * @property {(frame: import('./source.js').DecodedFrame) => void | Promise<void>} [onFrame] is given each frame that is taken, as
  *   `videoFrames` gives it, before it is segmented; a promise that it gives is waited for
  * @property {boolean} [keep] leaves the last window's session open at the end, as `session`. Its trajectories may be all
  *   that is wanted: `clip.dense` may be off, and the windows, which have no masks then, are not collected

@@ -28,7 +28,7 @@ import { openReader } from './source.js';
  * ```
  * @param {import('./source.js').VideoSource} source
  * @param {StripOptions} [options]
- * @returns {AsyncGenerator<import('./frames.js').DecodedFrame, void, undefined>}
+ * @returns {AsyncGenerator<import('./source.js').DecodedFrame, void, undefined>}
  */
 export async function* videoStrip(source, options) {
   const { decoder, count = 12, ...given } = asOptions(options);

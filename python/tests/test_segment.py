@@ -1,16 +1,21 @@
-"""Clips to masks: the same bits as from Rust, JavaScript and the command line."""
+"""Clips to masks, the same bits as from Rust, JavaScript and the command line; what is made of masks; single images."""
 
 from __future__ import annotations
 
+import inspect
+import io
+import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import tracecut
 from conftest import fnv1a, golden
 from PIL import Image
+from tracecut._masks import Runs
 from tracecut.synth import Scene
 
 
@@ -194,3 +199,212 @@ def test_the_module_runs_as_a_program(folder: Path, tmp_path: Path) -> None:
         assert np.array_equal(mask, np.asarray(Image.open(tmp_path / "masks" / f"{t:05}.png")))
     failed = program(folder, "--out", tmp_path, "--set", "clip.max_side=1")
     assert failed.returncode == 2 and failed.stderr.startswith("error: clip.max_side = 1 (expected")
+
+
+RUN = """
+import resource, sys, time
+import tracecut
+
+frames, window, width, height = map(int, sys.argv[1:])
+scene = tracecut.synth.Scene("sample", width, height, frames)
+begin = time.perf_counter()
+result = tracecut.segment(iter(scene), window=window)
+seconds = time.perf_counter() - begin
+assert len(result) == frames and len(result.shots) == 1, result
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024, round(seconds))
+"""
+
+
+def peak(frames: int, window: int, width: int, height: int) -> int:
+    """The peak of resident memory in MiB of a process that segments a made clip."""
+    command = [sys.executable, "-c", RUN, *map(str, (frames, window, width, height))]
+    text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    print(f"{frames} frames of {width}x{height} in windows of {window}: {text.split()[0]} MiB, {text.split()[1]} s")
+    return int(text.split()[0])
+
+
+@pytest.mark.wheel
+def test_a_longer_clip_takes_hardly_more_memory() -> None:
+    assert peak(120, 12, 160, 90) <= 1.3 * peak(24, 12, 160, 90)
+
+
+@pytest.mark.long
+def test_1500_frames_of_640x360_take_hardly_more_memory_than_150() -> None:
+    assert peak(1500, 50, 640, 360) <= 1.3 * peak(150, 50, 640, 360)
+
+
+def halves() -> np.ndarray:
+    """A dark and a bright half."""
+    image = np.full((30, 40, 3), 60, np.uint8)
+    image[:, 20:] = 180
+    return image
+
+
+def test_boundaries_are_where_the_image_changes() -> None:
+    pb, thin = tracecut.boundaries(halves())
+    assert pb.shape == thin.shape == (30, 40) and abs(int(pb[15].argmax()) - 20) <= 1
+    assert np.all((thin == 0) | (thin == pb))
+
+
+def test_superpixels_part_the_halves() -> None:
+    cells = tracecut.superpixels(halves())
+    assert not set(cells.label[:, :18].ravel()) & set(cells.label[:, 22:].ravel())
+    assert tracecut.superpixels(halves(), count=1).count == 1
+    with pytest.raises(tracecut.TraceCutError, match="count = 0"):
+        tracecut.superpixels(halves(), count=0)
+
+
+def test_the_embedding_of_pixels_breaks_between_the_halves() -> None:
+    found = tracecut.image_discontinuities(halves(), still={"dimensions": 4})
+    row = found.discontinuity[15]
+    assert row[18:22].max() == row.max() and row[8] < 0.5 * row.max()
+    assert len(found.eigenvalues) == 4 and found.combined.shape == found.spectral.shape == found.pb.shape
+
+
+def test_flow_is_that_of_the_scene() -> None:
+    scene = Scene("sample", 160, 90, 3, seed=2)
+    found, true = tracecut.flow(scene[0], scene[1]), scene.flow(0)
+    error = np.hypot(found.u - true.u, found.v - true.v)
+    assert np.median(error) < 0.2
+    with pytest.raises(tracecut.TraceCutError) as caught:
+        tracecut.flow(scene[0], scene[1][:-1])
+    assert caught.value.code == "frame-size-changed"
+
+
+def test_made_clips_have_masks_and_refuse_what_is_not_legal() -> None:
+    scene = Scene("two_walkers", 96, 64, 4)
+    assert len(scene) == 4 and scene[0].shape == (64, 96, 3) and set(np.unique(scene.mask(3))) == {0, 1, 2}
+    for options in ({"kind": "none"}, {"width": 0}, {"frames": -1}):
+        with pytest.raises(tracecut.TraceCutError):
+            Scene(**options)  # type: ignore[arg-type]
+    with pytest.raises(IndexError):
+        scene[4]
+    with pytest.raises(tracecut.TraceCutError, match="t = 4"):
+        scene.mask(4)
+
+
+SHAPES = [(1, 1), (1, 7), (5, 1), (13, 31), (90, 160)]
+
+
+def made(shape: tuple[int, int], seed: int) -> np.ndarray:
+    """Blobs of several labels."""
+    random = np.random.default_rng(seed)
+    coarse = random.integers(0, 4, (shape[0] // 5 + 1, shape[1] // 5 + 1), dtype=np.uint8)
+    return np.ascontiguousarray(np.kron(coarse, np.ones((5, 5), np.uint8))[: shape[0], : shape[1]])
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_runs_give_the_mask_again(shape: tuple[int, int]) -> None:
+    for mask in (made(shape, 1), np.zeros(shape, np.uint8), np.full(shape, 255, np.uint8)):
+        runs = Runs(mask)
+        assert np.array_equal(runs.mask(), mask) and runs.mask().dtype == np.uint8
+        assert np.array_equal(runs.areas(), np.bincount(mask.ravel(), minlength=256))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_coco_segmentations_are_those_of_pycocotools(shape: tuple[int, int]) -> None:
+    from pycocotools import mask as coco
+
+    for label in range(4):
+        mask = made(shape, label)
+        ours = tracecut.coco_rle(mask, label)
+        theirs = coco.encode(np.asfortranarray(mask == label).astype(np.uint8))
+        assert ours["counts"].encode() == theirs["counts"] and ours["size"] == list(theirs["size"])
+        for segmentation in (ours, theirs):
+            assert np.array_equal(tracecut.from_coco_rle(segmentation), mask == label)
+
+
+def test_a_list_of_lengths_is_a_segmentation() -> None:
+    mask = tracecut.from_coco_rle({"size": [2, 3], "counts": [1, 2, 3]})
+    assert mask.tolist() == [[False, True, False], [True, False, False]]
+
+
+@pytest.mark.parametrize(
+    "segmentation",
+    [
+        {},
+        {"size": [2, 3], "counts": [1, 2]},
+        {"size": [2, 3], "counts": [-1, 7]},
+        {"size": [2, 3], "counts": "\x00"},
+        {"size": [2, 3], "counts": "P"},
+        {"size": [2], "counts": [6]},
+    ],
+)
+def test_what_is_no_segmentation_is_refused(segmentation: dict[str, object]) -> None:
+    with pytest.raises(tracecut.TraceCutError) as caught:
+        tracecut.from_coco_rle(segmentation)
+    assert caught.value.code == "data"
+
+
+def test_a_png_holds_the_labels_and_the_colours_of_the_benchmarks() -> None:
+    mask = made((13, 31), 5)
+    image = Image.open(io.BytesIO(tracecut.mask_png(mask)))
+    assert image.mode == "P" and np.array_equal(np.asarray(image), mask)
+    assert image.getpalette()[:12] == [0, 0, 0, 128, 0, 0, 0, 128, 0, 128, 128, 0]  # type: ignore[index]
+    with pytest.raises(tracecut.TraceCutError):
+        tracecut.mask_png(np.zeros((2, 2)))  # type: ignore[arg-type]
+
+
+def two_objects() -> list[np.ndarray]:
+    """Object 3 is largest in frame 1, object 7 in frame 0."""
+    masks = [np.zeros((40, 60), np.uint8) for _ in range(3)]
+    for t, side in enumerate((5, 12, 7)):
+        masks[t][10 : 10 + side, 10 : 10 + 2 * side] = 3
+        masks[t][30 : 36 - t, 45:50] = 7
+    return masks
+
+
+def test_each_object_has_its_best_frame_its_box_points_and_mask() -> None:
+    masks = two_objects()
+    found = tracecut.prompts(masks)
+    assert [(p.obj_id, p.frame_idx) for p in found] == [(3, 1), (7, 0)]
+    assert found[0].box.tolist() == [10, 10, 33, 21]
+    for prompt in found:
+        mask = masks[prompt.frame_idx] == prompt.obj_id
+        assert prompt.mask.dtype == bool and np.array_equal(prompt.mask, mask)
+        assert prompt.labels.tolist() == [1, 1, 1, 0, 0, 0]
+        on = [bool(mask[int(y), int(x)]) for x, y in prompt.points]
+        assert on == [True] * 3 + [False] * 3
+    assert tracecut.prompts([np.zeros((4, 4), np.uint8)]) == []
+
+
+def test_json_holds_the_same() -> None:
+    for prompt in tracecut.prompts(two_objects()):
+        entry = json.loads(json.dumps(prompt.as_json()))
+        assert entry["points"] == prompt.points.tolist() and entry["box"] == prompt.box.tolist()
+        assert np.array_equal(tracecut.from_coco_rle(entry["mask"]), prompt.mask)
+
+
+def video_predictor() -> Any:
+    """SAM 2's, or a class with the signatures of its version 1.1.0 where it is not installed."""
+    try:
+        from sam2.sam2_video_predictor import SAM2VideoPredictor
+
+        return SAM2VideoPredictor
+    except ImportError:
+
+        class Recorded:
+            def add_new_points_or_box(
+                self,
+                inference_state: Any,
+                frame_idx: int,
+                obj_id: int,
+                points: Any = None,
+                labels: Any = None,
+                clear_old_points: bool = True,
+                normalize_coords: bool = True,
+                box: Any = None,
+            ) -> None: ...
+
+            def add_new_mask(self, inference_state: Any, frame_idx: int, obj_id: int, mask: Any) -> None: ...
+
+        return Recorded
+
+
+def test_sam_2_takes_them() -> None:
+    predictor, state = video_predictor(), object()
+    for prompt in tracecut.prompts(two_objects()):
+        inspect.signature(predictor.add_new_points_or_box).bind(predictor, state, **prompt.as_points_and_box())
+        inspect.signature(predictor.add_new_mask).bind(predictor, state, **prompt.as_mask())
+        assert prompt.points.shape == (len(prompt.labels), 2) and prompt.points.dtype == np.float32
+        assert prompt.box.shape == (4,) and prompt.mask.ndim == 2

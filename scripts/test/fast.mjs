@@ -9,7 +9,7 @@ import { PARTS, tasksOf } from './tasks.mjs';
 const OF_SRC = ['src, unit tests', 'tests/node/golden.test.mjs'];
 /** Of the unit tests the slowest module, which other tests mostly fail with. */
 const SLOWEST = 'session::drive::windows_tests';
-const OF_SCRIPTS = ['sessions', 'video-driver', 'export', 'edit', 'security'].map(
+const OF_SCRIPTS = ['session', 'video-driver', 'export', 'edit', 'repository'].map(
   (name) => `tests/node/${name}.test.mjs`,
 );
 

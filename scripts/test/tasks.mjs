@@ -27,7 +27,7 @@ const CORES_OF_A_PAGE = 0.5;
 /** These have a service worker keep the page, whose files one of them changes: one at a time. */
 const WITH_SERVICE_WORKER = ['offline', 'service-worker'].map((name) => `tests/browser/${name}.test.mjs`);
 /** Tests that run what Cargo built. */
-const WITH_NATIVE = ['differ', 'cluster', 'intake-command-line'].map((name) => `tests/node/${name}.test.mjs`);
+const WITH_NATIVE = ['differ', 'cluster', 'intake'].map((name) => `tests/node/${name}.test.mjs`);
 
 /**
  * The tasks of these parts.

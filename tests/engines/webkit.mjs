@@ -4,7 +4,7 @@
 import { spawn } from 'node:child_process';
 import { once } from 'node:events';
 import { writeFile } from 'node:fs/promises';
-import { freePort } from '../port.mjs';
+import { freePort } from '../programs.mjs';
 
 /** How long a function may run in a page, in milliseconds. */
 const SCRIPT_MS = 300_000;

@@ -1,11 +1,13 @@
 // Masks at the size of the source, what a file's sound is, and about how large a video becomes.
 
 import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
 import { maskPng, masksZip } from 'tracecut';
-import { masksAtSize } from 'tracecut/edit';
+import { enlargeMask, masksAtSize } from 'tracecut/edit';
 import { estimateVideoSize, soundInfo } from 'tracecut/export';
-import { plain, rejects } from './support.mjs';
+import { RemoteEngine } from '../../dist/worker/remote.js';
+import { fnv1a, plain, png, rejects, standIn } from './support.mjs';
 
 /** Three frames of 4 x 2 pixels with an object that moves to the right. */
 const masks = {
@@ -106,4 +108,105 @@ test('the sound of a file, and which videos can hold it', async () => {
   assert.deepEqual(await soundInfo(new Blob([bytes])), expected);
   assert.deepEqual(await soundInfo(new Uint8Array(bytes)), expected);
   assert.equal(await soundInfo(new Blob(['no file of sound at all'])), null);
+});
+
+const [WIDTH, HEIGHT] = [160, 96];
+const [RADIUS, SOFT] = [30, 6];
+
+/** How far a pixel is inside a disc with a soft rim, 0 to 1. */
+const share = (x, y) => Math.min(1, Math.max(0, 0.5 + (RADIUS - Math.hypot(x - 79.3, y - 47.8)) / SOFT));
+/** A bright disc on a dark ground, both with some texture. */
+const disc = () => plain(WIDTH, HEIGHT, (x, y) => 60 + 110 * share(x, y) + ((x * 7 + y * 13) % 9));
+/** Its mask at a part of the size; the disc has this label. */
+function maskOf(by, label = 1) {
+  const [width, height] = [WIDTH / by, HEIGHT / by];
+  const inside = (p) => share((p % width) * by + by / 2 - 0.5, Math.floor(p / width) * by + by / 2 - 0.5) >= 0.5;
+  return { width, height, labels: Uint8Array.from({ length: width * height }, (_, p) => (inside(p) ? label : 0)) };
+}
+const truth = Float64Array.from({ length: WIDTH * HEIGHT }, (_, p) => share(p % WIDTH, Math.floor(p / WIDTH)));
+const wrong = (labels) => labels.reduce((sum, label, p) => sum + Number(label > 0 !== truth[p] >= 0.5), 0);
+
+test('a mask of a quarter of the size comes to the border of its picture, and is as soft', async () => {
+  const mask = maskOf(4);
+  const kept = mask.labels.slice();
+  const { width, height, labels, alpha } = await enlargeMask(mask, disc());
+  assert.deepEqual([width, height, labels.length, alpha.length], [WIDTH, HEIGHT, WIDTH * HEIGHT, WIDTH * HEIGHT]);
+  const nearest = labels.map((_, p) => kept[(Math.floor(p / WIDTH) >> 2) * mask.width + ((p % WIDTH) >> 2)]);
+  assert.ok(2 * wrong(labels) < wrong(nearest), `${wrong(labels)} wrong, ${wrong(nearest)} of the nearest`);
+  const error = (values) => values.reduce((sum, value, p) => sum + Math.abs(value - truth[p]), 0);
+  const [soft, hard] = [error(Float64Array.from(alpha, (a) => a / 255)), error(Float64Array.from(labels))];
+  assert.ok(soft < 0.8 * hard, `off by ${soft} in all, ${hard} without opacity`);
+  alpha.forEach((a, p) => assert.equal(a >= 128, labels[p] > 0));
+  assert.deepEqual(mask.labels, kept);
+});
+
+test('files, pixels and a worker give the same bytes, and those of every machine', async (t) => {
+  const mask = maskOf(2);
+  const large = await enlargeMask(mask, disc());
+  assert.deepEqual(await enlargeMask(mask, png(disc())), large);
+  assert.deepEqual(await enlargeMask(mask, new Blob([png(disc())])), large);
+  const worker = standIn();
+  t.after(() => worker.terminate());
+  const engine = new RemoteEngine(worker);
+  const module = await WebAssembly.compile(await readFile(new URL('../../dist/decoder_bg.wasm', import.meta.url)));
+  const task = () => ({
+    labels: mask.labels.slice(),
+    width: mask.width,
+    picture: { ...disc(), data: new Uint8Array(disc().data), kind: 'pixels' },
+    chosen: new Uint8Array(256).fill(1, 1),
+    module,
+  });
+  const enlarged = (data) => engine.send({ type: 'enlarge', data });
+  assert.deepEqual(await enlarged(task()), large);
+  await rejects(enlarged({ ...task(), width: 40 }), 'param', /mask = 40x96/);
+  assert.deepEqual(await enlarged(task()), large);
+  assert.deepEqual([fnv1a(large.labels), fnv1a(large.alpha)], FINGERPRINT);
+});
+
+/** Of labels and opacity. */
+const FINGERPRINT = ['2d229a87', '506ee80f'];
+
+test('only the objects asked for are opaque', async () => {
+  const mask = maskOf(2, 3);
+  const all = await enlargeMask(mask, disc());
+  assert.deepEqual(await enlargeMask(mask, disc(), { objects: [3, 9] }), all);
+  assert.deepEqual(await enlargeMask(mask, disc(), { objects: (label) => label === 3 }), all);
+  const none = await enlargeMask(mask, disc(), { objects: [9] });
+  assert.deepEqual(none.labels, all.labels);
+  assert.ok(none.alpha.every((a) => a === 0));
+  const ground = await enlargeMask(mask, disc(), { objects: [0] });
+  ground.alpha.forEach((a, p) => assert.ok(Math.abs(a + all.alpha[p] - 255) <= 1, `${a} and ${all.alpha[p]} at ${p}`));
+});
+
+test('a mask of the size of its picture keeps its labels; a flat picture moves nothing', async () => {
+  const mask = maskOf(1);
+  assert.deepEqual((await enlargeMask(mask, disc())).labels, mask.labels);
+  const flat = await enlargeMask(mask, plain(WIDTH, HEIGHT, 90));
+  assert.deepEqual(flat.labels, mask.labels);
+  assert.deepEqual(
+    flat.alpha,
+    mask.labels.map((label) => 255 * label),
+  );
+});
+
+test('what cannot be used is refused', async () => {
+  const mask = maskOf(2);
+  const of = (part) => enlargeMask({ ...mask, ...part }, disc());
+  await rejects(enlargeMask(null, disc()), 'data', /mask = null \(expected an object \{labels, width, height\}\)/);
+  await rejects(of({ width: 0 }), 'data', /mask\.width = 0 \(expected a whole number, 1\.\.=16384\)/);
+  await rejects(of({ labels: [1, 2] }), 'data', /mask\.labels = a list of 2 \(expected a Uint8Array/);
+  await rejects(of({ labels: new Uint8Array(3) }), 'data', /has 3 labels \(expected 3840\)/);
+  await rejects(enlargeMask(mask, 'frame.png'), 'data', /frame = "frame\.png"/);
+  await rejects(enlargeMask(mask, new Uint8Array(9)), 'decode');
+  await rejects(
+    enlargeMask(mask, plain(70, 42)),
+    'param',
+    /mask = 80x48 \(expected at most the picture's size, 70x42\)/,
+  );
+  await rejects(enlargeMask(mask, plain(160, 120)), 'param', /mask = 80x48 \(expected the shape .* 160x120\)/);
+  await rejects(enlargeMask(mask, disc(), { objects: [256] }), 'param', /objects = 256 \(expected .* 0\.\.=255\)/);
+  await rejects(enlargeMask(mask, disc(), { objects: 3 }), 'param', /objects = 3/);
+  await rejects(enlargeMask(mask, disc(), { alpha: true }), 'param', /alpha = true/);
+  // Nothing of this is left behind.
+  assert.equal((await enlargeMask(mask, disc())).width, WIDTH);
 });

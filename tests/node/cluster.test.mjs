@@ -22,7 +22,7 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { root } from '../../scripts/tools.mjs';
 import { hasFfmpeg } from '../intake/clips.mjs';
-import { commandLine } from '../native.mjs';
+import { commandLine } from '../programs.mjs';
 
 const shardScript = join(root, 'deploy', 'shard.sh');
 const slurmScript = join(root, 'deploy', 'slurm.sbatch');

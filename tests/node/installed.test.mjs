@@ -1,12 +1,16 @@
-// The packed tarball, installed in an empty folder without network, in Node.
+// The packed tarball, installed in an empty folder without network: the code of README, guide, tasks and example as it stands.
 
 import assert from 'node:assert/strict';
-import { execFileSync } from 'node:child_process';
-import { existsSync, readdirSync } from 'node:fs';
+import { execFileSync, spawn, spawnSync } from 'node:child_process';
+import { copyFileSync, existsSync, mkdirSync, readdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import { fromTracksDat } from 'tracecut/stages';
 import { outcome } from '../package/app/segment.js';
 import { installed } from '../package/installed.mjs';
+import { freePort } from '../programs.mjs';
+import { codeOf, readmeCode, RUN, TASKS } from '../readme.mjs';
+import { framesOf, png } from './support.mjs';
 
 test('a project that installs the tarball segments a clip, and installs nothing else', async (t) => {
   const folder = installed(t, 'tests/package/app');
@@ -37,3 +41,177 @@ test('a CommonJS project imports it, and the wasm files have names that resolve'
   });
   assert.equal(printed, '3 true\n');
 });
+
+test('the Node example writes a palette PNG for each frame of a folder', async (t) => {
+  const folder = installed(t, 'examples/node');
+  const frames = await framesOf({ width: 256, height: 144, frames: 12, seed: 1 });
+  mkdirSync(join(folder, 'frames'));
+  // Names as cameras give them: 2 comes before 10.
+  frames.forEach((frame, k) => writeFileSync(join(folder, 'frames', `frame${k}.png`), png(frame)));
+  const { status, stdout, stderr } = spawnSync(process.execPath, ['masks.mjs', 'frames', 'masks'], {
+    cwd: folder,
+    encoding: 'utf8',
+  });
+  assert.equal(status, 0, stderr);
+  assert.match(stdout, /12 of 12 frames, [1-9] objects/);
+  assert.deepEqual(readdirSync(join(folder, 'masks')).sort(), frames.map((_, k) => `frame${k}.png`).sort());
+  const file = readFileSync(join(folder, 'masks', 'frame11.png'));
+  assert.deepEqual(
+    [file.readUInt32BE(16), file.readUInt32BE(20), file[25]],
+    [256, 144, 3],
+    'width, height, indexed colour',
+  );
+});
+
+test('the Node example says how it is used', (t) => {
+  const folder = installed(t, 'examples/node');
+  const { status, stderr } = spawnSync(process.execPath, ['masks.mjs'], { cwd: folder, encoding: 'utf8' });
+  assert.deepEqual([status, stderr], [2, 'Usage: node masks.mjs FRAMES MASKS\n']);
+});
+
+const code = readmeCode();
+const SCENE = { width: 256, height: 144, frames: 8, seed: 1 };
+
+/** What a block takes for granted, and what is looked at when it is over. */
+const AROUND = {
+  Corrections: [
+    `import { createSession, synthClip } from 'tracecut';
+     const clip = await synthClip(${JSON.stringify(SCENE)});
+     const session = await createSession();
+     for (let t = 0; t < clip.numFrames; t += 1) await session.push(clip.frame(t));`,
+    'console.log(session.corrections, result.objects.length > 1, result.labels(0)[y * result.width + x] === result.labels(0)[y * result.width + x + 45]);',
+  ],
+  'Edits by hand': [
+    `import { createSession, synthClip } from 'tracecut';
+     const clip = await synthClip(${JSON.stringify(SCENE)});
+     const session = await createSession();
+     for (let t = 0; t < clip.numFrames; t += 1) await session.push(clip.frame(t));
+     const result = await session.run();`,
+    `console.log(edit.paints[0].parts.size > 1, editor.undoable, editor.labels(4)[80 * 256 + 100]); session.close();`,
+  ],
+  'Single images': [
+    `import { synthClip } from 'tracecut';
+     const image = (await synthClip({ width: 128, height: 72 })).frame(0);`,
+    'console.log(pb.length, thin.length, label.length, count > 20, borders.a.length > 20, discontinuity.length, combined.length);',
+  ],
+  Errors: ["import { createSession } from 'tracecut';", ''],
+};
+
+function run(folder, heading) {
+  const [before, after] = AROUND[heading] ?? ['', ''];
+  writeFileSync(join(folder, 'main.mjs'), `${before}\n${code.get(heading)}\n${after}\n`);
+  return execFileSync(process.execPath, ['main.mjs'], { cwd: folder, encoding: 'utf8' });
+}
+
+test('every block of JavaScript in README and guide is run by some test', () => {
+  assert.deepEqual([...code.keys()].sort(), Object.values(RUN).flat().sort());
+});
+
+test('the blocks for Node do what they say', async (t) => {
+  const folder = installed(t);
+  mkdirSync(join(folder, 'frames'));
+  (await framesOf(SCENE)).forEach((frame, k) => writeFileSync(join(folder, 'frames', `${k}.png`), png(frame)));
+  run(folder, 'In Node');
+  assert.deepEqual(
+    readdirSync(join(folder, 'masks')).sort(),
+    [...'01234567'].map((name) => `${name}.png`),
+  );
+  assert.match(run(folder, 'Sessions'), /masks \d+ \d+\n\d{3,} trajectories, [1-9] objects\n$/);
+  assert.equal(run(folder, 'Corrections'), '3 true true\n');
+  assert.equal(run(folder, 'Edits by hand'), 'true 2 0\n');
+  assert.equal(run(folder, 'Single images'), '9216 9216 9216 true true 9216 9216\n');
+  assert.match(run(folder, 'Errors'), /^param clip\.maxSide = -1 \(expected /);
+});
+
+const taskCode = codeOf('docs/tasks.md');
+const hasFfmpeg = spawnSync('ffmpeg', ['-version']).status === 0;
+
+const file = (folder, name, bytes) => writeFileSync(join(folder, name), bytes);
+
+/** A project with the package, and with the files that the blocks take. */
+async function project(t) {
+  const folder = installed(t);
+  const frames = await framesOf(SCENE);
+  mkdirSync(join(folder, 'frames'));
+  frames.forEach((frame, k) => file(folder, join('frames', `${k}.png`), png(frame)));
+  const rgb = Buffer.concat(frames.map(({ data }) => Buffer.from(data.filter((_, k) => k % 4 < 3))));
+  file(folder, 'clip.rgb', rgb);
+  if (hasFfmpeg) {
+    const size = `${SCENE.width}x${SCENE.height}`;
+    const raw = `-f rawvideo -pix_fmt rgb24 -s ${size} -r 10 -i clip.rgb`.split(' ');
+    execFileSync('ffmpeg', ['-loglevel', 'error', ...raw, '-c:v', 'mpeg4', '-q:v', '2', 'clip.mp4'], { cwd: folder });
+  }
+  return folder;
+}
+
+/** What a block prints. */
+function runTask(folder, heading) {
+  file(folder, 'main.mjs', taskCode.get(heading));
+  const { status, stdout, stderr } = spawnSync(process.execPath, ['main.mjs'], { cwd: folder, encoding: 'utf8' });
+  return { status, stdout, stderr };
+}
+
+function prints(folder, heading, expected) {
+  const { status, stdout, stderr } = runTask(folder, heading);
+  assert.equal(status, 0, `${heading}: ${stderr}`);
+  assert.match(stdout, expected, heading);
+}
+
+async function answerOf(t, folder) {
+  const port = await freePort();
+  file(
+    folder,
+    'server.mjs',
+    taskCode.get('A server that answers meanwhile').replace('8000', `${port}, () => console.log('up')`),
+  );
+  const child = spawn(process.execPath, ['server.mjs'], { cwd: folder, stdio: ['ignore', 'pipe', 'inherit'] });
+  t.after(() => child.kill());
+  await new Promise((done, fail) => {
+    child.stdout.once('data', done);
+    child.once('exit', () => fail(new Error('the server ended')));
+  });
+  return (await fetch(`http://127.0.0.1:${port}/`)).json();
+}
+
+test('every block of the tasks is runTask by some test', () => {
+  assert.deepEqual([...code.keys()].sort(), Object.values(TASKS).flat().sort());
+});
+
+test('the tasks for Node do what they say', async (t) => {
+  const folder = await project(t);
+  prints(folder, 'The motion between two pictures', /^the pixel at 100, 60 goes by -?\d+\.\d+, -?\d+\.\d+\n$/);
+  prints(folder, 'Points followed through a clip', /^\d{3,} points, the first at [\d.]+, [\d.]+ in frame 0\n$/);
+  const tracks = await fromTracksDat(readFileSync(join(folder, 'tracks.dat'), 'utf8'), SCENE);
+  assert.equal(tracks.numFrames, 8);
+  prints(
+    folder,
+    "Masks from trajectories of one's own",
+    new RegExp(`^[1-9] objects, by ${tracks.count} trajectories\n$`),
+  );
+  prints(
+    folder,
+    'Where each object is, how large, how fast',
+    /^(\d \d+ [\d.]+ [\d.]+ (-?[\d.e-]+|null) (-?[\d.e-]+|null)\n){8,}$/,
+  );
+  assert.match(readFileSync(join(folder, 'objects.csv'), 'utf8'), /^frame,time,object,.*\n0,0,1,/);
+  prints(
+    folder,
+    'Why a pixel has its label, and how sure that is',
+    /^label \d holds by [\d.]+: its costs are [\d.,]+\n\d+ pixels are worth a look\n$/,
+  );
+  prints(folder, 'Many single pictures', /^(\d+\n){8}$/);
+  prints(folder, 'Uncompressed video from a stream', /^[1-9] objects\n$/);
+});
+
+test(
+  'video files are decoded by ffmpeg, and a server answers',
+  { skip: !hasFfmpeg && 'there is no ffmpeg' },
+  async (t) => {
+    const folder = await project(t);
+    prints(folder, 'Video files in Node', /^8 frames to 0\.7 s, [1-9] objects\n$/);
+    copyFileSync(join(folder, 'clip.mp4'), join(folder, 'other.mp4'));
+    prints(folder, 'Several clips in one stream', /^clip\.mp4 ([1-9]) objects\nother\.mp4 \1 objects\n$/);
+    const objects = await answerOf(t, folder);
+    assert.ok(objects.length > 0 && objects.every(({ label, meanArea }) => label > 0 && meanArea > 0));
+  },
+);

@@ -1,4 +1,4 @@
-// What is too large, and memory that runs out: errors with a code and a figure, and what goes on afterwards.
+// Input that is empty, tiny, still, broken, wrong or too large: an answer or an error in words, never a crash.
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -6,11 +6,256 @@ import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
 import { setFlagsFromString } from 'node:v8';
 import { runInNewContext } from 'node:vm';
-import { parameters, segmentVideo, videoFrames } from 'tracecut';
+import { createSession, parameters, segmentVideo, synthClip, videoFrames } from 'tracecut';
 import { boundaries } from 'tracecut/stages';
 import { root } from '../../scripts/tools.mjs';
 import { withMemory, withTrap } from '../trap.mjs';
-import { SMALL, fingerprint, framesOf, open, plain, png, ready, rejects, segment, watchMemories } from './support.mjs';
+import { fingerprint, framesOf, open, plain, png, ready, rejects, segment, SMALL, watchMemories } from './support.mjs';
+
+test('a run without frames says that motion needs two', async (t) => {
+  const session = await open(t);
+  await rejects(session.run(), 'too-few-frames', /0 frame\(s\) given \(expected at least 2/);
+});
+
+test('one frame is too few, and a second one may still follow', async (t) => {
+  const session = await open(t);
+  const [first, second] = await framesOf();
+  await session.push(first);
+  await rejects(session.run(), 'too-few-frames', /1 frame/);
+  await session.push(second);
+  assert.equal((await session.run()).numFrames, 2);
+});
+
+test('two frames give trajectories of two points', async () => {
+  const result = await segment((await framesOf()).slice(0, 2));
+  assert.ok(result.trajectories.count > 0);
+  assert.equal(result.trajectories.x.length, 2 * result.trajectories.count);
+});
+
+test('frames of changing size are refused and the session goes on', async (t) => {
+  const session = await open(t);
+  const [first, second] = await framesOf();
+  await session.push(first);
+  await rejects(session.push(plain(64, 48)), 'frame-size-changed', /frame 1 is 64x48 \(expected 128x72/);
+  await session.push(second);
+  assert.equal(session.numFrames, 2);
+  assert.equal((await session.run()).numFrames, 2);
+});
+
+for (const [width, height] of [
+  [1, 1],
+  [17, 3],
+  [3, 17],
+  [1, 40],
+  [2, 2],
+]) {
+  test(`a clip of ${width}x${height} pixels gives a result that fits together`, async () => {
+    const frames = [0, 1, 2].map((t) => plain(width, height, (x, y) => (40 * (x + t) + 70 * y) % 256));
+    const result = await segment(frames);
+    assert.deepEqual([result.width, result.height, result.numFrames], [width, height, 3]);
+    fitsTogether(result);
+  });
+}
+
+test('an all-black clip gives a result without objects', async () => {
+  const result = await segment(Array.from({ length: 5 }, () => plain(64, 48)));
+  fitsTogether(result);
+  assert.ok(result.clusters.count <= 1, `${result.clusters.count} clusters`);
+});
+
+test('a still video is one cluster that does not move', async () => {
+  const [first] = await framesOf();
+  const result = await segment(Array.from({ length: 5 }, () => first));
+  fitsTogether(result);
+  assert.equal(result.clusters.count, 1);
+  const { count, offset, x } = result.trajectories;
+  for (let i = 0; i < count; i += 1) {
+    assert.ok(Math.abs(x[offset[i + 1] - 1] - x[offset[i]]) < 0.05, `trajectory ${i} moved`);
+  }
+});
+
+test('alpha is ignored', async () => {
+  const frames = (await framesOf()).slice(0, 3);
+  const transparent = frames.map((frame) => ({ ...frame, data: frame.data.map((v, i) => (i % 4 === 3 ? 0 : v)) }));
+  assert.equal(fingerprint(await segment(transparent)), fingerprint(await segment(frames)));
+});
+
+test('outside trajectories are clustered, and NaN in them is refused by place and value', async (t) => {
+  const session = await open(t);
+  const given = twoGroups();
+  const broken = { ...given, x: given.x.with(7, NaN) };
+  await rejects(session.setTrajectories(broken), 'data', /x\[7\] = NaN/);
+  await rejects(session.setTrajectories({ ...given, x: given.x.slice(1) }), 'data', /x/);
+  await rejects(session.setTrajectories({ ...given, numFrames: 3 }), 'data', /frame/);
+  await rejects(session.setTrajectories({ ...given, numFrames: 1 }), 'too-few-frames');
+  await session.setTrajectories(given);
+  const result = await session.run();
+  assert.deepEqual([result.width, result.height, result.numFrames], [100, 100, 10]);
+  assert.equal(result.trajectories.count, 100);
+  assert.equal(result.clusters.count, 2);
+  for (let i = 0; i < 100; i += 1) assert.equal(result.clusters.label[i] === result.clusters.label[0], i % 10 < 5);
+  assert.deepEqual(result.trajectories.x, given.x);
+});
+
+test('wrong types of trajectories are named', async (t) => {
+  const session = await open(t);
+  const given = twoGroups();
+  const refused = (wrong, code, message) => rejects(session.setTrajectories({ ...given, ...wrong }), code, message);
+  await rejects(session.setTrajectories(null), 'data', /trajectories = null/);
+  await refused({ offset: 'many' }, 'data', /offset = "many" \(expected a Uint32Array/);
+  await refused({ startFrame: [0.5] }, 'data', /startFrame\[0\] = 0.5/);
+  await refused({ width: 0 }, 'frame-size', /width = 0 \(expected a whole number, 1\.\.=16384\)/);
+});
+
+test('a trajectory that begins at the end of 32 bits is refused, not taken for one that has ended', async (t) => {
+  const session = await open(t);
+  const given = twoGroups();
+  const startFrame = Uint32Array.from(given.startFrame).fill(4294967295, 0, 1);
+  await rejects(session.setTrajectories({ ...given, startFrame }), 'data', /trajectory 0 ends in frame 4294967294/);
+  await session.setTrajectories(given);
+  assert.equal((await session.run()).clusters.count, 2);
+});
+
+test('misspelt options, wrong types and values out of range are named with what is legal', async () => {
+  const refused = (options, message) => rejects(createSession(options), 'param', message);
+  await refused({ clip: { maxSize: 320 } }, /clip\.maxSize = 320 .*clip\.maxSide/);
+  await refused({ maxSide: 320 }, /maxSide = 320/);
+  await refused({ clip: { maxSide: '320' } }, /clip\.maxSide = "320" \(expected a whole number, 16\.\.=4096\)/);
+  await refused({ clip: { maxSide: 320.5 } }, /320\.5/);
+  await refused({ clip: { maxSide: 8 } }, /clip\.maxSide = 8 \(expected a whole number, 16\.\.=4096\)/);
+  await refused({ clip: { maxSide: NaN } }, /NaN/);
+  await refused({ clip: { maxSide: null } }, /clip\.maxSide = null/);
+  await refused({ clip: { maxSide: [320] } }, /clip\.maxSide = a list of 1/);
+  await refused({ clip: { maxSide: () => 320 } }, /clip\.maxSide = a function/);
+  await refused('fast', /options = "fast"/);
+  await refused(null, /options = null/);
+  await refused({ worker: 1 }, /worker = 1 \(expected true, false, an address or a function that starts one\)/);
+  const circular = { clip: {} };
+  circular.clip.clip = circular.clip;
+  await refused(circular, /clip\.clip/);
+  const session = await createSession({ clip: { maxSide: undefined }, flow: undefined });
+  session.close();
+});
+
+test('frames of wrong types and lengths are named', async (t) => {
+  const session = await open(t);
+  for (const wrong of [undefined, null, 5, 'frame.png', {}, [], new Uint8ClampedArray(4), new Float32Array(4)]) {
+    await rejects(session.push(wrong), 'data', /frame = .*\(expected ImageData/);
+  }
+  const refused = (data, message) => rejects(session.push({ data, width: 2, height: 2 }), 'frame-bytes', message);
+  await refused(new Uint8Array(15), /15 bytes \(expected 16\)/);
+  await refused([0, 0, 0, 0], /a list of 4/);
+  await refused(new Float32Array(16), /Float32Array/);
+  const size = /frame\.width = .*1\.\.=16384/;
+  for (const width of [0, -1, 1.5, NaN, '2', 16385, 2 ** 32 + 1])
+    await rejects(session.push({ data: new Uint8Array(4), width, height: 1 }), 'frame-size', size);
+  assert.equal(session.numFrames, 0);
+});
+
+test('a detached buffer is an error of the frame, and the session goes on', async (t) => {
+  const session = await open(t);
+  const frame = plain(8, 8);
+  structuredClone(frame.data, { transfer: [frame.data.buffer] });
+  await rejects(session.push(frame), 'frame-bytes', /0 bytes \(expected 256\)/);
+  await session.push(plain(8, 8));
+});
+
+test('truncated and broken image files are refused and the session goes on', async (t) => {
+  const session = await open(t);
+  const file = png(plain(40, 30, (x, y) => (x * 31 + y * 17) % 256));
+  for (const length of [0, 1, 7, 8, 20, 33, Math.floor(file.length / 2), file.length - 20]) {
+    await rejects(session.push(file.slice(0, length)), 'decode', /expected a whole PNG or JPEG file/);
+  }
+  const damaged = file.slice();
+  damaged[Math.floor(file.length / 2)] ^= 0xff;
+  await rejects(session.push(damaged), 'decode');
+  await rejects(session.push(new TextEncoder().encode('<!doctype html>')), 'decode');
+  await session.push(file);
+  assert.equal(session.numFrames, 1);
+});
+
+test('a picture that claims to be gigantic is refused before memory is taken', async (t) => {
+  const session = await open(t);
+  for (const claim of [
+    [65535, 65535],
+    [16384, 16384],
+    [0, 4],
+  ]) {
+    await assert.rejects(session.push(png(plain(4, 4), claim)), {
+      name: 'TraceCutError',
+      code: /^(decode|frame-size|too-large)$/,
+    });
+  }
+  await session.push(png(plain(4, 4)));
+});
+
+test('wrong frame numbers are refused with the legal range', async (t) => {
+  const session = await ready(t);
+  const result = await session.run();
+  const range = /expected a whole number, 0\.\.=7/;
+  for (const wrong of [-1, 8, 0.5, NaN, '0', undefined]) {
+    assert.throws(() => result.edges(wrong), { code: 'param', message: range });
+    assert.throws(() => result.labels(wrong), { code: 'param', message: range });
+    for (const call of ['superpixels', 'boundaries']) {
+      await rejects(result[call](wrong), 'param', range);
+      await rejects(session[call](wrong), 'param', range);
+    }
+    await rejects(session.flow(wrong), 'param', /expected a whole number, 0\.\.=6/);
+  }
+  assert.equal((await session.flow(6)).width, 128);
+});
+
+test('wrong options of a synthetic clip are named', async () => {
+  await rejects(synthClip({ width: 0 }), 'param', /width = 0/);
+  await rejects(synthClip({ widht: 10 }), 'param', /widht = 10/);
+  await rejects(synthClip(3), 'param', /options = 3/);
+  const clip = await synthClip({ width: 16, height: 9, frames: 2 });
+  assert.throws(() => clip.frame(2), { code: 'param' });
+});
+
+/** Ten by ten points over ten frames; the left half stands still, the right half moves down. */
+function twoGroups() {
+  const [numFrames, count] = [10, 100];
+  const startFrame = new Uint32Array(count);
+  const offset = Uint32Array.from({ length: count + 1 }, (_, i) => i * numFrames);
+  const x = Float32Array.from({ length: count * numFrames }, (_, p) => 10 * (Math.floor(p / numFrames) % 10) + 5);
+  const y = Float32Array.from({ length: count * numFrames }, (_, p) => {
+    const i = Math.floor(p / numFrames);
+    return 8 * Math.floor(i / 10) + 4 + (i % 10 < 5 ? 0 : 2 * (p % numFrames));
+  });
+  return { numFrames, width: 100, height: 100, startFrame, offset, x, y };
+}
+
+/** Checks that the arrays of a result have the lengths and ranges that their descriptions promise. */
+function fitsTogether(result) {
+  const { width, height, numFrames, trajectories, clusters, thresholdClusters, embedding, objects } = result;
+  const { count, startFrame, offset, x, y } = trajectories;
+  assert.equal(startFrame.length, count);
+  assert.equal(offset.length, count + 1);
+  assert.equal(x.length, offset[count]);
+  assert.equal(y.length, offset[count]);
+  assert.ok(
+    x.every((v) => v >= -0.5 && v <= width) && y.every((v) => v >= -0.5 && v <= height),
+    'a point is outside of the frame',
+  );
+  assert.equal(clusters.label.length, count);
+  assert.equal(thresholdClusters.label.length, count);
+  assert.ok(thresholdClusters.label.every((label) => label < thresholdClusters.count));
+  assert.ok(clusters.label.every((label) => label < clusters.count));
+  assert.equal(embedding.vectors.length, count * embedding.dimensions);
+  assert.equal(embedding.eigenvalues.length, embedding.dimensions);
+  assert.ok(numFrames >= 2);
+  assert.equal(clusters.object.length, clusters.count);
+  const known = new Set([0, ...objects.map(({ label }) => label)]);
+  for (let t = 0; t < numFrames; t += 1) {
+    const mask = result.labels(t);
+    assert.equal(mask.length, width * height);
+    assert.ok(
+      mask.every((label) => known.has(label)),
+      `a label in frame ${t} that is no object's`,
+    );
+  }
+}
 
 setFlagsFromString('--expose-gc');
 const collectGarbage = runInNewContext('gc');

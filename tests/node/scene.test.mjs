@@ -1,9 +1,11 @@
-// How the scene moves in the picture, against motion that is known.
+// The scene: how it moves, what it is without the objects, and objects that look like one thing.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { segmentVideo, synthClip } from 'tracecut';
 import { sceneMotion } from 'tracecut/stages';
+import { alikeObjects } from '../../studio/model/alike.js';
+import { framesOf, open, ready, rejects } from './support.mjs';
 
 /** Trajectories from lists of places, each with its first frame and label. */
 function trajectoriesOf(lists) {
@@ -69,4 +71,115 @@ test('of a made clip whose camera pans it is the true flow of the background', a
 test('what has no labels is refused', () => {
   assert.throws(() => sceneMotion(null), { code: 'data', message: /result = null/ });
   assert.throws(() => sceneMotion({ numFrames: 2, trajectories: { count: 0 } }), { code: 'data' });
+});
+
+const SCENE = { width: 256, height: 144, frames: 8, seed: 5 };
+
+test('a background has the pixels of the frame where no object is near, and others or holes behind objects', async (t) => {
+  const [clip, frames] = [await synthClip(SCENE), await framesOf(SCENE)];
+  const session = await ready(t, {}, frames);
+  await rejects(session.background(0), 'state', /background of frame 0/);
+  const result = await session.run();
+  assert.ok(result.objects.length > 0);
+  const [frame, labels, plate] = [clip.frame(3).data, result.labels(3), await result.background(3)];
+  assert.deepEqual([plate.width, plate.height, plate.scaleX, plate.scaleY], [256, 144, 1, 1]);
+  assert.ok(plate.data instanceof Uint8ClampedArray);
+  assert.deepEqual(await session.background(3), plate);
+  const near = (p) => {
+    for (let y = -2; y <= 2; y += 1) for (let x = -2; x <= 2; x += 1) if (labels[p + 256 * y + x]) return true;
+    return false;
+  };
+  let [own, other, holes] = [0, 0, 0];
+  for (let y = 2; y < 142; y += 1) {
+    for (let x = 2; x < 254; x += 1) {
+      const p = 256 * y + x;
+      const [seen, there] = [plate.data.subarray(4 * p, 4 * p + 4), frame.subarray(4 * p, 4 * p + 4)];
+      if (!near(p)) {
+        assert.deepEqual([...seen], [...there]);
+        own += 1;
+      } else if (seen[3] === 0) holes += 1;
+      else {
+        assert.equal(seen[3], 255);
+        other += Number(seen.some((value, c) => value !== there[c]));
+      }
+    }
+  }
+  assert.ok(own > 10_000 && other > 1000 && holes > 0, `${own} ${other} ${holes}`);
+  await rejects(result.background(8), 'param', /t = 8/);
+});
+
+test('the background has the smaller size at which frames are processed', async (t) => {
+  const session = await ready(t, { clip: { maxSide: 128 } }, await framesOf(SCENE));
+  const { width, height, scaleX, scaleY, data } = await (await session.run()).background(7);
+  assert.deepEqual([width, height, scaleX, scaleY, data.length], [128, 72, 2, 2, 4 * 128 * 72]);
+});
+
+test('without masks there is no background', async (t) => {
+  const session = await ready(t, { clip: { dense: false } });
+  await rejects((await session.run()).background(0), 'state', /no backgrounds/);
+  const closed = await open(t);
+  closed.close();
+  await rejects(closed.background(0), 'closed');
+});
+
+const [width, height, numFrames] = [96, 64, 12];
+
+/** Boxes `[left, top, width, height]` that move by `[dx, dy]` a frame; the scene moves by `pan`. */
+function seen(boxes, pan = 0) {
+  const at = ({ box, step }, t) => [box[0] + step[0] * t, box[1] + step[1] * t];
+  const labels = (t) => {
+    const mask = new Uint8Array(width * height);
+    boxes.forEach((one, k) => {
+      if (one.until !== undefined && t > one.until) return;
+      const [left, top] = at(one, t).map(Math.round);
+      for (let y = top; y < top + one.box[3]; y += 1)
+        for (let x = left; x < left + one.box[2]; x += 1)
+          if (x >= 0 && y >= 0 && x < width && y < height) mask[y * width + x] = k + 1;
+    });
+    return mask;
+  };
+  const tracks = boxes.flatMap((one) => [3, 6].map((by) => ({ one, by })));
+  const places = tracks.flatMap(({ one, by }) =>
+    Array.from({ length: numFrames }, (_, t) => at(one, t).map((v) => v + by)),
+  );
+  return {
+    ...{ width, height, numFrames, labels },
+    trajectories: {
+      count: tracks.length,
+      startFrame: tracks.map(() => 0),
+      offset: Array.from({ length: tracks.length + 1 }, (_, k) => k * numFrames),
+      x: places.map(([x]) => x),
+      y: places.map(([, y]) => y),
+    },
+    scene: { x: Array.from({ length: numFrames }, (_, t) => pan * t), y: new Array(numFrames).fill(0) },
+  };
+}
+
+const one = { box: [4, 4, 10, 10], step: [2, 0.5] };
+
+test('parts that touch and move alike are one group, the largest first; a chain is one group', () => {
+  const middle = { box: [14, 4, 12, 12], step: [2.1, 0.5] };
+  const last = { box: [27, 4, 8, 8], step: [2, 0.6] };
+  assert.deepEqual(alikeObjects(seen([one, middle, last])), [[2, 1, 3]]);
+});
+
+test('what moves otherwise, or stands apart, is none', () => {
+  assert.deepEqual(alikeObjects(seen([one, { box: [14, 4, 12, 12], step: [1, 0.5] }])), []);
+  assert.deepEqual(alikeObjects(seen([one, { box: [30, 4, 10, 10], step: [2, 0.5] }])), []);
+  assert.deepEqual(alikeObjects(seen([one])), []);
+});
+
+test('two that rest in the scene say nothing, also where the camera pans', () => {
+  const others = [one, { box: [14, 4, 10, 10], step: [2, 0.5] }].map((part) => ({ ...part, step: [2, 0] }));
+  assert.deepEqual(alikeObjects(seen(others, 0)), [[1, 2]]);
+  assert.deepEqual(alikeObjects(seen(others, 2)), []);
+});
+
+test('only frames in which both are there count', () => {
+  assert.deepEqual(alikeObjects(seen([one, { box: [14, 4, 10, 10], step: [2, 0.5], until: 3 }])), [[1, 2]]);
+});
+
+test('without trajectories nothing is known', () => {
+  const { trajectories, ...rest } = seen([one, { box: [14, 4, 10, 10], step: [2, 0.5] }]);
+  assert.deepEqual(alikeObjects({ ...rest, trajectories: { ...trajectories, count: 0 } }), []);
 });

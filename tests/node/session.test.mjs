@@ -1,9 +1,27 @@
-// A session's life: progress, abort and going on, two at once, closing, repeating.
+// A session's life: progress, abort and going on, closing, repeating; several of one thread; one on a thread of its own.
 
 import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { monitorEventLoopDelay } from 'node:perf_hooks';
 import { test } from 'node:test';
-import { createSession, parameters, synthClip, version } from 'tracecut';
-import { SMALL, STAGES, fingerprint, framesOf, open, ready, rejects, segment, watchMemories } from './support.mjs';
+import { createSession, parameters, segmentVideo, synthClip, version } from 'tracecut';
+import { enlargeMask } from 'tracecut/edit';
+import { superpixels, trajectories } from 'tracecut/stages';
+import { root } from '../../scripts/tools.mjs';
+import {
+  fingerprint,
+  framesOf,
+  open,
+  plain,
+  ready,
+  rejects,
+  segment,
+  SMALL,
+  STAGES,
+  trappingWasm,
+  untilCollected,
+  watchMemories,
+} from './support.mjs';
 
 test('a run reports every stage to its end, in numbers that only grow', async (t) => {
   const session = await ready(t);
@@ -220,4 +238,148 @@ test('the listed parameters are those that options accept, at their defaults', a
   }
   const frames = await framesOf();
   assert.equal(fingerprint(await segment(frames, options)), fingerprint(await segment(frames)));
+});
+
+test('two sessions with different parameters, in turn, give what each gives alone', async (t) => {
+  const frames = await framesOf();
+  const settings = [{ trajectory: { gridStep: 5 } }, { clip: { maxSide: 96 }, refine: { band: 0 } }];
+  const alone = [];
+  for (const options of settings) alone.push(fingerprint(await segment(frames, options)));
+  assert.notEqual(alone[0], alone[1]);
+
+  const sessions = await Promise.all(settings.map((options) => open(t, options)));
+  for (const frame of frames) for (const session of sessions) await session.push(frame);
+  const results = await Promise.all(sessions.map((session) => session.run()));
+  assert.deepEqual(results.map(fingerprint), alone);
+});
+
+test('a session that refuses a frame or an option goes on, and so do the others', async (t) => {
+  const frames = await framesOf();
+  const [first, second] = [await open(t), await open(t)];
+  for (const [k, frame] of frames.entries()) {
+    await first.push(frame);
+    await second.push(frame);
+    if (k === 3) await rejects(first.push(plain(8, 8)), 'frame-size-changed');
+    if (k === 4) await rejects(first.push(new Uint8Array(9)), 'decode');
+    if (k === 5) await rejects(createSession({ clip: { maxSide: -1 } }), 'param');
+  }
+  const expected = fingerprint(await segment(frames));
+  assert.deepEqual([fingerprint(await first.run()), fingerprint(await second.run())], [expected, expected]);
+});
+
+test('an internal error ends its own session alone, also while another runs', async (t) => {
+  const frames = await framesOf();
+  const hurt = await ready(t, { wasm: await trappingWasm() }, frames);
+  const [bystander, idle] = [await ready(t, {}, frames), await ready(t, {}, frames)];
+  const running = bystander.run();
+  await rejects(hurt.run(), 'poisoned', /internal error: .*unreachable.*Create a new session/);
+  await rejects(hurt.run(), 'poisoned');
+  await rejects(hurt.push(frames[0]), 'poisoned');
+  const expected = fingerprint(await segment(frames));
+  assert.deepEqual([fingerprint(await running), fingerprint(await idle.run())], [expected, expected]);
+  hurt.close();
+});
+
+test('close, free and the end of a using block are the same, and may come twice', async () => {
+  for (const way of ['close', 'free', Symbol.dispose ?? 'free']) {
+    const session = await createSession();
+    session[way]();
+    session[way]();
+    await rejects(session.push(plain(8, 8)), 'closed', /create a new one/);
+    const clip = await synthClip({ width: 32, height: 32, frames: 2 });
+    clip[way]();
+    clip[way]();
+    assert.throws(() => clip.frame(0), { name: 'TraceCutError', code: 'closed' });
+  }
+});
+
+test('a closed session holds no memory, though it is kept itself, and so with a clip', async (t) => {
+  const memories = watchMemories(t);
+  const kept = [await createSession(), await createSession(), await synthClip({ frames: 2 })];
+  kept[0].close();
+  kept[2].close();
+  assert.ok(await untilCollected(() => !memories[0].deref() && !memories[2].deref()), 'the closed ones are gone');
+  assert.ok(memories[1].deref(), 'the open one is there');
+  kept[1].close();
+});
+
+test('a result keeps the session that it asks', async () => {
+  const frames = await framesOf();
+  const resultOf = async () => {
+    const session = await createSession();
+    for (const frame of frames) await session.push(frame);
+    return session.run();
+  };
+  const result = await resultOf();
+  assert.equal(await untilCollected(() => false), false);
+  assert.ok((await result.superpixels(0)).count > 0);
+});
+
+test('no instance is in the calling thread, and results are the same', async (t) => {
+  const frames = await framesOf();
+  const expected = fingerprint(await segment(frames));
+  const memories = watchMemories(t);
+  const gaps = monitorEventLoopDelay({ resolution: 5 });
+  gaps.enable();
+  const session = await open(t, { worker: true });
+  for (const frame of frames) await session.push(frame);
+  const stages = new Set();
+  const result = await session.run({ onProgress: ({ stage }) => stages.add(stage) });
+  gaps.disable();
+  t.diagnostic(`longest gap of the event loop: ${(gaps.max / 1e6).toFixed(1)} ms`);
+  assert.equal(fingerprint(result), expected);
+  assert.ok(stages.has('masks'));
+  assert.equal((await result.superpixels(2)).width, SMALL.width);
+  assert.equal(
+    (await session.merge(0, 1)).objects.some(({ label }) => label === 1),
+    false,
+  );
+  assert.equal(memories.length, 0);
+});
+
+test('videos, trajectories, single pictures and larger masks too', async (t) => {
+  const frames = await framesOf();
+  const video = await segmentVideo(frames).collect();
+  const plain = await superpixels(frames[0]);
+  const labels = video.labels(0);
+  const small = {
+    labels: labels.filter((_, p) => p % 2 === 0 && Math.floor(p / 128) % 2 === 0),
+    width: 64,
+    height: 36,
+  };
+  const large = await enlargeMask(small, frames[0]);
+  const memories = watchMemories(t);
+  assert.deepEqual((await segmentVideo(frames, { worker: true, threads: 2 }).collect()).labels(4), video.labels(4));
+  assert.deepEqual((await superpixels(frames[0], { worker: true })).label, plain.label);
+  assert.ok((await trajectories(frames, { worker: true })).count > 50);
+  assert.deepEqual(await enlargeMask(small, frames[0], { worker: true }), large);
+  assert.equal(memories.length, 0);
+  await superpixels(frames[0]);
+  assert.equal(memories.length, 1, 'an instance in this thread is seen');
+});
+
+test('errors come through: options, a trap, a session that is closed', async (t) => {
+  await rejects(open(t, { worker: true, flow: { patchStride: -1 } }), 'param', /flow\.patchStride = -1/);
+  const session = await open(t, { worker: true, wasm: await trappingWasm() });
+  for (const frame of await framesOf()) await session.push(frame);
+  await rejects(session.run(), 'poisoned');
+  const other = await open(t, { worker: true });
+  for (const frame of await framesOf()) await other.push(frame);
+  const running = other.run();
+  other.close();
+  await rejects(running, 'closed');
+});
+
+test('a session that nobody closed keeps no process alive, and one at work does', () => {
+  const script = `
+    import { createSession, synthClip } from 'tracecut';
+    const clip = await synthClip(${JSON.stringify(SMALL)});
+    const session = await createSession({ worker: true });
+    for (let t = 0; t < clip.numFrames; t += 1) await session.push(clip.frame(t));
+    session.run().then(({ objects }) => console.log(objects.length > 0));`;
+  const said = execFileSync(process.execPath, ['--input-type=module', '--eval', script], {
+    cwd: root,
+    encoding: 'utf8',
+  });
+  assert.equal(said, 'true\n');
 });

@@ -1,11 +1,16 @@
-// The worker's protocol, over a channel of messages in this thread: what a browser does, without the browser.
+// The worker's protocol and helpers: whatever becomes of messages and threads, the result is the same bits.
 
 import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
 import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
-import { createRemoteEngine } from '../../dist/worker/remote.js';
+import { Worker } from 'node:worker_threads';
+import { createSession } from 'tracecut';
+import { platform, setPlatform } from '../../dist/platform.js';
 import { Session } from '../../dist/session/session.js';
-import { SMALL, STAGES, fingerprint, framesOf, ready, rejects, segment, standIn, trappingWasm } from './support.mjs';
+import { usualThreads } from '../../dist/worker/helpers.js';
+import { createRemoteEngine, openEngine } from '../../dist/worker/remote.js';
+import { fingerprint, framesOf, ready, rejects, segment, SMALL, STAGES, standIn, trappingWasm } from './support.mjs';
 
 const compiled = async (name) =>
   WebAssembly.compile(await readFile(new URL(`../../dist/${name}_bg.wasm`, import.meta.url)));
@@ -138,4 +143,143 @@ test('closing rejects what waits and ends the worker', async (t) => {
   session.close();
   await rejects(run, 'closed');
   assert.ok(worker.terminated);
+});
+
+const frames = await framesOf();
+const expected = fingerprint(await segment(frames, { threads: 1 }));
+
+/** A session in this thread whose helpers `start` makes. */
+async function withHelpers(t, threads, startHelper) {
+  const usual = platform;
+  t.after(() => setPlatform(usual));
+  setPlatform({ loadModule: async () => module, startWorker: undefined, startHelper, cores: () => 1 });
+  const session = new Session(await openEngine({ threads, parameters: {} }), async () => module);
+  t.after(() => session.close());
+  for (const frame of frames) await session.push(frame);
+  return session;
+}
+
+/** A thread of Node that helps. */
+function thread(data) {
+  const worker = new Worker(new URL('../../dist/node/worker.js', import.meta.url), {
+    workerData: data,
+    transferList: [data.port],
+  });
+  worker.unref();
+  return worker;
+}
+
+const watched = (worker) => ({
+  watch: (onLost) => worker.on('exit', onLost),
+  end: () => void worker.terminate(),
+});
+
+test('any number of threads gives the same bits', async (t) => {
+  for (const threads of [2, 3, 6]) {
+    const session = await ready(t, { threads }, frames);
+    assert.equal(fingerprint(await session.run()), expected, `${threads} threads`);
+  }
+});
+
+test('a run that is aborted and goes on gives the same bits', async (t) => {
+  const session = await ready(t, { threads: 3 }, frames);
+  for (const stop of ['flow', 'saliency', 'superpixels']) {
+    const controller = new AbortController();
+    const onProgress = ({ stage }) => stage === stop && controller.abort();
+    await assert.rejects(session.run({ signal: controller.signal, onProgress }), { name: 'AbortError' });
+  }
+  assert.equal(fingerprint(await session.run()), expected);
+});
+
+test('a cleared session with helpers forgets what they had', async (t) => {
+  const session = await ready(t, { threads: 3 }, frames.slice(2));
+  await session.clear();
+  for (const frame of frames) await session.push(frame);
+  assert.equal(fingerprint(await session.run()), expected);
+});
+
+test('a helper that dies is replaced, and its work is done again', async (t) => {
+  const workers = [];
+  const session = await withHelpers(t, 2, (data) => {
+    workers.push(thread(data));
+    return watched(workers.at(-1));
+  });
+  let killed = false;
+  const onProgress = () => {
+    if (!killed) workers[0].terminate();
+    killed = true;
+  };
+  assert.equal(fingerprint(await session.run({ onProgress })), expected);
+  assert.ok(killed);
+  for (let k = 0; workers.length < 2 && k < 100; k += 1) await new Promise((resolve) => setTimeout(resolve, 10));
+  assert.equal(workers.length, 2);
+});
+
+test('helpers that die at once, fail at everything or cannot be started are done without', async (t) => {
+  let started = 0;
+  const dying = (data) => {
+    started += 1;
+    data.port.close();
+    return { watch: (onLost) => setImmediate(onLost), end() {} };
+  };
+  const failing = ({ port }) => {
+    port.on('message', () => port.postMessage(new Uint32Array()));
+    port.unref();
+    return { watch() {}, end: () => port.close() };
+  };
+  const absent = () => {
+    throw new Error('no threads here');
+  };
+  for (const start of [dying, failing, absent]) {
+    const session = await withHelpers(t, 3, start);
+    assert.equal(fingerprint(await session.run()), expected, start.name);
+  }
+  assert.ok(started >= 2 && started <= 5, `${started} were started, each replaced at most once`);
+});
+
+test('helpers of a session in a worker are workers of the page, replaced when they fail and ended with it', async () => {
+  const workers = [];
+  const start = () => {
+    workers.push(standIn());
+    return workers.at(-1);
+  };
+  const session = new Session(await createRemoteEngine(start, module, {}, 3), async () => module);
+  assert.equal(workers.length, 1, 'helpers are started when there is something to do');
+  for (const frame of frames) await session.push(frame);
+  assert.equal(workers.length, 3);
+  workers[2].fail('died');
+  assert.equal(workers.length, 4);
+  assert.ok(workers[2].terminated);
+  assert.equal(fingerprint(await session.run()), expected);
+  const left = () => workers.filter((worker) => !worker.terminated).length;
+  assert.equal(left(), 1, 'after a run nobody is left but the engine');
+  await session.clear();
+  for (const frame of frames) await session.push(frame);
+  assert.equal(left(), 3);
+  assert.equal(fingerprint(await session.run()), expected);
+  session.close();
+  assert.equal(left(), 0);
+});
+
+test('the number of threads is checked, and usually all but one of the machine', async () => {
+  for (const threads of [0, 1.5, 65, '2']) {
+    await rejects(createSession({ threads }), 'param', /threads = .* \(expected a whole number, 1\.\.=64\)/);
+  }
+  assert.deepEqual([undefined, 1, 2, 4, 9, 64].map(usualThreads), [1, 1, 1, 3, 8, 8]);
+});
+
+test('a session that nobody closed keeps no process alive', () => {
+  const script = `
+    import { createSession, synthClip } from 'tracecut';
+    const clip = await synthClip({ width: 64, height: 48, frames: 4 });
+    const session = await createSession({ threads: 3 });
+    for (let t = 0; t < 4; t += 1) await session.push(clip.frame(t));
+    await session.run();
+    console.log('done');`;
+  const cwd = new URL('../..', import.meta.url);
+  const { stdout, stderr } = spawnSync(process.execPath, ['--input-type=module', '-e', script], {
+    cwd,
+    timeout: 60000,
+  });
+  assert.equal(String(stdout), 'done\n', String(stderr));
 });

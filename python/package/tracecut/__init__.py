@@ -10,8 +10,7 @@ from . import interchange, synth
 from ._errors import TraceCutError
 from ._frames import FrameLike, Frames, as_array, in_name_order, read_image, read_video
 from ._images import boundaries, enlarge, flow, image_discontinuities, parameters, superpixels
-from ._masks import coco_rle, from_coco_rle, mask_png
-from ._prompts import Prompt, prompts
+from ._masks import Prompt, coco_rle, from_coco_rle, mask_png, prompts
 from ._segment import Result, Window, segment, windows
 from ._session import Session, SessionView
 from ._tracecut import version as __version__

@@ -55,7 +55,8 @@ const project = await openProject(await saveProject(own, { about: { any: ['thing
 const masks: VideoResult = project.masks;
 for await (const window of segmentVideo([pixels, { frame: pixels, time: 1, duration: 0.1 }], { window: 20 })) {
   const seen: WindowResult = window;
-  for (const { index, time, labels } of seen.frames()) void [index, time, labels.length];
+  const times: Float64Array = seen.times;
+  for (const { index, time, labels } of seen.frames()) void [index, time, times, labels.length];
 }
 async function* frames() {
   yield pixels;

@@ -1,0 +1,244 @@
+// Clips in other ways than segmentVideo: one after the other, previewed, as a strip of pictures.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import {
+  masksZip,
+  previewMasks,
+  segmentEach,
+  segmentVideo,
+  synthClip,
+  videoFrames,
+  VideoResult,
+  videoStrip,
+} from 'tracecut';
+import { clipsZip } from 'tracecut/export';
+import { unzipSync } from '../../dist/vendor/zip.js';
+import { framesOf, plain, png, rejects } from './support.mjs';
+
+const TINY = { width: 64, height: 48, frames: 5, seed: 3 };
+
+async function all(clips, options) {
+  const done = [];
+  for await (const clip of segmentEach(clips, options)) done.push(clip);
+  return done;
+}
+
+test('each clip gives what it gives alone; one that fails, or is taken out, stops no other', async () => {
+  const frames = await framesOf(TINY);
+  const out = new AbortController();
+  out.abort(new Error('taken out'));
+  const heard = [];
+  const clips = [
+    { name: 'a.mp4', source: frames },
+    { name: 'empty', source: [] },
+    { name: 'out', source: frames, signal: out.signal },
+    { name: 'cut', source: [...frames.map((frame) => png(frame)), new Uint8Array(9)] },
+  ];
+  const done = await all(clips, { onProgress: ({ index, name, stage }) => heard.push(`${index} ${name} ${stage}`) });
+  assert.deepEqual(
+    done.map(({ index, name, result }) => [index, name, result?.numFrames ?? null]),
+    [
+      [0, 'a.mp4', 5],
+      [1, 'empty', null],
+      [2, 'out', null],
+      [3, 'cut', 5],
+    ],
+  );
+  const alone = await segmentVideo(frames).collect();
+  for (let t = 0; t < 5; t += 1) assert.deepEqual(done[0].result.labels(t), alone.labels(t));
+  assert.equal(done[1].error.code, 'no-frames');
+  assert.match(done[2].error.message, /taken out/);
+  assert.deepEqual([done[3].damage.frames, done[3].damage.total], [5, 6]);
+  assert.ok(heard.includes('0 a.mp4 decode') && heard.some((line) => line.startsWith('3 cut masks')), heard.join());
+});
+
+test('a queue grows on the way, is left early, and ends as a whole', async () => {
+  const frames = await framesOf(TINY);
+  let asked = 0;
+  async function* growing() {
+    for (;;) {
+      asked += 1;
+      yield { name: `clip ${asked}`, source: frames };
+    }
+  }
+  for await (const { index } of segmentEach(growing())) if (index === 1) break;
+  assert.equal(asked, 2);
+  const stop = new AbortController();
+  const onProgress = () => stop.abort(new Error('enough'));
+  await assert.rejects(all([{ name: 'a', source: frames }], { signal: stop.signal, onProgress }), /enough/);
+});
+
+test('wrong options and what is no clip are errors of the call', async () => {
+  await rejects(all([{ name: 'a', source: [] }], { window: 1 }), 'param', /window = 1/);
+  await rejects(all([{ source: [] }]), 'data', /clips\[0\]/);
+  await rejects(all([], { onProgress: 1 }), 'param', /onProgress/);
+});
+
+test('one archive: a folder for each clip, a report that names what failed, the same bytes again', async () => {
+  const masks = await segmentVideo(Array.from({ length: 3 }, () => plain(32, 24, 80))).collect();
+  const clips = [
+    { name: 'my clip.mp4', masks, about: { objects: 0 } },
+    { name: 'my-clip.webm', masks },
+    { name: 'broken.mp4', masks: null, error: new Error('no frames in it') },
+  ];
+  const counted = [];
+  const zip = await clipsZip(clips, { onProgress: ({ done, total }) => counted.push(`${done}/${total}`) });
+  const files = unzipSync(zip);
+  assert.deepEqual(Object.keys(files).sort(), [
+    'my-clip-2/00000.png',
+    'my-clip-2/00001.png',
+    'my-clip-2/00002.png',
+    'my-clip-2/masks.json',
+    'my-clip/00000.png',
+    'my-clip/00001.png',
+    'my-clip/00002.png',
+    'my-clip/masks.json',
+    'report.json',
+  ]);
+  const alone = unzipSync(await masksZip(masks));
+  for (const [name, bytes] of Object.entries(alone)) assert.deepEqual(files[`my-clip/${name}`], bytes);
+  assert.deepEqual(JSON.parse(Buffer.from(files['report.json']).toString()).clips, [
+    { name: 'my clip.mp4', folder: 'my-clip', width: 32, height: 24, numFrames: 3, objects: 0 },
+    { name: 'my-clip.webm', folder: 'my-clip-2', width: 32, height: 24, numFrames: 3 },
+    { name: 'broken.mp4', error: 'no frames in it' },
+  ]);
+  assert.deepEqual(counted, ['1/6', '2/6', '3/6', '4/6', '5/6', '6/6']);
+  assert.deepEqual(await clipsZip(clips), zip);
+  await rejects(clipsZip(masks), 'data', /clips/);
+  await rejects(clipsZip(clips, { objects: [1] }), 'param', /objects/);
+});
+
+const MOVING = { width: 384, height: 216, frames: 16, seed: 0 };
+
+const masksOf = (result) => Array.from({ length: result.numFrames }, (_, t) => result.labels(t));
+
+/** Intersection over union of what is not background. */
+function overlap(a, b) {
+  let [both, either] = [0, 0];
+  for (let k = 0; k < a.length; k += 1) {
+    both += Number(a[k] > 0 && b[k] > 0);
+    either += Number(a[k] > 0 || b[k] > 0);
+  }
+  return both / either;
+}
+
+test('eight frames, every second one, at the size of the frames, much like the true ones', async () => {
+  const clip = await synthClip(MOVING);
+  let asked = 0;
+  async function* counted() {
+    for (let t = 0; t < MOVING.frames; t += 1) {
+      asked += 1;
+      yield clip.frame(t);
+    }
+  }
+  const coarse = await previewMasks(counted(), { frameRate: 10 });
+  assert.ok(coarse instanceof VideoResult);
+  assert.deepEqual(
+    [...coarse.times],
+    [0, 2, 4, 6, 8, 10, 12, 14].map((t) => t / 10),
+  );
+  assert.deepEqual([coarse.width, coarse.height], [MOVING.width, MOVING.height]);
+  assert.equal(asked, 15, 'no frame is read that is not needed');
+  masksOf(coarse).forEach((mask, k) => {
+    const same = overlap(mask, clip.mask(2 * k));
+    assert.ok(same > 0.6, `frame ${2 * k}: ${same}`);
+  });
+});
+
+test('is segmentVideo of these frames at this size, and options say which', async () => {
+  const frames = (await framesOf(MOVING)).slice(0, 12);
+  const options = { step: 3, maxFrames: 3, clip: { maxSide: 160, seed: 4 } };
+  const coarse = await previewMasks(frames, options);
+  const expected = await segmentVideo(frames, options).collect();
+  assert.deepEqual(coarse.times, expected.times);
+  assert.deepEqual(masksOf(coarse), masksOf(expected));
+  const usual = { step: 2, maxFrames: 8, clip: { maxSide: 320 } };
+  assert.deepEqual(
+    masksOf(await previewMasks(frames, { step: undefined, clip: undefined })),
+    masksOf(await segmentVideo(frames, usual).collect()),
+  );
+});
+
+test('bad options and sources reject as segmentVideo says, and an abort ends it', async () => {
+  const frames = await framesOf({ width: 64, height: 48, frames: 16, seed: 3 });
+  await rejects(previewMasks(frames, { clip: 320 }), 'param', /clip = 320 .*maxSide/);
+  await rejects(previewMasks(frames, { clip: { maxSide: 2 } }), 'param', /clip\.maxSide = 2 .*16/);
+  await rejects(previewMasks(frames, { steps: 2 }), 'param', /steps/);
+  await rejects(previewMasks(frames, 7), 'param', /options = 7/);
+  const still = await previewMasks([plain(16, 16)]);
+  assert.deepEqual([still.numFrames, still.objects], [1, []]);
+  const stop = new AbortController();
+  const ends = previewMasks(frames, { signal: stop.signal });
+  stop.abort(new Error('enough'));
+  await assert.rejects(ends, /enough/);
+});
+
+/** A list of frames whose red says their number. */
+const numbered = (count) => Array.from({ length: count }, (_, k) => plain(64, 32, k));
+
+/** One property of each of a list. */
+const each = (list, name) => list.map((one) => one[name]);
+
+async function stripOf(source, options) {
+  const seen = [];
+  for await (const { frame, index, time, duration } of videoStrip(source, options))
+    seen.push({ number: frame.data[0], index, time, duration, size: `${frame.width}x${frame.height}` });
+  return seen;
+}
+
+test('frames are the middles of equal parts, in order, with their times', async () => {
+  const strip = await stripOf(numbered(40), { count: 4, frameRate: 10 });
+  assert.deepEqual(each(strip, 'number'), [5, 15, 25, 35]);
+  assert.deepEqual(strip[1], { number: 15, index: 1, time: 1.5, duration: 0.1, size: '64x32' });
+});
+
+test('a part of the clip, at a smaller size; a short clip gives each frame once', async () => {
+  const part = await stripOf(numbered(40), { count: 2, frameRate: 10, start: 1, end: 2, size: 16 });
+  assert.deepEqual(
+    part.map(({ number, size }) => [number, size]),
+    [
+      [12, '16x8'],
+      [17, '16x8'],
+    ],
+  );
+  const few = await stripOf(numbered(3), {});
+  assert.deepEqual(each(few, 'number'), [0, 1, 2]);
+});
+
+test('leaving early and aborting end it', async () => {
+  for await (const { index } of videoStrip(numbered(40))) if (index === 1) break;
+  const controller = new AbortController();
+  controller.abort(new Error('enough'));
+  await assert.rejects(stripOf(numbered(40), { signal: controller.signal }), /enough/);
+});
+
+test('what has no strip, and what is no option, is refused by name', async () => {
+  async function* generated() {
+    yield* await framesOf({ width: 32, height: 32, frames: 3 });
+  }
+  await rejects(stripOf(generated()), 'unsupported', /no strip/);
+  await rejects(stripOf(numbered(3), { count: 0 }), 'param', /count = 0 .*1/);
+  await rejects(stripOf(numbered(3), { step: 2 }), 'param', /step = 2/);
+  await rejects(stripOf(numbered(3), { many: 2 }), 'param', /many = 2/);
+  await rejects(stripOf(numbered(3), { start: 9 }), 'no-frames', /no frame from 9 s/);
+});
+
+test('with onDamage frames before a damaged picture come, in a strip, decoded and segmented; without it that is an error', async () => {
+  const files = (await framesOf({ width: 48, height: 32, frames: 6 })).map((frame) => png(frame));
+  files[4] = files[4].subarray(0, 70);
+  const told = [];
+  const onDamage = ({ frames, total, error }) => told.push([frames, total, error.code]);
+  let count = 0;
+  for await (const { index } of videoFrames(files, { onDamage })) count = index + 1;
+  assert.equal(count, 4);
+  const { numFrames } = await segmentVideo(files, { window: 3, overlap: 1, onDamage }).collect();
+  assert.equal(numFrames, 4);
+  assert.equal((await stripOf(files, { onDamage })).length, 4);
+  assert.deepEqual(told, Array(3).fill([4, 6, 'decode']));
+  await rejects(stripOf(files), 'decode');
+  await rejects(segmentVideo(files).collect(), 'decode');
+  // One frame is no clip.
+  await rejects(segmentVideo([files[0], files[4]], { onDamage }).collect(), 'decode');
+  await rejects(stripOf(files, { onDamage: true }), 'param', /onDamage = true/);
+});

@@ -1,0 +1,161 @@
+// The repository's files agree: versions, links, the words for ffmpeg, and what SECURITY.md promises.
+
+import assert from 'node:assert/strict';
+import { execFileSync, spawnSync } from 'node:child_process';
+import { existsSync, readFileSync } from 'node:fs';
+import { dirname, join } from 'node:path';
+import { test } from 'node:test';
+import * as words from '../../dist/node/ffmpeg.js';
+import { crateAnswer, packageAnswer } from '../../scripts/audit.mjs';
+import { absent, notesOf, obstacles, versionOf } from '../../scripts/release.mjs';
+import { output, root } from '../../scripts/tools.mjs';
+
+const read = (file) => readFileSync(join(root, file), 'utf8');
+const manifest = JSON.parse(read('package.json'));
+
+test('all files name one version and one day; a file that differs, or names none, is told by its name', () => {
+  const { version, faults } = versionOf(read);
+  assert.deepEqual([version, faults], [manifest.version, []]);
+  assert.notEqual(notesOf(read('CHANGELOG.md'), version), '');
+  const citation = (text) => versionOf((name) => (name === 'CITATION.cff' ? text : read(name))).faults.join();
+  assert.match(citation(read('CITATION.cff').replace(version, '7.8.9')), /7\.8\.9 in CITATION\.cff/);
+  assert.match(citation(read('CITATION.cff').replace(/(?<=date-released: ).*/, '1999-01-01')), /The dates differ/);
+  assert.match(citation(''), /CITATION\.cff names no version/);
+});
+
+test('the notes of a version end where the next begins, or the links', () => {
+  const changelog = '# C\n\n## [0.2.0] - 2027-01-01\n\n- New.\n\n## [0.1.0] - 2026-01-01\n\nOld.\n\n[0.2.0]: x\n';
+  assert.deepEqual(
+    ['0.2.0', '0.1.0', '0.3.0'].map((version) => notesOf(changelog, version)),
+    ['- New.', 'Old.', ''],
+  );
+});
+
+test('a package without its licences is refused', () => {
+  const paths = ['LICENSE-MIT', 'LICENSE-APACHE', 'README.md', 'dist/index.js'];
+  assert.deepEqual(absent(paths), ['dist/THIRD-PARTY-LICENSES.txt']);
+});
+
+test('only the workflow publishes: at the tag of this version, of this repository, with a token to sign with', () => {
+  const env = {
+    GITHUB_ACTIONS: 'true',
+    ACTIONS_ID_TOKEN_REQUEST_URL: 'somewhere',
+    GITHUB_REF: 'refs/tags/v1.2.3',
+    GITHUB_REPOSITORY: 'tracecut/tracecut',
+  };
+  const faults = (change, of = manifest) => obstacles('1.2.3', { ...env, ...change }, of).join();
+  assert.equal(faults({}), '');
+  assert.match(faults({ GITHUB_ACTIONS: undefined }), /push the tag/);
+  assert.match(faults({ ACTIONS_ID_TOKEN_REQUEST_URL: undefined }), /"id-token: write"/);
+  assert.match(faults({ GITHUB_REF: 'refs/heads/main' }), /refs\/heads\/main \(expected refs\/tags\/v1\.2\.3\)/);
+  assert.match(faults({ GITHUB_REPOSITORY: 'a/fork' }), /a\/fork, and package\.json names tracecut\/tracecut/);
+  assert.match(faults({}, { ...manifest, publishConfig: {} }), /publishConfig\.provenance/);
+  const { GITHUB_ACTIONS, ...here } = process.env;
+  const { status, stderr } = spawnSync(process.execPath, ['scripts/release.mjs', '--publish'], {
+    cwd: root,
+    env: here,
+    encoding: 'utf8',
+  });
+  assert.equal(status, 1);
+  assert.match(stderr, /Publishing is for the workflow release\.yml/);
+});
+
+test('the workflow runs this script at tags alone, and keeps no secret', () => {
+  const workflow = read(join('.github', 'workflows', 'release.yml'));
+  assert.match(workflow, /^on:\n {2}push:\n {4}tags: \['v\[0-9\]\*'\]\n\n/m);
+  assert.match(workflow, /run: npm run release -- --publish$/m);
+  assert.doesNotMatch(workflow, /secrets\./);
+});
+
+const textOf = (name) => readFileSync(join(root, name), 'utf8').replaceAll('\r', '');
+
+/** The code of a Rust file without its comments and texts. */
+const codeOf = (name) => textOf(name).replace(/\/\/.*|"(\\.|[^"\\])*"/g, '');
+
+test(
+  'every package of the workspace forbids unsafe code, and no file has any',
+  { skip: !existsSync(join(root, '.git')) },
+  () => {
+    const forbids = (manifest) => /\n\[lints(?:\.rust)?\]\n(workspace = true|unsafe_code = "forbid")\n/.test(manifest);
+    const main = textOf('Cargo.toml');
+    assert.match(main, /\n\[workspace\.lints\.rust\]\nunsafe_code = "forbid"\n/);
+    const [, members] = /\nmembers = \[(.*?)\]/s.exec(`\n${main}`);
+    const folders = ['.', ...[...members.matchAll(/"(.*?)"/g)].map(([, folder]) => folder)];
+    assert.ok(folders.length >= 5, `${folders}`);
+    assert.deepEqual(
+      folders.filter((folder) => !forbids(textOf(join(folder, 'Cargo.toml')))),
+      [],
+    );
+    const files = execFileSync('git', ['ls-files', '*.rs'], { cwd: root, encoding: 'utf8' }).trim().split('\n');
+    assert.ok(files.length > 200, `${files.length} files`);
+    assert.deepEqual(
+      files.filter((name) => existsSync(join(root, name)) && /\bunsafe\b/.test(codeOf(name))),
+      [],
+    );
+  },
+);
+
+test('what cargo-deny says is clean, found, or could not be looked at', () => {
+  assert.equal(crateAnswer(0, 'advisories ok').state, 'clean');
+  assert.equal(crateAnswer(1, 'error[vulnerability]: buffer overflow\nadvisories FAILED').state, 'found');
+  assert.equal(crateAnswer(2, 'error[rejected]: failed to satisfy license requirements').state, 'found');
+  const without = '[ERROR] failed to fetch advisory database x: failed to clone\nfatal: Could not resolve host';
+  assert.deepEqual(crateAnswer(1, without), { state: 'open', words: 'fatal: Could not resolve host' });
+  assert.deepEqual(crateAnswer(null, ''), { state: 'open', words: 'no answer in time' });
+});
+
+test('what npm says is of all packages, or of those that ours carries', () => {
+  const report = JSON.stringify({
+    vulnerabilities: {
+      fflate: { name: 'fflate', severity: 'high', range: '<0.9' },
+      webpack: { name: 'webpack', severity: 'low', range: '*' },
+    },
+  });
+  assert.deepEqual(
+    packageAnswer(report, (name) => name === 'fflate'),
+    { state: 'found', words: 'fflate <0.9: high' },
+  );
+  assert.match(packageAnswer(report, () => true).words, /webpack \*: low/);
+  assert.equal(packageAnswer(report, () => false).state, 'clean');
+  assert.equal(packageAnswer('{"vulnerabilities": {}}', () => true).state, 'clean');
+  assert.deepEqual(
+    packageAnswer('{"message": "405 Method Not Allowed"}', () => true),
+    { state: 'open', words: '405 Method Not Allowed' },
+  );
+  assert.equal(packageAnswer('', () => true).state, 'open');
+});
+
+const HERE = /^https:\/\/(raw\.githubusercontent|github)\.com\/tracecut\/tracecut\/((blob|tree)\/)?HEAD\//;
+
+test('every link to a file of the repository leads to one', () => {
+  const links = output('git', ['ls-files', '*.md'])
+    .split('\n')
+    .flatMap((file) =>
+      [...readFileSync(join(root, file), 'utf8').matchAll(/\]\(([^)#\s]+)/g)].map(([, target]) => ({ file, target })),
+    )
+    .filter(({ target }) => HERE.test(target) || !/^[a-z]+:/.test(target));
+  assert.ok(links.length > 50, `${links.length} links`);
+  // Registries show the README on pages of their own.
+  assert.ok(links.every(({ file, target }) => file !== 'README.md' || HERE.test(target)));
+  const place = ({ file, target }) => join(root, HERE.test(target) ? '.' : dirname(file), target.replace(HERE, ''));
+  assert.deepEqual(
+    links.filter((link) => !existsSync(place(link))),
+    [],
+  );
+});
+
+const rust = readFileSync(join(root, 'cli', 'src', 'ffmpeg.rs'), 'utf8').replaceAll('\r', '');
+
+/** The value of a constant of Rust: a text, or a list of texts and of names of other constants. */
+function constant(name) {
+  const [, source] = new RegExp(`^const ${name}: [^=]*= &?([^;]*);$`, 'm').exec(rust) ?? [];
+  assert.ok(source, `cli/src/ffmpeg.rs has no constant ${name}`);
+  const texts = source.replace(/\\\n\s*/g, '').matchAll(/"([^"]*)"|\b([A-Z_]+)\b/g);
+  const list = [...texts].map(([, text, other]) => text ?? constant(other));
+  return source.startsWith('[') ? list : list[0];
+}
+
+test('the words for ffmpeg are those of the command line', () => {
+  for (const name of ['GENERAL', 'LIST', 'DECODE', 'FILTERS', 'WRITE'])
+    assert.deepEqual(words[name], constant(name), name);
+});

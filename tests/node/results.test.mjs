@@ -1,0 +1,299 @@
+// What a result tells: its objects, their table, the search report, and what is saved of it.
+
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { test } from 'node:test';
+import { createSession, Result, searchReport, segmentVideo, synthClip, VideoResult, WindowResult } from 'tracecut';
+import { editMasks } from 'tracecut/edit';
+import { objectTable, objectTableCsv } from 'tracecut/export';
+import { trajectories } from 'tracecut/stages';
+import { framesOf, plain, segment } from './support.mjs';
+
+const frames = await framesOf({ width: 192, height: 108, frames: 10, seed: 4 });
+
+/** What the masks themselves say. */
+function counted({ labels, numFrames }, label) {
+  const areas = Array.from({ length: numFrames }, (_, t) => labels(t).filter((other) => other === label).length);
+  const there = areas.flatMap((area, t) => (area > 0 ? [t] : []));
+  const sum = areas.reduce((a, b) => a + b, 0);
+  return {
+    label,
+    firstFrame: there[0],
+    lastFrame: there.at(-1),
+    frames: there.length,
+    meanArea: sum / there.length,
+    areas,
+  };
+}
+
+function isCounted(result) {
+  const masks = { numFrames: result.numFrames, labels: (t) => result.labels(t) };
+  assert.ok(Array.isArray(result.objects) && result.objects.length > 0);
+  for (const { areas, ...facts } of result.objects)
+    assert.deepEqual({ ...facts, areas: [...areas] }, counted(masks, facts.label));
+}
+
+test('objects are a list of the same facts on results of sessions, windows and clips', async () => {
+  const session = await createSession();
+  for (const frame of frames) await session.push(frame);
+  const result = await session.run();
+  isCounted(result);
+  const [window] = await (async () => {
+    const all = [];
+    for await (const one of segmentVideo(frames)) all.push(one);
+    return all;
+  })();
+  isCounted(window);
+  const whole = await segmentVideo(frames).collect();
+  isCounted(whole);
+  assert.deepEqual(window.objects, result.objects);
+  assert.deepEqual(whole.objects, result.objects);
+  assert.deepEqual(Object.keys(whole.objects[0]), Object.keys(result.objects[0]));
+  session.close();
+});
+
+test('the number of objects counts them, where labels have gaps', async () => {
+  const session = await createSession();
+  for (const frame of frames) await session.push(frame);
+  const result = await session.run();
+  const labels = result.objects.map(({ label }) => label);
+  assert.ok(labels.length >= 2, `${labels}`);
+  const merged = await session.merge(0, 1);
+  assert.equal(merged.objects.length, labels.length - 1);
+  assert.ok(merged.objects.at(-1).label > merged.objects.length, 'the highest label is no count');
+  isCounted(merged);
+  assert.ok(!merged.clusters.object.includes(1));
+  session.close();
+});
+
+test('an object without a pixel is none', async () => {
+  const session = await createSession();
+  for (const frame of frames) await session.push(frame);
+  const result = await session.run();
+  const unseen = { label: 200, areas: new Uint32Array(result.numFrames) };
+  const again = Result.fromJSON({ ...structuredClone(result), objects: [unseen, ...result.objects] });
+  assert.deepEqual(again.objects, result.objects);
+  session.close();
+});
+
+test('without masks there are none, and clusters have no objects', async () => {
+  const session = await createSession({ clip: { dense: false } });
+  for (const frame of frames.slice(0, 4)) await session.push(frame);
+  const { objects, clusters } = await session.run();
+  assert.deepEqual([objects, clusters.object], [null, null]);
+  session.close();
+});
+
+const large = await framesOf({ width: 320, height: 180, frames: 10, seed: 2 });
+const session = await createSession();
+for (const frame of large) await session.push(frame);
+const result = await session.run();
+const video = segmentVideo(large, { window: 8, overlap: 3 });
+const windows = [];
+for await (const window of video) windows.push(window);
+const whole = await segmentVideo(large, { window: 8, overlap: 3 }).collect();
+session.close();
+
+const refuses = (code, message) => (error) => {
+  assert.equal(error.code, code);
+  assert.match(error.message, message);
+  return true;
+};
+
+/** All that a result says, besides what only a session can. */
+function said(one) {
+  const masks = Array.from({ length: one.numFrames }, (_, t) => one.labels(t));
+  const edges = one.edges && Array.from({ length: one.numFrames }, (_, t) => one.edges(t));
+  return { ...one, masks, edges, tracks: one.toTracksDat(), frames: one.frames && [...one.frames()] };
+}
+
+for (const [name, Kind, one] of [
+  ['a session', Result, result],
+  ['a window', WindowResult, windows[1]],
+  ['a clip', VideoResult, whole],
+]) {
+  test(`the result of ${name} is the same after JSON, to the last bit, and small`, () => {
+    const text = JSON.stringify(one);
+    const back = Kind.fromJSON(text);
+    assert.ok(back instanceof Kind);
+    assert.deepEqual(said(back), said(one));
+    assert.equal(JSON.stringify(back), text, 'the same text each time');
+    assert.deepEqual(said(Kind.fromJSON(JSON.parse(text))), said(one));
+    const { trajectories, embedding } = one;
+    const raw = Object.values({ ...trajectories, ...embedding }).reduce((sum, list) => sum + (list.byteLength ?? 0), 0);
+    const pixels = one.width * one.height * one.numFrames;
+    assert.ok(text.length < raw + pixels / 10, `${text.length} for ${raw} bytes and ${pixels} pixels`);
+  });
+
+  test(`the result of ${name} keeps its data in a structured clone`, () => {
+    const clone = structuredClone(one);
+    assert.deepEqual(said(Kind.fromJSON(clone)), said(one));
+  });
+}
+
+test('a saved result has no session, and says so', async () => {
+  const back = Result.fromJSON(JSON.stringify(result));
+  await assert.rejects(back.superpixels(0), refuses('state', /saved has no superpixels; a session keeps them/));
+});
+
+test('results without masks and with other labels are saved too', async () => {
+  const bare = await createSession({ clip: { dense: false } });
+  for (const frame of large.slice(0, 4)) await bare.push(frame);
+  const none = Result.fromJSON(JSON.stringify(await bare.run()));
+  assert.deepEqual([none.masks, none.objects], [null, null]);
+  bare.close();
+  const [{ label }] = whole.objects;
+  const editor = editMasks(whole);
+  await editor.merge(200, label);
+  const other = await editor.toResult();
+  assert.deepEqual(said(VideoResult.fromJSON(JSON.stringify(other))), said(other));
+  assert.ok(other.labels(0).includes(200) && !whole.labels(0).includes(200));
+});
+
+test('what is damaged, cut off or of another kind is refused', () => {
+  const text = JSON.stringify(whole);
+  assert.throws(() => VideoResult.fromJSON(text.slice(0, -9)), refuses('data', /no JSON/));
+  assert.throws(() => VideoResult.fromJSON(JSON.stringify(result)), refuses('data', /it has no times/));
+  assert.throws(() => Result.fromJSON(text), refuses('data', /it has no clusters/));
+  assert.throws(() => Result.fromJSON(7), refuses('data', /json = 7/));
+  const changed = (field, value) => JSON.stringify({ ...JSON.parse(text), [field]: value });
+  assert.throws(() => VideoResult.fromJSON(changed('width', 0)), refuses('data', /width = 0/));
+  assert.throws(() => VideoResult.fromJSON(changed('width', 321)), refuses('data', /covers/));
+  const { runs } = JSON.parse(text);
+  const cut = { ...runs, data: runs.data.slice(0, 8) };
+  assert.throws(() => VideoResult.fromJSON(changed('runs', cut)), refuses('data', /cut off|cover/));
+  assert.throws(() => VideoResult.fromJSON(changed('runs', { ...runs, data: '§' })), refuses('data', /base64/));
+  assert.throws(() => VideoResult.fromJSON(changed('runs', { ...runs, length: 3 })), refuses('data', /length.* = 3/));
+});
+
+const [width, height] = [12, 8];
+
+/** The made clip of the Rust test of the same table. */
+const made = {
+  width,
+  height,
+  numFrames: 3,
+  labels: (t) =>
+    Uint8Array.from({ length: width * height }, (_, p) => {
+      const [x, y] = [p % width, Math.floor(p / width)];
+      if (x >= 1 + t && x < 5 + 2 * t && y >= 2 && y < 5) return 1;
+      return t !== 1 && x + y > 16 ? 7 : 0;
+    }),
+  trajectories: {
+    startFrame: [0, 0, 1, 0],
+    offset: [0, 3, 5, 7, 9],
+    x: Float32Array.of(1.25, 2.5, 4, 4.49, 5, 6, 5.75, 11.5, 11),
+    y: Float32Array.of(2, 2.0625, 2.5, 4.49, 4, 4.5, 4.25, 7.5, 7),
+  },
+};
+
+test('the table of a made clip is the one that native code writes', async () => {
+  const expected = readFileSync(new URL('../data/objects.csv', import.meta.url), 'utf8');
+  assert.equal(await objectTableCsv(await objectTable(made)), expected.replaceAll('\r', ''));
+});
+
+test('rows have times where there are any, and objects can be chosen', async () => {
+  const rows = await objectTable(made, { frameRate: 10, objects: [7] });
+  assert.deepEqual(
+    rows.map(({ frame, time, object }) => [frame, time, object]),
+    [
+      [0, 0, 7],
+      [2, 0.2, 7],
+    ],
+  );
+  const [still] = await objectTable({ ...made, trajectories: undefined });
+  assert.deepEqual([still.dx, still.dy, still.trajectories], [null, null, 0]);
+  assert.match(await objectTableCsv(rows), /\n2,0\.2,7,10,6,2,2,3,10\.667,6\.667,,,0\n$/);
+  assert.deepEqual(JSON.parse(JSON.stringify(rows)), rows);
+  await assert.rejects(objectTable(made, { trajectories: {} }), { code: 'data' });
+  await assert.rejects(objectTable(made, { motion: true }), { code: 'param' });
+  await assert.rejects(objectTableCsv('rows'), { code: 'data' });
+});
+
+test('objects move as their trajectories say', async () => {
+  const size = { width: 256, height: 144, numFrames: 8 };
+  const clip = await synthClip({ width: 256, height: 144, frames: 8, seed: 1 });
+  const tracks = await trajectories(Array.from({ length: 8 }, (_, t) => clip.frame(t)));
+  const rows = await objectTable({ ...size, labels: (t) => clip.mask(t) }, { trajectories: tracks });
+  const next = ({ frame, object }) => rows.find((row) => row.frame === frame + 1 && row.object === object);
+  // The balloon and the van, which keep their shape; the walker does not.
+  const moving = rows.filter((row) => row.object < 3 && next(row));
+  assert.equal(moving.length, 14);
+  for (const row of moving) {
+    const { x, y } = next(row);
+    assert.ok(row.trajectories > 30 && Math.hypot(row.dx, row.dy) > 1);
+    assert.ok(Math.hypot(x - row.x - row.dx, y - row.y - row.dy) < 0.5, JSON.stringify(row));
+  }
+});
+
+test("a segmented clip's rows have the areas and trajectories of its result", async () => {
+  const result = await segmentVideo(await framesOf()).collect();
+  const rows = await objectTable(result);
+  assert.ok(result.objects.length > 0 && rows.some(({ trajectories: count }) => count > 0));
+  for (const { label, areas } of result.objects) {
+    const own = rows.filter(({ object }) => object === label);
+    const present = [...areas].filter((area) => area > 0);
+    assert.deepEqual(
+      own.map(({ area }) => area),
+      present,
+    );
+    assert.ok(own.every(({ time, frame }) => time === result.times[frame]));
+  }
+});
+
+/** Two trajectories over three frames of 32 x 16: one rests, one goes 3 right and 4 down a frame. */
+const two = {
+  width: 32,
+  height: 16,
+  numFrames: 3,
+  trajectories: { count: 2, offset: [0, 3, 6], x: [4, 4, 4, 20, 23, 26], y: [2, 2, 2, 3, 7, 11] },
+  clusters: { count: 2, label: [1, 0] },
+};
+
+test('coverage, speed and motions come from the points', () => {
+  assert.deepEqual(searchReport(two), {
+    numFrames: 3,
+    trajectories: 2,
+    // One square for the point that rests, three for the other, of 16 by 8.
+    coverage: 4 / 128,
+    speed: 5,
+    cameraMoves: true,
+    motions: [0.5, 0.5],
+  });
+  const { motions, ...rest } = searchReport({ ...two, clusters: undefined });
+  assert.equal(motions, null);
+  assert.equal(rest.speed, 5);
+});
+
+test('a clip without texture has nothing that could be followed', async () => {
+  const result = await segment(Array.from({ length: 5 }, () => plain(64, 48, 90)));
+  assert.deepEqual(searchReport(result), {
+    numFrames: 5,
+    trajectories: 0,
+    coverage: 0,
+    speed: 0,
+    cameraMoves: false,
+    motions: [],
+  });
+});
+
+test('a camera that pans is told from one that stands still, in one window and in many', async () => {
+  const frames = await framesOf({ width: 160, height: 90, frames: 10, seed: 5 });
+  const result = await segment(frames);
+  assert.equal(searchReport(result).cameraMoves, true);
+  const still = Array.from({ length: 10 }, () => frames[0]);
+  const report = searchReport(await segment(still));
+  assert.equal(report.cameraMoves, false);
+  assert.ok(report.coverage > 0.5, `${report.coverage}`);
+  const whole = await segmentVideo(frames, { window: 6, overlap: 2 }).collect();
+  assert.equal(searchReport(whole).motions, null);
+  assert.equal(searchReport(whole).cameraMoves, true);
+});
+
+test('what is no result is refused', () => {
+  assert.throws(() => searchReport(null), { code: 'data', message: /result = null/ });
+  assert.throws(() => searchReport({ ...two, trajectories: { ...two.trajectories, offset: [0] } }), {
+    code: 'data',
+    message: /1 entries \(expected 3\)/,
+  });
+});
