@@ -45,7 +45,8 @@ export class Clip {
     const frames = (this.frames = []);
     for await (const { pixels, width, height, time } of this.files.length > 0 ? this.#read(signal) : sampleFrames()) {
       const canvas = new OffscreenCanvas(width, height);
-      canvas.getContext('2d', { willReadFrequently: true }).putImageData(await pixels(), 0, 0);
+      const image = new ImageData(new Uint8ClampedArray((await pixels()).data), width, height);
+      canvas.getContext('2d', { willReadFrequently: true }).putImageData(image, 0, 0);
       frames.push({ canvas, time });
       yield frames.at(-1);
     }
@@ -64,9 +65,8 @@ export class Clip {
 async function* sampleFrames() {
   const sample = await synthClip(SAMPLE);
   const { width, height, numFrames } = sample;
-  const pixels = (t) => new ImageData(new Uint8ClampedArray(sample.frame(t).data), width, height);
   for (let t = 0; t < numFrames; t += 1)
-    yield { pixels: () => pixels(t), width, height, time: t / SAMPLE_FRAMES_PER_SECOND };
+    yield { pixels: () => sample.frame(t), width, height, time: t / SAMPLE_FRAMES_PER_SECOND };
   sample.close();
 }
 

@@ -175,9 +175,19 @@ export class ClipJob extends Job {
 
   /** @param {import('./library.js').DecodedFrame} frame that goes into the engine next */
   async read({ pixels, time, duration }) {
-    const { images, take, isTimed } = this;
+    const { take, isTimed } = this;
     const end = isTimed && take.step === 1 && duration > 0 ? time + duration : null;
-    await this.arrived(/** @type {ImageData} */ (await pixels()), isTimed ? time : null, end);
+    await this.show(/** @type {ImageData} */ (await pixels()), isTimed ? time : null, end);
+  }
+
+  /**
+   * @param {ImageData} frame
+   * @param {number | null} time in seconds
+   * @param {number | null} end when it is over, in seconds, where that is known
+   */
+  async show(frame, time, end) {
+    const { images, take } = this;
+    await this.arrived(frame, time, end);
     this.mark('frames', images.length, Math.max(take.frames, images.length + 1));
     if (!this.stopped) this.report();
   }

@@ -218,7 +218,7 @@ export class Corrections {
    * @param {number} label
    * @param {import('./library.js').Place} [at]
    */
-  split(label, at) {
+  async split(label, at) {
     if (!at && this.splitsAtPlace) throw new PageError('no-place');
     return this.step((editor) => editor.split(label, at));
   }

@@ -25,7 +25,8 @@ export class SavedJob extends ClipJob {
 
   async work() {
     const { masks, edits } = this.project;
-    for await (const _ of this.frames());
+    const frames = this.source.frames(this.take, this.life.signal);
+    for await (const { frame, time, end = null } of frames) await this.show(frame, time, end);
     this.times = [...masks.times];
     this.end = masks.end;
     this.cuts = masks.shots.slice(1).map(({ first }) => first);

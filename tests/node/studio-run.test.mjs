@@ -102,7 +102,7 @@ test('kept work is told, chosen of and painted in, and nothing is segmented for 
   const { corrections } = store.state.job;
   assert.equal(corrections.splitsAtPlace, true);
   await assert.rejects(corrections.split(1), { code: 'no-place' });
-  await assert.rejects(corrections.together([{ t: 0, points: [1, 1], radius: 1 }]), { code: 'one-object' });
+  await assert.rejects(corrections.together([{ t: 0, points: [1, 1], radius: 1 }]), { code: 'param' });
   const stroke = { t: 4, points: [10, 90, 30, 90], radius: 6 };
   const painted = await corrections.paint({ label: corrections.newLabel(), stroke });
   await corrections.carry(painted, new AbortController().signal, () => {});

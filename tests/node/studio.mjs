@@ -4,11 +4,10 @@ import { createHash } from 'node:crypto';
 import { existsSync, mkdirSync, readFileSync, renameSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { openProject, saveProject } from 'tracecut/edit';
-import { segmentVideo, synthClip } from 'tracecut';
+import { fitSize, segmentVideo, synthClip } from 'tracecut';
 import { root } from '../../scripts/tools.mjs';
 import { App } from '../../studio/model/app.js';
 import { Selection } from '../../studio/model/selection.js';
-import { workingSize } from '../../studio/model/source.js';
 import { Store } from '../../studio/model/store.js';
 import { PageError } from '../../studio/model/words.js';
 
@@ -65,7 +64,7 @@ export function sourceOf(frames, { kind = 'video', name = 'clip.mp4' } = {}) {
 }
 
 function resized(frame, side) {
-  const { width, height } = workingSize(frame, side);
+  const { width, height } = fitSize(frame, side);
   const data = new Uint8ClampedArray(4 * width * height);
   for (let p = 0; p < width * height; p += 1) {
     const [x, y] = [p % width, Math.floor(p / width)].map((at) => Math.floor(((at + 0.5) * frame.width) / width));
