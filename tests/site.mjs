@@ -18,25 +18,25 @@ const SAMPLES = { small: SMALL, tiny: TINY };
 /** The site of the sample that it is built with, as its scripts write it. */
 const OWN_SAMPLE = '{width:480,height:270,frames:24,seed:0}';
 
-/** What the site has in other files: the package's entries in one, the page's code in that which starts it. */
-const ELSEWHERE = {
-  ...Object.fromEntries(
-    ['draw', 'edit', 'export', 'stages'].map((name) => [`/dist/${name}.js`, "export * from './index.js';"]),
-  ),
-  '/view/page.js': '',
-};
+/** The package's entries, which the site has in one file. */
+const ENTRIES = Object.fromEntries(
+  ['draw', 'edit', 'export', 'stages'].map((name) => [`/dist/${name}.js`, "export * from './index.js';"]),
+);
+/** What the page would fetch ahead, where it is in one file with what starts it. */
+const WITHIN = { '/view/page.js': '' };
 
 /**
  * Serves the package and the page as they are written, or ('whole', 'small', 'tiny') the site as it is built, with this
  * sample: it opens with a tenth of the requests.
  * @param {'package' | 'whole' | 'small' | 'tiny'} kind
- * @param {string} [folder] of a site that was written already
+ * @param {{folder?: string, splits?: boolean}} [options] a folder of the site that was written before; whether it has as many
+ *   files as on a host
  */
-export async function serveSite(kind, folder) {
+export async function serveSite(kind, { folder, splits = false } = {}) {
   if (kind === 'package') return serve();
-  const target = folder ?? (await writeTestSite());
+  const target = folder ?? (await writeTestSite({ splits }));
   const texts = kind === 'whole' ? [] : withSample(target, JSON.stringify(SAMPLES[kind]));
-  const instead = { ...Object.fromEntries(texts), ...ELSEWHERE };
+  const instead = { ...Object.fromEntries(texts), ...ENTRIES, ...(splits ? {} : WITHIN) };
   const places = [{ prefix: '/', folder: target }, ...mounts];
   const server = await serve({ places, instead, list: () => siteList(target, instead) });
   const close = () => server.close().finally(() => folder ?? rmSync(target, { recursive: true, force: true }));
@@ -44,9 +44,9 @@ export async function serveSite(kind, folder) {
 }
 
 /** The built site in a folder of its own. */
-async function writeTestSite() {
+async function writeTestSite(options) {
   const target = mkdtempSync(join(tmpdir(), 'tracecut-site-'));
-  await writeSite(target, { splits: false });
+  await writeSite(target, options);
   return target;
 }
 
@@ -65,9 +65,9 @@ const shared = JSON.parse(process.env.TRACECUT_SITES ?? '{}');
 
 /** Starts a server of each kind, for all processes that are started from here. @returns {Promise<() => Promise<void>>} */
 export async function shareSites() {
-  const folder = await writeTestSite();
+  const folder = await writeTestSite({ splits: false });
   const kinds = ['package', 'whole', ...Object.keys(SAMPLES)];
-  const servers = await Promise.all(kinds.map((kind) => serveSite(kind, folder)));
+  const servers = await Promise.all(kinds.map((kind) => serveSite(kind, { folder })));
   process.env.TRACECUT_SITES = JSON.stringify(Object.fromEntries(kinds.map((kind, k) => [kind, servers[k].url])));
   return async () => {
     await Promise.all(servers.map((server) => server.close()));
@@ -79,7 +79,8 @@ export async function shareSites() {
  * Has both ready before the tests of a file or suite, and ends after them what it started.
  *
  * @param {{sample?: 'package' | 'whole' | 'small' | 'tiny', isOwn?: boolean}} [options] the page's sample; without one the files of the package are as
- *   they are written; a server of its own has its `folder`, whose files may be changed
+ *   they are written; a server of its own has the site as hosts have it, in a `folder` whose files may be
+ *   changed
  * @returns {{url: string, folder: string, browser: import('playwright-core').Browser, ready: () => Promise<unknown>}} to be read in the tests; what
  *   else is made before them, outside of a suite, waits for `ready()`: Node starts all that at once
  */
@@ -88,7 +89,7 @@ export function useServerAndBrowser({ sample = 'package', isOwn = false } = {}) 
   const site = { url: '', folder: '', browser: null, ready: () => (starting ??= start()) };
   let server, starting;
   const start = async () => {
-    if (!url) server = await serveSite(sample);
+    if (!url) server = await serveSite(sample, { splits: isOwn });
     Object.assign(site, { url, ...server, browser: await launchBrowser() });
   };
   before(site.ready);

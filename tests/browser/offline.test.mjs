@@ -34,7 +34,7 @@ describe('without a network', () => {
     assert.equal(await page.evaluate(() => [...globalThis.tracecutStudio.result.labels(3)].join('')), before);
     assert.equal(await run(page, movingClip(3, [48, 32])), 'done');
     const files = siteList(site.folder()).files.map(([file]) => file);
-    assert.ok(asked.length > 6, asked.join());
+    assert.ok(asked.length > 40, `${asked.length} files`);
     assert.deepEqual(
       asked.filter((file) => !files.includes(`.${file}`)),
       [],

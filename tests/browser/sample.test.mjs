@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { createSession, synthClip } from '../../dist/node.js';
-import { screenshot, showOnly, text, useSample, useSite } from './support.mjs';
+import { screenshot, text, useSample, useSite } from './support.mjs';
 
 const { SAMPLE } = await import('../../studio/view/source.js');
 
@@ -23,37 +23,6 @@ describe('the sample', () => {
     await page.evaluate((frame) => globalThis.tracecutStudio.app.timeline.seek(frame), FRAME);
     await screenshot(page, 'sample');
     assert.deepEqual(faults, []);
-  });
-
-  test('moves of objects are told against the scene, not the picture', async () => {
-    const { page } = sample;
-    const found = await page.evaluate(() => {
-      const { points } = globalThis.tracecutStudio.app;
-      return [1, 2, 3].map((object) => ({
-        ...points.presence.facts(object, points.scene).moved,
-        mask: [...points.mask(0)].flatMap((label, p) => (label === object ? [p] : [])),
-      }));
-    });
-    const clip = await synthClip(SAMPLE);
-    const truth = motionsOf(clip);
-    const said = (await text(page, '#summary')).split(';');
-    for (const [k, { x, mask }] of found.entries()) {
-      const first = clip.mask(0);
-      const count = new Map();
-      for (const p of mask) count.set(first[p], (count.get(first[p]) ?? 0) + 1);
-      const [[owner]] = [...count].sort(([, a], [, b]) => b - a);
-      assert.ok(
-        Math.abs(x - truth[owner]) < 0.04,
-        `object ${k + 1} moved by ${x} of the width, in truth ${truth[owner]}`,
-      );
-      if (Math.abs(truth[owner]) > 0.08)
-        assert.ok(
-          said.some(
-            (words) => words.includes(`Object ${k + 1} `) && words.includes(truth[owner] > 0 ? 'right' : 'left'),
-          ),
-          said.join(';'),
-        );
-    }
   });
 
   test('has its objects coloured where the scene has them', async () => {
@@ -120,29 +89,6 @@ describe('the sample', () => {
   });
 });
 
-describe('the layers of a sample', () => {
-  const sample = useSample(useSite());
-
-  test('fades a layer, and shows its outlines without its fill', async () => {
-    const { page } = sample;
-    await showOnly(page, 'masks');
-    const alpha = () => page.evaluate(meanAlpha);
-    const setting = (name, value) => page.locator(`[data-setting="masks.${name}"]`).fill(String(value));
-    const whole = await alpha();
-    await setting('opacity', 0.5);
-    const faded = await alpha();
-    assert.ok(Math.abs(faded / whole - 0.5) < 0.02, `half of ${whole} is ${faded}`);
-    await setting('opacity', 0);
-    assert.equal(await alpha(), 0);
-    await setting('opacity', 1);
-    await setting('fill', 0);
-    const lines = await alpha();
-    assert.ok(lines > 0 && lines < 0.5 * whole, `outlines ${lines} of ${whole}`);
-    await setting('fill', 0.5);
-    assert.equal(await alpha(), whole);
-  });
-});
-
 /**
  * Runs in the page. Draws nothing but the masks of a frame and counts, for each object's colour, in which object of
  * the scene the painted pixels lie.
@@ -176,16 +122,6 @@ function paintedPixels(frame) {
   return { counts, masks };
 }
 
-/** Runs in the page: the mean opacity of the canvas, 0 to 1. */
-function meanAlpha() {
-  const { viewer } = globalThis.tracecutStudio.app;
-  viewer.draw();
-  const { data } = viewer.canvas.getContext('2d').getImageData(0, 0, viewer.canvas.width, viewer.canvas.height);
-  let sum = 0;
-  for (let at = 3; at < data.length; at += 4) sum += data[at];
-  return sum / 255 / (data.length / 4);
-}
-
 /** Runs in the page: the pixel of an object that is nearest to its centre of gravity, in CSS pixels of the canvas. */
 function middleOfObject(object) {
   const { points, viewer, timeline } = globalThis.tracecutStudio.app;
@@ -197,24 +133,4 @@ function middleOfObject(object) {
   const distance = ([x, y]) => Math.hypot(x - mean[0], y - mean[1]);
   const [x, y] = own.reduce((best, place) => (distance(place) < distance(best) ? place : best));
   return { x: (x + 0.5) / viewer.view.unit, y: (y + 0.5) / viewer.view.unit };
-}
-
-/** How far each object of a made clip moves to the right against the scene, in parts of the width. */
-function motionsOf(clip) {
-  const { width, numFrames, numObjects } = clip;
-  const middles = (t) => {
-    const mask = clip.mask(t);
-    return Array.from({ length: numObjects + 1 }, (_, object) => {
-      const columns = [...mask.keys()].filter((p) => mask[p] === object).map((p) => p % width);
-      return columns.reduce((sum, x) => sum + x, 0) / columns.length;
-    });
-  };
-  let scene = 0;
-  for (let t = 0; t + 1 < numFrames; t += 1) {
-    const [{ u }, mask] = [clip.flow(t), clip.mask(t)];
-    const steps = [...u].filter((_, p) => mask[p] === 0 && p % 11 === 0).sort((a, b) => a - b);
-    scene += steps[steps.length >> 1];
-  }
-  const [from, to] = [middles(0), middles(numFrames - 1)];
-  return from.map((x, object) => (to[object] - x - scene) / width);
 }

@@ -102,9 +102,9 @@ export async function openSample(site, options) {
 /**
  * One page with the finished sample for all tests of a suite that may share it; read `page` and `faults` in the tests.
  */
-export function useSample(site) {
+export function useSample(site, options) {
   const shared = { page: null, faults: null };
-  before(async () => Object.assign(shared, await openSample(site)));
+  before(async () => Object.assign(shared, await openSample(site, options)));
   return shared;
 }
 
