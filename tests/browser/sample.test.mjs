@@ -25,6 +25,37 @@ describe('the sample', () => {
     assert.deepEqual(faults, []);
   });
 
+  test('moves of objects are told against the scene, not the picture', async () => {
+    const { page } = sample;
+    const found = await page.evaluate(() => {
+      const { points } = globalThis.tracecutStudio.app;
+      return [1, 2, 3].map((object) => ({
+        ...points.presence.facts(object, points.scene).moved,
+        mask: [...points.mask(0)].flatMap((label, p) => (label === object ? [p] : [])),
+      }));
+    });
+    const clip = await synthClip(SAMPLE);
+    const truth = motionsOf(clip);
+    const said = (await text(page, '#summary')).split(';');
+    for (const [k, { x, mask }] of found.entries()) {
+      const first = clip.mask(0);
+      const count = new Map();
+      for (const p of mask) count.set(first[p], (count.get(first[p]) ?? 0) + 1);
+      const [[owner]] = [...count].sort(([, a], [, b]) => b - a);
+      assert.ok(
+        Math.abs(x - truth[owner]) < 0.04,
+        `object ${k + 1} moved by ${x} of the width, in truth ${truth[owner]}`,
+      );
+      if (Math.abs(truth[owner]) > 0.08)
+        assert.ok(
+          said.some(
+            (words) => words.includes(`Object ${k + 1} `) && words.includes(truth[owner] > 0 ? 'right' : 'left'),
+          ),
+          said.join(';'),
+        );
+    }
+  });
+
   test('has its objects coloured where the scene has them', async () => {
     const { page } = sample;
     const { counts, masks } = await page.evaluate(paintedPixels, FRAME);
@@ -133,4 +164,24 @@ function middleOfObject(object) {
   const distance = ([x, y]) => Math.hypot(x - mean[0], y - mean[1]);
   const [x, y] = own.reduce((best, place) => (distance(place) < distance(best) ? place : best));
   return { x: (x + 0.5) / viewer.view.unit, y: (y + 0.5) / viewer.view.unit };
+}
+
+/** How far each object of a made clip moves to the right against the scene, in parts of the width. */
+function motionsOf(clip) {
+  const { width, numFrames, numObjects } = clip;
+  const middles = (t) => {
+    const mask = clip.mask(t);
+    return Array.from({ length: numObjects + 1 }, (_, object) => {
+      const columns = [...mask.keys()].filter((p) => mask[p] === object).map((p) => p % width);
+      return columns.reduce((sum, x) => sum + x, 0) / columns.length;
+    });
+  };
+  let scene = 0;
+  for (let t = 0; t + 1 < numFrames; t += 1) {
+    const [{ u }, mask] = [clip.flow(t), clip.mask(t)];
+    const steps = [...u].filter((_, p) => mask[p] === 0 && p % 11 === 0).sort((a, b) => a - b);
+    scene += steps[steps.length >> 1];
+  }
+  const [from, to] = [middles(0), middles(numFrames - 1)];
+  return from.map((x, object) => (to[object] - x - scene) / width);
 }
