@@ -3,22 +3,23 @@
 //!
 //! `FRAMES` is a folder of PNG or JPEG files and nothing else, taken in name order. For each frame a line is printed:
 //! its mask as runs of a label and a number of pixels, row by row; 0 is the background. The labels equal those of
-//! [`tracecut::Session`], which does the same step by step, reduces large frames, and takes long clips window by window;
-//! clips it also judges by their background, and cuts them again by what objects look like, which is left out here
-//! (`background.judge`, `cut.appearanceRounds`).
+//! [`tracecut::Session`] with default parameters, which does the same step by step, reduces large frames, and takes long
+//! clips window by window.
 
 use std::error::Error;
 use std::{env, fs};
 use tracecut::Params;
 use tracecut::affinity::affinities;
+use tracecut::background::{Background, LabelledTracks};
+use tracecut::camera::{Camera, Travel};
 use tracecut::connectedness::{Separation, components, constrain};
-use tracecut::cut::{CutInput, forget_strangers, gabriel_cut, labels_for, paint};
+use tracecut::cut::{CutInput, add_appearance, gabriel_cut, paint};
 use tracecut::discontinuity::{discontinuities, neighborhoods};
 use tracecut::discretize::{Known, discretize};
 use tracecut::embedding::embed;
 use tracecut::flow::{CompactFlow, FlowPyramid, flow_between, local_flow_variation};
 use tracecut::image::{Frame, Plane};
-use tracecut::mask::{find_objects, refine};
+use tracecut::mask::{Observations, cluster_doubts, judge_clusters, number_objects, refine};
 use tracecut::saliency::{SaliencyMaps, context_saliency, look_up, trajectory_saliency};
 use tracecut::superpixel::superpixels_of;
 use tracecut::trajectory::{Tracker, structure};
@@ -26,7 +27,8 @@ use tracecut::trajectory::{Tracker, structure};
 /// A label for every pixel of at least two frames of one size.
 fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut::Error> {
     // Lengths are stated for large frames, counts of trajectories for a grid step of 8 pixels there.
-    let size = (frames[0].width(), frames[0].height());
+    let (width, height) = (frames[0].width(), frames[0].height());
+    let size = (width, height);
     let (params, seed) = (params.for_size(size), params.clip.seed);
 
     // 2.1 Trajectories: points that follow the optical flow from frame to frame; denser ones are for the masks.
@@ -34,10 +36,10 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
     let mut denser = Tracker::new(size, &params.trajectory.for_masks());
     let mut flows = Vec::new();
     for pair in frames.windows(2) {
-        let (from, to) = (pair[0].luma(), pair[1].luma());
-        let structure = structure(&from);
-        let (from, to) = (FlowPyramid::new(&from), FlowPyramid::new(&to));
-        let (forward, backward) = (flow_between(&from, &to, &params.flow), flow_between(&to, &from, &params.flow));
+        let structure = structure(&pair[0].luma());
+        let [from, to] = [&pair[0], &pair[1]].map(|frame| FlowPyramid::of_frame(frame, params.flow.max_side));
+        let forward = flow_between(&from, &to, &params.flow).at_size(width, height);
+        let backward = flow_between(&to, &from, &params.flow).at_size(width, height);
         let variation = local_flow_variation(&forward);
         for tracker in [&mut tracker, &mut denser] {
             tracker.seed(&structure);
@@ -84,20 +86,42 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
     let superpixels: Vec<_> =
         frames.iter().map(|frame| superpixels_of(frame, None, &params.contour, &params.superpixel)).collect();
 
-    // 4.2 The Gabriel cut, from the denser trajectories, which take the labels of the clustered ones around them.
-    let mut label = labels_for(&denser, &tracks, &clusters.label, clusters.count.max(1), params.vote_radius());
-    let salience = trajectory_saliency(&denser, &of_denser);
-    forget_strangers(&mut label, &salience, params.saliency.threshold);
-    let objects = find_objects(&tracks, &clusters).of_cluster;
-    let input = CutInput {
-        superpixels: &superpixels,
-        tracks: &denser,
-        label: &label,
-        num_labels: clusters.count.max(1),
-        objects: &objects.iter().map(|&label| label > 0).collect::<Vec<_>>(),
-        evidence: &[],
+    // Which clusters are objects (not in the paper): where the camera stands still, those that differ from a plate of all
+    // frames; elsewhere those that hold little of the frame's border and do not move with the camera, or that no rigid
+    // scene explains if it goes forward. The denser trajectories take the labels of the clustered ones around them.
+    let camera = Camera::new(maps.motions(), frames, Travel::of(&tracks));
+    let mut background = Background::new(frames, camera, &denser, params.trajectory.mask_step);
+    let observations = Observations {
+        known: &known,
+        denser: &denser,
+        saliency: &trajectory_saliency(&denser, &of_denser),
+        saliency_threshold: params.saliency.threshold,
+        max_edge: longest,
+        vote_radius: params.vote_radius(),
+        spacing: params.trajectory.mask_step,
     };
-    let cut = gabriel_cut(&input, &params.cut).labels;
+    let figure = judge_clusters(&background, &clusters, &observations, &params.background);
+    let objects = number_objects(&tracks, &figure.clusters, &figure.is_object).of_cluster;
+
+    // Evidence for and against objects in each superpixel (not in the paper): its distance from the plate and its flow, or
+    // whether its pixels are found in other frames where the scene has gone, or where the objects have gone.
+    let labelled = LabelledTracks { tracks: &denser, label: &figure.label, is_object: &figure.is_object };
+    background.compare_frames(labelled);
+    let doubts = cluster_doubts(&figure.clusters, &figure.doubts, |_| false);
+    let evidence = background.evidence(&superpixels, &flows, labelled, &doubts, &params.background);
+
+    // 4.2 The Gabriel cut, from the denser trajectories. It is made again with what objects and the ground near them look
+    // like in the cut before (not in the paper).
+    let num_labels = figure.clusters.count.max(1);
+    let cut_with = |evidence: &[f32]| {
+        let LabelledTracks { tracks, label, is_object: objects } = labelled;
+        gabriel_cut(&CutInput { superpixels: &superpixels, tracks, label, num_labels, objects, evidence }, &params.cut)
+    };
+    let mut cut = cut_with(&evidence).labels;
+    for _ in 0..params.cut.appearance_rounds {
+        let weight = params.cut.appearance_weight;
+        cut = cut_with(&add_appearance(&evidence, &superpixels, frames, &cut, labelled.is_object, weight)).labels;
+    }
 
     // Masks: clusters that are objects, with borders to the pixel (not in the paper).
     let object = |cluster: u32| objects.get(cluster as usize).copied().unwrap_or(0);

@@ -58,8 +58,9 @@
 //! | connectedness | [`connectedness`] | [`components`](connectedness::components), [`constrain`](connectedness::constrain) | 3 | foreground, A → A without what it keeps apart |
 //! | clusters | [`discretize`] | [`discretize`](discretize::discretize) | 2.3 | embedding, d → [`Clusters`](discretize::Clusters) |
 //! | superpixels | [`contour`], [`superpixel`] | [`boundary_map`](contour::boundary_map), [`gabriel_superpixels`](superpixel::gabriel_superpixels) | 4.1 | a frame → [`Superpixels`](superpixel::Superpixels) |
-//! | cut | [`cut`] | [`gabriel_cut`](cut::gabriel_cut) | 4.2 | superpixels, labelled trajectories → [`CutLabels`](cut::CutLabels) |
-//! | masks | [`mask`] | [`find_objects`](mask::find_objects), [`refine`](mask::refine) | | cut, frames → a mask for each frame |
+//! | objects | [`background`], [`mask`] | [`Background`](background::Background), [`judge_clusters`](mask::judge_clusters) | | frames, flow, labelled trajectories → which clusters are objects, evidence for each superpixel |
+//! | cut | [`cut`] | [`gabriel_cut`](cut::gabriel_cut) | 4.2 | superpixels, labelled trajectories, evidence → [`CutLabels`](cut::CutLabels) |
+//! | masks | [`mask`] | [`refine`](mask::refine) | | cut, frames → a mask for each frame |
 //!
 //! Beside them: [`still`] finds discontinuities in single images; [`correction`] says what the user wants otherwise;
 //! [`synth`] makes clips whose masks and flow are known; [`image`], [`sparse`] and [`params`] are what all of these are
@@ -76,7 +77,7 @@ mod dense;
 mod figure;
 pub mod mask;
 mod motion;
-mod session;
+pub mod session;
 pub mod still;
 pub mod synth;
 #[doc(hidden)]
@@ -84,24 +85,22 @@ pub mod tracks;
 #[cfg(all(target_arch = "wasm32", feature = "wasm"))]
 pub mod wasm;
 
-// Folders are for readers: from outside, and in paths here, a room has no folder.
+// Folders are for readers: from outside, and in paths here, a room has no folder. The rooms of `session` are its own.
 use base::{delaunay, error, grid, order};
 pub use base::{image, params, sparse};
 #[doc(hidden)]
 pub use base::{rng, sets};
 pub use dense::{contour, cut, superpixel};
+pub use figure::{background, connectedness, discretize, saliency};
 #[doc(hidden)]
-pub use figure::evidence;
-use figure::{background, camera, objects};
-pub use figure::{connectedness, discretize, saliency};
+pub use figure::{camera, evidence};
+use figure::{judge, objects};
 pub use motion::{affinity, discontinuity, embedding, flow, trajectory};
-pub use session::pipeline;
-use session::window;
 
 pub use error::Error;
 #[cfg(not(target_arch = "wasm32"))]
-pub use pipeline::{Checkpoint, Window, Windows};
-pub use pipeline::{Explanation, Params, Progress, Session, Source, Stage, Step};
+pub use session::{Checkpoint, Window, Windows};
+pub use session::{Explanation, Params, Progress, Session, Source, Stage, Step};
 
 /// The README's Rust, tested with the examples in comments.
 #[cfg(doctest)]

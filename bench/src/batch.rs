@@ -13,6 +13,17 @@ use tracecut_cli::log::Log;
 use tracecut_cli::run::run;
 use tracecut_cli::settings::Settings;
 
+/// How this program is called, as files that it writes say it.
+pub(super) const PROGRAM: &str = "cargo run --release -p tracecut-bench --";
+
+/// Refuses parameters under which there are no masks.
+pub(super) fn require_dense(params: &Params) -> Result<()> {
+    if params.clip.dense {
+        return Ok(());
+    }
+    Err(Failure::usage("clip.dense is false, so that there would be no masks to score: leave it on".to_owned()))
+}
+
 #[derive(Args, Debug)]
 pub(super) struct Batch {
     /// Write all figures and the parameters to this file

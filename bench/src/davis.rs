@@ -4,9 +4,8 @@ pub(super) mod folder;
 mod published;
 mod source;
 
-use super::batch::{Batch, write_json};
-use super::masks::require_dense;
-use super::num_clusters;
+use super::batch::{Batch, require_dense, write_json};
+use super::shot::num_clusters;
 use crate::measures::davis::{LabelTally, Summary, boundary, boundary_measure, region_similarity, scored_frames};
 use clap::Args;
 use folder::{Sequence, find_sequences};

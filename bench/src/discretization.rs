@@ -1,8 +1,8 @@
 //! `bench discretization`: Figure 10, five discretizations of one embedding over a sweep of thresholds.
 
-use super::Shot;
 use super::batch::{Batch, run_clip, write_json};
 use super::moseg::{Sequence, find_sequences};
+use super::shot::Shot;
 use crate::measures::discretization::{Comparison, Errors, FRAGMENT_SHARE, compare, errors, mean};
 use crate::svg::Chart;
 use clap::Args;

@@ -2,7 +2,7 @@
 
 use super::clips::Suite;
 use super::points::{Item, items, run_item};
-use crate::PROGRAM;
+use crate::batch::PROGRAM;
 use crate::jobs::in_order;
 use crate::measures::logistic::{Example, fit, loss};
 use crate::measures::moseg::overlap_of;
@@ -16,7 +16,7 @@ use tracecut_cli::failure::{Failure, Result, print, write};
 const HELP: &str = "\
 Each clip is run to the labels of its trajectories. For every two neighbouring pieces of the over-segmentation, before any are merged, the
 terms of src/figure/evidence/pair.rs are written down, and how likely two of their points, one of each, are of one region; for every cluster
-the terms of src/figure/evidence/object.rs, before a moving or a still camera, and its share of points on objects. Logistic regressions give the weights: every
+the terms of src/figure/evidence/pair.rs, before a moving or a still camera, and its share of points on objects. Logistic regressions give the weights: every
 clip counts alike, in it a pair by the logarithm of the points of its smaller piece, a cluster by the root of its points.
 
 For each kind of clips the loss is printed of weights that were fitted on the others, and of those fitted on all (nats a pair); then the

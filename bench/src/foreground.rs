@@ -1,8 +1,8 @@
 //! `bench foreground`: which trajectories are foreground, against the labelled frames of the Moseg benchmark.
 
-use super::Shot;
 use super::batch::{Batch, run_clip, write_json};
 use super::moseg::{Sequence, find_sequences};
+use super::shot::Shot;
 use crate::measures::foreground::{ForegroundScores, mean, score};
 use clap::Args;
 use serde::Serialize;

@@ -20,26 +20,17 @@ pub mod mat;
 pub mod measures;
 mod moseg;
 mod points;
+mod shot;
 mod stability;
 mod superpixels;
 mod svg;
 
-use crate::measures::definition::{Definition, parse_pgm};
-use crate::measures::moseg::{Scores, score};
 use clap::{Parser, Subcommand};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use tracecut::Session;
-use tracecut::discretize::Clusters;
-use tracecut::image::Plane;
 use tracecut::tracks;
-use tracecut::trajectory::Trajectories;
 use tracecut_cli::ending;
-use tracecut_cli::failure::{Failure, Result, print, read, read_text};
-use tracecut_cli::images::is_endless;
-
-/// How this program is called, as files that it writes say it.
-const PROGRAM: &str = "cargo run --release -p tracecut-bench --";
+use tracecut_cli::failure::{Failure, Result, print, read_text};
 
 /// Scores TraceCut against ground truth.
 #[derive(Parser, Debug)]
@@ -124,7 +115,7 @@ fn run(command: &Command) -> Result<()> {
 fn eval_tracks(definition: &Path, track_file: &Path, json: bool) -> Result<()> {
     let (tracks, clusters) =
         tracks::parse(&read_text(track_file)?).map_err(|e| Failure::about(track_file.display(), e))?;
-    let scores = score_shot(definition, &tracks, &clusters)?;
+    let scores = shot::score_shot(definition, &tracks, &clusters)?;
     if json {
         let text = serde_json::to_string_pretty(&scores).map_err(|e| Failure::new(e.to_string()))?;
         return print(text);
@@ -140,41 +131,4 @@ fn eval_tracks(definition: &Path, track_file: &Path, json: bool) -> Result<()> {
         scores.visible,
         scores.labeled
     ))
-}
-
-/// A shot's ground truth: its definition and the region maps of the labelled frames used.
-struct Shot {
-    definition: Definition,
-    maps: Vec<Plane<u8>>,
-}
-
-impl Shot {
-    /// Reads a definition file and the masks beside it of the first `num_frames` frames.
-    fn read(path: &Path, num_frames: usize) -> Result<Self> {
-        let definition = Definition::parse(&read_text(path)?).map_err(|e| Failure::about(path.display(), e))?;
-        let mut maps = Vec::new();
-        for frame in definition.labelled_within(num_frames) {
-            let mask_path = path.with_file_name(&frame.mask);
-            if is_endless(&mask_path) {
-                return Err(Failure::about(
-                    path.display(),
-                    format_args!("names {}, which is no file", mask_path.display()),
-                ));
-            }
-            let mask = parse_pgm(&read(&mask_path)?).map_err(|e| Failure::about(mask_path.display(), e))?;
-            maps.push(definition.regions(&mask));
-        }
-        Ok(Self { definition, maps })
-    }
-}
-
-/// Scores labelled tracks of a shot.
-fn score_shot(path: &Path, tracks: &Trajectories, clusters: &Clusters) -> Result<Scores> {
-    let Shot { definition, maps } = Shot::read(path, tracks.num_frames)?;
-    score(&definition, &maps, tracks, clusters).map_err(|e| Failure::about(path.display(), e))
-}
-
-/// How many labels [`Session::cluster_labels`] may have: a clip without clusters has one.
-fn num_clusters(session: &Session) -> usize {
-    session.clusters().map_or(0, |c| c.count).max(1)
 }

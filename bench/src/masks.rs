@@ -2,7 +2,7 @@
 
 mod report;
 
-use super::batch::write_json;
+use super::batch::{require_dense, write_json};
 use super::clips::{Clip, Suite};
 use super::davis::paint_lines;
 use crate::jobs::in_order;
@@ -10,8 +10,7 @@ use crate::measures::davis::{boundary, scored_frames};
 use crate::measures::masks::{Census, ClipScorer, MaskScores, Truth};
 use crate::measures::reliability::Reliability;
 use clap::Args;
-use report::Report;
-use serde::Serialize;
+use report::{Outcome, Report, Run, Scored};
 use std::path::{Path, PathBuf};
 use tracecut::image::Plane;
 use tracecut::{Params, Session, Window, Windows};
@@ -71,40 +70,6 @@ pub(crate) struct MasksArgs {
     json: Option<PathBuf>,
 }
 
-/// What came of a clip under one seed.
-#[derive(Debug, Serialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct Run {
-    seed: u32,
-    frames: usize,
-    #[serde(flatten)]
-    pub(super) scores: MaskScores,
-    #[serde(flatten)]
-    census: Census,
-    /// Frame by frame: its index and its scores.
-    of_frames: Vec<Scored>,
-    #[serde(flatten)]
-    time: Seconds,
-    /// What confidences said and what was right; empty in windows.
-    #[serde(skip)]
-    reliability: Reliability,
-}
-
-#[derive(Debug, Serialize)]
-struct Scored {
-    frame: usize,
-    #[serde(flatten)]
-    scores: MaskScores,
-}
-
-/// What came of a clip, seed by seed.
-#[derive(Debug, Serialize)]
-struct Outcome {
-    name: String,
-    kind: String,
-    runs: Vec<Run>,
-}
-
 pub(super) fn eval(args: &MasksArgs) -> Result<()> {
     let params = args.suite.settings.params()?;
     require_dense(&params)?;
@@ -117,14 +82,6 @@ pub(super) fn eval(args: &MasksArgs) -> Result<()> {
     let report = Report::new(&outcomes, args.frames, &params);
     report.lines().into_iter().try_for_each(print)?;
     write_json(args.json.as_deref(), &report)
-}
-
-/// Refuses parameters under which there are no masks.
-pub(super) fn require_dense(params: &Params) -> Result<()> {
-    if params.clip.dense {
-        return Ok(());
-    }
-    Err(Failure::usage("clip.dense is false, so that there would be no masks to score: leave it on".to_owned()))
 }
 
 fn run_seeds(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> Result<Outcome> {

@@ -1,7 +1,7 @@
 //! `bench moseg`: every sequence of the benchmark through the pipeline and the evaluator.
 
 use super::batch::{Batch, run_clip, sequences, write_json};
-use super::{Shot, num_clusters};
+use super::shot::{Shot, num_clusters};
 use crate::measures::moseg::{Scores, mean, score, score_dense, trimmed_mean};
 use clap::Args;
 use serde::Serialize;

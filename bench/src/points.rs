@@ -1,9 +1,9 @@
 //! `bench points`: labelled trajectories against the true masks of clips of all kinds.
 
-use super::Shot;
 use super::batch::{run_clip, write_json};
 use super::clips::{Clip, Suite, find_clips};
 use super::moseg::{Sequence, find_sequences};
+use super::shot::Shot;
 use crate::jobs::in_order;
 use crate::measures::definition::{Definition, LabelledFrame};
 use crate::measures::masks::Truth;

@@ -2,9 +2,9 @@
 
 mod change;
 
+use super::batch::require_dense;
 use super::batch::write_json;
 use super::clips::{Clip, Suite};
-use super::masks::require_dense;
 use crate::jobs::in_order;
 use crate::measures::masks::{MaskScores, score_frame};
 use change::{ALL, Change};

@@ -1,7 +1,7 @@
 //! Animated images (GIF, PNG, WebP), by the decoders of the `image` crate: every picture with its delay.
 
+use crate::clip_frame::{Frames, check};
 use crate::failure::{Failure, Result};
-use crate::input::{Frames, check};
 use crate::timeline::{Picture, Stop, Timeline};
 use image::codecs::gif::GifDecoder;
 use image::codecs::png::PngDecoder;

@@ -7,7 +7,7 @@ use crate::run::run_frames;
 use crate::settings::Settings;
 use clap::Args;
 use std::path::PathBuf;
-use tracecut::pipeline::SuperpixelLink;
+use tracecut::session::SuperpixelLink;
 use tracecut::{Explanation, Session, Source};
 
 /// How many of the links are listed one by one, the strongest first.

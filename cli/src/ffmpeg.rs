@@ -13,8 +13,8 @@ mod faults;
 mod listing;
 mod log;
 
+use crate::clip_frame::{Frames, check};
 use crate::failure::{Failure, Result};
-use crate::input::{Frames, check};
 use crate::timeline::{Picture, Stop, Timeline};
 use faults::FaultFinder;
 use listing::Track;

@@ -5,6 +5,8 @@
 //! Frames are read one at a time and once: no decoded clip is held, and none is kept in a file.
 
 use crate::animation;
+use crate::clip_frame::Frames;
+pub use crate::clip_frame::{ClipFrame, FrameTiming};
 use crate::failure::{Failure, Result, cannot_read, read};
 use crate::ffmpeg::Video;
 use crate::images;
@@ -13,8 +15,8 @@ use crate::y4m::Y4m;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
-use tracecut::image::{Frame, MAX_PIXELS, MAX_SIDE};
-use tracecut::{Error, Params};
+use tracecut::Params;
+use tracecut::image::{Frame, MAX_PIXELS};
 
 /// A clip.
 #[derive(Debug)]
@@ -34,27 +36,6 @@ enum Kind {
     Video(Video),
     Stdin,
 }
-
-/// A picture of a clip.
-#[derive(Debug, Clone)]
-pub struct ClipFrame {
-    /// Its name in errors: the file's, with the number of the frame where the file holds several.
-    pub name: String,
-    pub frame: Frame,
-    /// `None` in lists of image files.
-    pub timing: Option<FrameTiming>,
-}
-
-/// The time at which a picture is shown, as its file says it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FrameTiming {
-    /// Presentation time in seconds.
-    pub time: f64,
-    /// Seconds until the next picture, or the end.
-    pub duration: f64,
-}
-
-pub(crate) type Frames = Box<dyn Iterator<Item = Result<ClipFrame>>>;
 
 impl Input {
     /// Finds out what `path` is; `-` is standard input.
@@ -171,18 +152,6 @@ pub fn decode(path: &Path) -> Result<Frame> {
 /// The same for one of at most `most` pixels.
 pub(crate) fn decode_within(path: &Path, most: usize) -> Result<Frame> {
     Frame::decode_within(&read(path)?, most).map_err(|e| Failure::from(e).of(path.display()))
-}
-
-/// Refuses a size before memory is taken for it.
-pub(crate) fn check(width: usize, height: usize, most: usize) -> std::result::Result<(), Error> {
-    if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
-        return Err(Error::FrameSize { width, height });
-    }
-    if width * height > most {
-        let (what, actual) = ("pixels in a frame", width * height);
-        return Err(Error::TooLarge { what, actual, limit: most, name: "clip.maxPixels" });
-    }
-    Ok(())
 }
 
 pub(crate) fn y4m_frames(path: &Path, reader: impl BufRead + 'static, most: usize) -> Result<Frames> {

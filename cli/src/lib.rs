@@ -4,6 +4,7 @@
 mod animation;
 mod boundaries;
 mod checkpoint;
+mod clip_frame;
 #[doc(hidden)]
 pub mod clock;
 mod dump;
@@ -43,7 +44,7 @@ mod times;
 mod window;
 mod y4m;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
 
 /// Finds the moving objects in a video.
@@ -91,7 +92,7 @@ fn run(command: &Command) -> failure::Result<()> {
         Command::Superpixels(args) => superpixels::superpixels(args),
         Command::Selftest(args) => selftest::selftest(args),
         Command::Params(args) => settings::list(args),
-        Command::Completions(args) => shell::completions(args),
-        Command::Man(args) => shell::man(args),
+        Command::Completions(args) => shell::completions(args, Cli::command()),
+        Command::Man(args) => shell::man(args, Cli::command()),
     }
 }

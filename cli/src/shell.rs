@@ -1,8 +1,7 @@
 //! What shells and `man` want to know of the program.
 
-use crate::Cli;
 use crate::failure::{Failure, Result, print};
-use clap::{Args, CommandFactory};
+use clap::{Args, Command};
 use clap_complete::Shell;
 
 #[derive(Args, Debug)]
@@ -17,16 +16,15 @@ pub(crate) struct ManArgs {
     command: Option<String>,
 }
 
-/// Prints completions for a shell.
-pub(crate) fn completions(args: &CompletionsArgs) -> Result<()> {
+/// Prints completions of the program for a shell.
+pub(crate) fn completions(args: &CompletionsArgs, mut program: Command) -> Result<()> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "tracecut", &mut script);
+    clap_complete::generate(args.shell, &mut program, "tracecut", &mut script);
     print(String::from_utf8_lossy(&script).trim_end())
 }
 
-/// Prints a man page.
-pub(crate) fn man(args: &ManArgs) -> Result<()> {
-    let mut program = Cli::command();
+/// Prints a man page of the program or of one of its commands.
+pub(crate) fn man(args: &ManArgs, mut program: Command) -> Result<()> {
     program.build();
     let command = match &args.command {
         None => program,

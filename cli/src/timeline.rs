@@ -1,7 +1,7 @@
 //! Presentation times: mends those that are missing or do not increase, and gives each picture its duration.
 
+use crate::clip_frame::{ClipFrame, FrameTiming};
 use crate::failure::{Failure, Result};
-use crate::input::{ClipFrame, FrameTiming};
 use tracecut::image::Frame;
 
 /// Seconds that a picture is shown where its file does not say.

@@ -1,6 +1,6 @@
 //! When the frames of a clip are shown.
 
-use crate::input::FrameTiming;
+use crate::clip_frame::FrameTiming;
 use serde::{Deserialize, Serialize};
 
 /// Times and durations of consecutive frames, in seconds as the file says.

@@ -1,6 +1,6 @@
 //! What goes wrong: an error of the library, or an exception of Python on its way through.
 
-use crate::params::snake;
+use crate::names::snake;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;

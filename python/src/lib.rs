@@ -9,6 +9,7 @@ mod error;
 mod files;
 mod frame;
 mod images;
+mod names;
 mod params;
 mod prompts;
 mod run;

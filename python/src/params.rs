@@ -1,6 +1,7 @@
 //! Parameters from keyword arguments and dictionaries: names in snake_case, those of the library are in camelCase.
 
 use crate::error::Result;
+use crate::names::{camel, snake};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
 use std::collections::BTreeMap;
@@ -37,30 +38,6 @@ fn value_of(value: &Bound<'_, PyAny>) -> Result<ParamValue> {
         return Ok(ParamValue::Bool(value.is_truthy()?));
     }
     Ok(value.extract().map_or(ParamValue::Other(serde::de::IgnoredAny), ParamValue::Number))
-}
-
-/// `patch_stride` as `patchStride`; other text stays as it is.
-fn camel(name: &str) -> String {
-    let mut words = name.split('_');
-    let mut out = words.next().unwrap_or_default().to_owned();
-    for word in words {
-        let mut letters = word.chars();
-        out.extend(letters.next().map(|c| c.to_ascii_uppercase()));
-        out.push_str(letters.as_str());
-    }
-    out
-}
-
-/// `patchStride` as `patch_stride`, anywhere in a text.
-pub(crate) fn snake(text: &str) -> String {
-    let mut out = String::with_capacity(text.len() + 8);
-    for letter in text.chars() {
-        if letter.is_ascii_uppercase() {
-            out.push('_');
-        }
-        out.push(letter.to_ascii_lowercase());
-    }
-    out
 }
 
 /// Name, meaning, kind, least, greatest and default value, choices.

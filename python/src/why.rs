@@ -3,7 +3,7 @@
 use crate::error::Result;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tracecut::pipeline::{LabelCost, SuperpixelLink, Voter};
+use tracecut::session::{LabelCost, SuperpixelLink, Voter};
 use tracecut::{Explanation, Source};
 
 /// The fields of `tracecut.Explanation` by their names; of lists of classes the fields in order.

@@ -8,7 +8,7 @@ import { PARTS, tasksOf } from './tasks.mjs';
 /** Without a pattern: what fails for most mistakes, of those that are soon done. */
 const OF_SRC = ['src, unit tests', 'tests/node/golden.test.mjs'];
 /** Of the unit tests the slowest module, which other tests mostly fail with. */
-const SLOWEST = 'session::pipeline::long_tests';
+const SLOWEST = 'session::drive::windows_tests';
 const OF_SCRIPTS = ['sessions', 'video-driver', 'export', 'edit', 'security'].map(
   (name) => `tests/node/${name}.test.mjs`,
 );

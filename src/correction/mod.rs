@@ -1,13 +1,13 @@
 //! Corrections by the user: what to change in a finished segmentation, and what follows for its trajectories.
 //!
 //! In: the trajectories with the mask label of each, their affinities, and a [`Correction`]. Out: another mask label
-//! for some of the trajectories. The pipeline then makes clusters of them and cuts again what is concerned; nothing
+//! for some of the trajectories. The session then makes clusters of them and cuts again what is concerned; nothing
 //! before the clusters is made anew.
 //!
 //! 1. [`Correction::Merge`] renames. [`Correction::Split`] parts an object into the clusters that it has, or else along
 //!    the weakest place of its own affinities (`halves`).
 //! 2. Strokes say of the trajectories and pixels under them that they are one thing, or several (`stroke`). They hold
-//!    for these as they stand; the others follow by random walks over the affinities (`walk`).
+//!    for these as they stand; the others follow by random walks over the affinities (`decide`).
 //! 3. Trajectories of labels that a correction does not touch keep theirs, and labels keep their meaning: a new object
 //!    takes the lowest number that is free.
 //!
@@ -22,7 +22,7 @@
 //! tenth of a second, and changes what the strokes speak of.
 //!
 //! In the cut, superpixels that a stroke lies over to a good part can have its label only, the denser trajectories
-//! there vote for it, and in the mask the pixels under the middle of the stroke have it (`pipeline::recut`).
+//! there vote for it, and in the mask the pixels under the middle of the stroke have it (`session`'s `recut`).
 //!
 //! Limits: a part of a thing that neither moves nor lies apart from the rest, such as a rider on a horse, takes several
 //! strokes in several frames. Where trajectories are short, what a stroke says reaches only as far in time as they and
@@ -35,7 +35,6 @@ mod regroup;
 mod stroke;
 #[cfg(test)]
 mod tests;
-mod walk;
 
 pub(crate) use decide::{Painted, apart, distinct, free_labels, together};
 pub(crate) use graph::near_affinities;

@@ -80,8 +80,9 @@ pub(crate) fn signs(tracks: &Trajectories, clusters: &Clusters, strangeness: &[f
     Census::take(tracks, clusters).signs(strangeness)
 }
 
-/// Labels for the clusters that are known to be objects.
-pub(crate) fn number_objects(tracks: &Trajectories, clusters: &Clusters, is_object: &[bool]) -> Objects {
+/// Numbers the clusters that are objects by falling area; all but the 255 largest become background.
+#[must_use]
+pub fn number_objects(tracks: &Trajectories, clusters: &Clusters, is_object: &[bool]) -> Objects {
     let census = Census::take(tracks, clusters);
     numbered(&census, (0..clusters.count).filter(|&c| is_object[c]).collect())
 }

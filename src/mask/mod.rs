@@ -11,7 +11,8 @@ mod enlarge;
 mod prompts;
 mod table;
 
-pub use crate::objects::{Objects, find_objects};
+pub use crate::judge::{Figure, Observations, cluster_doubts, judge_clusters};
+pub use crate::objects::{Objects, find_objects, number_objects};
 pub(crate) use border::refine_since;
 pub use border::{RefineParams, refine};
 #[doc(hidden)] // For the command line, and the packages for Python and JavaScript.

@@ -34,7 +34,6 @@
 
 mod discontinuity;
 mod graph;
-mod levels;
 mod params;
 #[cfg(test)]
 mod tests;
@@ -43,9 +42,9 @@ use crate::contour::{
     BoundaryMap, Logistic, OF_PB, ORIENTATIONS, from_strengths, mean_along, normals, strengths_of, strongest,
 };
 use crate::embedding::EigenInfo;
-use crate::image::{Frame, Plane, gaussian_blur};
+use crate::image::{Frame, Plane, fit_within, gaussian_blur};
 use discontinuity::{Part, Products, Slopes, add_change, cracks};
-use levels::{PixelEmbedding, embed_pixels};
+use graph::{PixelEmbedding, embed_pixels};
 pub use params::{Grouping, StillParams};
 
 /// A strength for each pixel.
@@ -106,7 +105,7 @@ pub struct ImageDiscontinuities {
 /// ```
 #[must_use]
 pub fn image_discontinuities(frame: &Frame, params: &StillParams, seed: u32) -> ImageDiscontinuities {
-    let (w, h) = reduced((frame.width(), frame.height()), params.max_side as usize);
+    let (w, h) = fit_within((frame.width(), frame.height()), params.max_side as usize);
     let strengths = strengths_of(&frame.resized(w, h));
     let pb = from_strengths(&strengths, (w, h), OF_PB);
     if pb.thin.data().iter().all(|&v| v <= FAINTEST) {
@@ -128,13 +127,6 @@ pub fn image_discontinuities(frame: &Frame, params: &StillParams, seed: u32) -> 
     let d = strength_map(&d, (w, h), |s| s.clamp(0.0, 1.0));
     let spectral = strength_map(&spectral, (w, h), |s| s * s / (s * s + HALF_GRADIENT * HALF_GRADIENT));
     ImageDiscontinuities { pb, d, spectral, combined, eigenvalues, eigenvectors, info }
-}
-
-/// The size with its longer side at most `max_side`.
-fn reduced((w, h): (usize, usize), max_side: usize) -> (usize, usize) {
-    let long = w.max(h);
-    let side = |side: usize| if long > max_side { ((side * max_side + long / 2) / long).max(1) } else { side };
-    (side(w), side(h))
 }
 
 /// Images whose Pb is nowhere above this have no boundary: what is left is rounding.

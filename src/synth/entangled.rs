@@ -6,8 +6,7 @@
 use super::affine::{Affine, sin_turns};
 use super::brush::{Colour, Noise, blend, ramp, shade};
 use super::figure::{Figure, Gait, LEG};
-use super::layer::Sprite;
-use super::scene::Scene;
+use super::scene::{Scene, Sprite};
 
 /// Width and height of the board.
 const BOARD: (f64, f64) = (320.0, 240.0);

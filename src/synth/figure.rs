@@ -5,8 +5,7 @@
 
 use super::affine::{Affine, sin_turns};
 use super::brush::{Colour, Noise, bar, blend, disc, ramp, rounded_box, shade};
-use super::layer::Sprite;
-use super::scene::Scene;
+use super::scene::{Scene, Sprite};
 
 const THIGH: f32 = 32.0;
 const SHIN: f32 = 31.0;

@@ -6,8 +6,7 @@
 use super::affine::{Affine, sin_turns};
 use super::brush::{Colour, Noise, bar, blend, disc, lerp, ramp, rounded_box, shade};
 use super::figure::{Figure, Gait, LEG};
-use super::layer::Sprite;
-use super::scene::Scene;
+use super::scene::{Scene, Sprite};
 
 /// Width and height of the board.
 const BOARD: (f64, f64) = (480.0, 270.0);

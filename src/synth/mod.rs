@@ -26,7 +26,6 @@ mod brush;
 mod entangled;
 mod figure;
 mod landscape;
-mod layer;
 mod scene;
 mod toys;
 

@@ -2,7 +2,6 @@
 
 use super::affine::Affine;
 use super::brush::{Colour, blend};
-use super::layer::{Layer, Sprite};
 use crate::flow::FlowField;
 use crate::image::{Frame, Plane};
 
@@ -116,4 +115,124 @@ impl Scene {
             });
         }
     }
+}
+
+// Sprites and layers: painted once, then moved.
+
+/// A painted patch of the world: colour and signed distance to the edge of the shape, on a grid of texels.
+///
+/// Distances are in the sprite's own units, negative inside. Between texels both are interpolated bilinearly; the shape
+/// *is* the zero line of the interpolated distance, so that masks and flow are exact by definition.
+#[derive(Debug, Clone)]
+pub(crate) struct Sprite {
+    texels: Plane<[f32; 4]>,
+    /// From the sprite's units to texels.
+    to_texels: Affine,
+}
+
+impl Sprite {
+    /// Paints a patch from `(left, top)` to `(right, bottom)` in its own units, `density` texels a unit, by asking
+    /// `paint` for the colour and the signed distance at each texel.
+    pub(crate) fn paint(bounds: [f32; 4], density: f32, mut paint: impl FnMut(f32, f32) -> (Colour, f32)) -> Self {
+        Self::paint_dyn(bounds, density, &mut paint)
+    }
+
+    fn paint_dyn(bounds: [f32; 4], density: f32, paint: &mut dyn FnMut(f32, f32) -> (Colour, f32)) -> Self {
+        let [left, top, right, bottom] = bounds;
+        // One texel of margin on every side, so that an edge on the bounds is still smooth.
+        let width = ((right - left) * density).ceil() as usize + 3;
+        let height = ((bottom - top) * density).ceil() as usize + 3;
+        let texels = Plane::from_fn(width, height, |x, y| {
+            let at = |texel: usize, begin: f32| begin + (texel as f32 - 1.0) / density;
+            let ([r, g, b], distance) = paint(at(x, left), at(y, top));
+            [r, g, b, distance]
+        });
+        let density = f64::from(density);
+        let to_texels = Affine::translation(f64::from(-left), f64::from(-top))
+            .then(&Affine::scaling(density, density))
+            .then(&Affine::translation(1.0, 1.0));
+        Self { texels, to_texels }
+    }
+
+    /// Colour and distance at a texel position, clamped to the patch.
+    fn sample(&self, x: f32, y: f32) -> [f32; 4] {
+        let (width, height) = (self.texels.width(), self.texels.height());
+        let (x, y) = (x.clamp(0.0, (width - 1) as f32), y.clamp(0.0, (height - 1) as f32));
+        let (column, row) = ((x as usize).min(width - 2), (y as usize).min(height - 2));
+        let (fx, fy) = (x - column as f32, y - row as f32);
+        let top = &self.texels.row(row)[column..column + 2];
+        let bottom = &self.texels.row(row + 1)[column..column + 2];
+        std::array::from_fn(|c| {
+            let above = top[0][c] + fx * (top[1][c] - top[0][c]);
+            let below = bottom[0][c] + fx * (bottom[1][c] - bottom[0][c]);
+            above + fy * (below - above)
+        })
+    }
+}
+
+/// A sprite in motion.
+#[derive(Debug, Clone)]
+struct Layer {
+    /// Which of the scene's sprites it shows.
+    sprite: usize,
+    /// Which object it belongs to; 0 is the background.
+    label: u8,
+    /// From the sprite's units to pixels, for every frame and one more.
+    poses: Vec<Affine>,
+}
+
+impl Layer {
+    /// The motion of this layer's points from frame `t` to `t + 1`, in pixels, as a map of pixel positions to new
+    /// positions.
+    fn step(&self, t: usize) -> Affine {
+        let last = self.poses.len() - 1;
+        self.poses[t.min(last)].inverse().then(&self.poses[(t + 1).min(last)])
+    }
+
+    /// Calls `visit(x, y, colour, coverage)` for every pixel of a frame of `size` that the layer covers at all at frame
+    /// `t`. A backdrop covers every pixel wholly.
+    fn cover(
+        &self,
+        sprite: &Sprite,
+        t: usize,
+        size: (usize, usize),
+        backdrop: bool,
+        visit: &mut dyn FnMut(usize, usize, Colour, f32),
+    ) {
+        let pose = self.poses[t.min(self.poses.len() - 1)];
+        let to_texels = pose.inverse().then(&sprite.to_texels);
+        let pixels_per_unit = pose.determinant().abs().sqrt() as f32;
+        let (across, down) = if backdrop { (0..size.0, 0..size.1) } else { extent(&to_texels.inverse(), sprite, size) };
+        let origin = to_texels.apply(0.0, 0.0);
+        let right = to_texels.apply(1.0, 0.0);
+        let (step_x, step_y) = ((right.0 - origin.0) as f32, (right.1 - origin.1) as f32);
+        for y in down {
+            let (begin_x, begin_y) = to_texels.apply(0.0, y as f64);
+            for x in across.clone() {
+                let [r, g, b, distance] =
+                    sprite.sample(begin_x as f32 + x as f32 * step_x, begin_y as f32 + x as f32 * step_y);
+                let coverage = if backdrop { 1.0 } else { (0.5 - distance * pixels_per_unit).clamp(0.0, 1.0) };
+                if coverage > 0.0 {
+                    visit(x, y, [r, g, b], coverage);
+                }
+            }
+        }
+    }
+}
+
+/// The columns and rows of a frame of `size` pixels that a sprite can touch.
+fn extent(
+    from_texels: &Affine,
+    sprite: &Sprite,
+    size: (usize, usize),
+) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
+    let (right, bottom) = ((sprite.texels.width() - 1) as f64, (sprite.texels.height() - 1) as f64);
+    let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)].map(|(x, y)| from_texels.apply(x, y));
+    let range = |coordinate: &dyn Fn(&(f64, f64)) -> f64, end: usize| {
+        let low = corners.iter().map(coordinate).fold(f64::INFINITY, f64::min);
+        let high = corners.iter().map(coordinate).fold(f64::NEG_INFINITY, f64::max);
+        // Casts saturate, so that a sprite outside the frame gives an empty range.
+        (low.ceil().max(0.0) as usize)..((high.floor() + 1.0).max(0.0) as usize).min(end)
+    };
+    (range(&|c| c.0, size.0), range(&|c| c.1, size.1))
 }

@@ -2,8 +2,7 @@
 
 use super::affine::Affine;
 use super::brush::{Colour, Noise, disc, shade};
-use super::layer::Sprite;
-use super::scene::{MAX_SIDE, Scene};
+use super::scene::{MAX_SIDE, Scene, Sprite};
 
 /// Colours of the two planes.
 const PLANES: [Colour; 2] = [[150.0, 140.0, 120.0], [110.0, 130.0, 160.0]];

@@ -15,7 +15,7 @@ pub use session::JsSession;
 pub use synth::JsScene;
 
 use crate::Params;
-use crate::pipeline::Window;
+use crate::session::Window;
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
 

@@ -4,7 +4,7 @@ use super::convert::{self, doubles, narrowed, object, words};
 use crate::correction::{Correction, Stroke};
 use crate::flow::FlowScratch;
 use crate::image::Frame;
-use crate::pipeline::{Made, Piece, PieceId, Plan, Step, Window};
+use crate::session::{Made, Piece, PieceId, Plan, Step, Window};
 use crate::trajectory::Trajectories;
 use crate::{Params, Session};
 use wasm_bindgen::prelude::*;
@@ -116,21 +116,21 @@ impl JsSession {
     /// Does a piece of work that a session with the same options gave away; words that are none give none.
     #[wasm_bindgen(js_name = workOn)]
     pub fn work_on(&self, piece: &[u32]) -> Vec<u32> {
-        let made = |piece: Piece| piece.work(self.0.params(), &mut FlowScratch::default()).to_words(piece.id());
+        let made = |piece: Piece| piece.work(self.0.params(), &mut FlowScratch::default()).to_words(piece.id);
         Piece::from_words(piece).map_or_else(Vec::new, made)
     }
 
     /// Takes what another worker made of a piece.
     pub fn accept(&mut self, made: &[u32]) {
         if let Some((id, made)) = Made::from_words(made) {
-            self.0.accept(id, made);
+            self.0.accept(id, Some(made));
         }
     }
 
     /// The piece that begins with these words will not come back: the session makes it itself.
     pub fn release(&mut self, piece: &[u32]) {
         if let Some(id) = PieceId::from_words(piece) {
-            self.0.release(id);
+            self.0.accept(id, None);
         }
     }
 

@@ -13,11 +13,11 @@ const architecture = read('ARCHITECTURE.md');
 const AT_TOP = {
   Error: 'error',
   choices: 'params',
-  Params: 'pipeline',
-  Session: 'pipeline',
-  Progress: 'pipeline',
-  Stage: 'pipeline',
-  Step: 'pipeline',
+  Params: 'base',
+  Session: 'run',
+  Progress: 'base',
+  Stage: 'base',
+  Step: 'base',
 };
 
 const unquoted = (cell) => [...cell.matchAll(/`([^`]+)`/g)].map(([, name]) => name);
@@ -58,7 +58,9 @@ function importsOf(file) {
     .split('crate::')
     .slice(1);
   const names = parts.flatMap((part) => (part.startsWith('{') ? part.slice(1).split('}')[0].split(',') : [part]));
-  const rooms = names.map((name) => /^\s*(\w+)/.exec(name)?.[1]).filter(Boolean);
+  // The rooms of `session` have it in their paths; from outside only its public names are taken, of its last room.
+  const room = ([, first, second]) => (first !== 'session' ? first : /^[a-z]/.test(second ?? 'A') ? second : 'read');
+  const rooms = names.flatMap((name) => [/^\s*(\w+)(?:::(\w+))?/.exec(name) ?? []].filter((m) => m[1]).map(room));
   return rooms.map((name) => AT_TOP[name] ?? name).filter((name) => name !== roomOf(file));
 }
 

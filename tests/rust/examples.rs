@@ -86,27 +86,42 @@ fn printed(session: &Session) -> String {
     (0..session.num_frames()).map(line).collect()
 }
 
+/// A session that has run over a clip, and the steps that connectedness took in it.
+fn run_session(scene: &Scene, params: Params) -> (Session, u32) {
+    let mut session = Session::new(params).unwrap();
+    (0..scene.num_frames()).for_each(|t| session.push_frame(scene.frame(t)).unwrap());
+    let mut steps = 0;
+    while let Step::Working(progress) = session.step().unwrap() {
+        steps = if progress.stage == Stage::Connectedness { progress.total } else { steps };
+    }
+    (session, steps)
+}
+
 #[test]
 fn the_method_in_straight_lines_finds_what_the_session_finds() {
     // Where the foreground keeps some apart, that takes a second embedding: three steps in place of one.
-    let scenes = [("sample", Scene::sample(240, 136, 10, 1), 3), ("players", Scene::entangled(288, 192, 24, 3), 3)];
-    for (name, scene, expected) in scenes {
+    let scenes = [
+        ("sample", Scene::sample(240, 136, 10, 1), false, 3),
+        ("players", Scene::entangled(288, 192, 24, 3), false, 3),
+        ("planes", Scene::two_planes(192, 144, 12, (0.0, 0.0), (1.2, 0.3), 5), true, 1),
+    ];
+    for (name, scene, is_still, connectedness_steps) in scenes {
         let frames = folder(&format!("example-method-{name}"));
         write_frames(&scene, &frames);
-        let mut params = Params::default();
-        params.background.judge = false;
-        params.cut.appearance_rounds = 0;
-        let mut session = Session::new(params).unwrap();
-        (0..scene.num_frames()).for_each(|t| session.push_frame(scene.frame(t)).unwrap());
-        let mut steps = 0;
-        while let Step::Working(progress) = session.step().unwrap() {
-            steps = if progress.stage == Stage::Connectedness { progress.total } else { steps };
-        }
-        assert_eq!(steps, expected, "{name}: steps of connectedness");
+        let (session, steps) = run_session(&scene, Params::default());
+        assert_eq!(steps, connectedness_steps, "{name}: steps of connectedness");
         assert!(!session.objects().unwrap().labels().is_empty());
         let output = run("method", &[&frames]);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        assert!(String::from_utf8_lossy(&output.stdout) == printed(&session), "{name}: other masks");
+        let masks = printed(&session);
+        assert!(String::from_utf8_lossy(&output.stdout) == masks, "{name}: other masks");
+
+        let mut params = Params::default();
+        params.cut.appearance_rounds = 0;
+        assert!(printed(&run_session(&scene, params.clone()).0) != masks, "{name}: appearance changes no mask");
+        params.clip.dense = false;
+        let camera = run_session(&scene, params).0.cluster_terms().map(|(is_still, _)| is_still);
+        assert_eq!(camera, Some(is_still), "{name}: the camera stands still");
     }
 }
 

@@ -1,4 +1,5 @@
-//! The library's files, rooms and groups of rooms: imports lead down only, and no files import each other in a circle.
+//! The library's files, rooms and groups of rooms: imports lead down only, and no files import each other in a circle,
+//! nor do those of the programs and of the Python module.
 //!
 //! A room is an entry of a group of `src`, or of `src` itself. A path is followed through `use` to the file that has what
 //! it names; a file that declares modules imports their files.
@@ -80,7 +81,7 @@ fn imports_between_groups_lead_down_only() {
 #[test]
 fn imports_between_rooms_lead_down_only() {
     let rooms = between(&library(), room_of);
-    assert!(rooms.len() > 20 && rooms["session/pipeline"].contains("dense/cut"), "{rooms:?}");
+    assert!(rooms.len() > 20 && rooms["session/run"].contains("dense/cut"), "{rooms:?}");
     assert!(rooms["dense/cut"].contains("base/params"));
     let circles = circles(&rooms);
     assert!(circles.is_empty(), "imports in a circle: {circles:#?}");
@@ -90,6 +91,16 @@ fn imports_between_rooms_lead_down_only() {
 fn no_files_import_each_other_in_a_circle() {
     let circles = circles(&library());
     assert!(circles.is_empty(), "imports in a circle: {circles:#?}");
+}
+
+#[test]
+fn no_files_of_the_programs_or_the_python_module_import_each_other_in_a_circle() {
+    for (folder, num_imports) in [("bench/src", 80), ("cli/src", 80), ("python/src", 30)] {
+        let imports = Sources::of(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder)).imports();
+        assert!(imports.values().map(BTreeSet::len).sum::<usize>() > num_imports, "{folder}: {imports:?}");
+        let circles = circles(&imports);
+        assert!(circles.is_empty(), "{folder}: imports in a circle: {circles:#?}");
+    }
 }
 
 #[test]

@@ -1,14 +1,48 @@
 //! The table and the JSON file of `bench masks`: clips, kinds, all.
 
-use super::{Outcome, Run};
-use crate::measures::masks::MaskScores;
+use crate::measures::masks::{Census, MaskScores};
 use crate::measures::reliability::{Bin, Reliability};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use tracecut::Params;
+use tracecut_cli::clock::Seconds;
 
 /// Bins of the reliability with less of all pixels say little.
 const FAIR_SHARE: f64 = 0.01;
+
+/// What came of a clip under one seed.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Run {
+    pub(super) seed: u32,
+    pub(super) frames: usize,
+    #[serde(flatten)]
+    pub(crate) scores: MaskScores,
+    #[serde(flatten)]
+    pub(super) census: Census,
+    /// Frame by frame: its index and its scores.
+    pub(super) of_frames: Vec<Scored>,
+    #[serde(flatten)]
+    pub(super) time: Seconds,
+    /// What confidences said and what was right; empty in windows.
+    #[serde(skip)]
+    pub(super) reliability: Reliability,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct Scored {
+    pub(super) frame: usize,
+    #[serde(flatten)]
+    pub(super) scores: MaskScores,
+}
+
+/// What came of a clip, seed by seed.
+#[derive(Debug, Serialize)]
+pub(super) struct Outcome {
+    pub(super) name: String,
+    pub(super) kind: String,
+    pub(super) runs: Vec<Run>,
+}
 
 /// Means of some clips.
 #[derive(Debug, Serialize)]

@@ -140,6 +140,13 @@ impl Frame {
     }
 }
 
+/// The size reduced in proportion so that its longer side is at most `max_side`, rounded; no side becomes 0.
+pub(crate) fn fit_within((width, height): (usize, usize), max_side: usize) -> (usize, usize) {
+    let long = width.max(height);
+    let side = |side: usize| if long > max_side { ((side * max_side + long / 2) / long).max(1) } else { side };
+    (side(width), side(height))
+}
+
 /// For each of `to` cells over `from` pixels: the pixels that it covers and their shares, summing to one.
 fn coverage(from: usize, to: usize) -> Vec<Vec<(usize, f32)>> {
     let scale = from as f64 / to as f64;

@@ -11,5 +11,6 @@ pub(crate) use filter::{Spot, weigh};
 #[doc(hidden)]
 pub use filter::{gaussian_blur, sample_bilinear};
 pub use frame::Frame;
+pub(crate) use frame::fit_within;
 pub use plane::Plane;
 pub(crate) use runs::Runs;

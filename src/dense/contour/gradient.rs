@@ -1,11 +1,9 @@
 //! Strength of the change at each pixel across each of eight directions, over channels and scales.
 
-use super::blur::{Blur, add_doubled, half, halve, spans, spans_of_half};
-use super::histogram::{Tensors, share_of_bin};
-use super::lab::lab;
-use super::texton::textons;
 use super::thin::{ORIENTATIONS, normals};
-use crate::image::Frame;
+use crate::image::{Frame, weigh};
+use crate::order::larger;
+use std::ops::Range;
 
 /// Standard deviation of the windows, in pixels of each level: on the frame the coarser ones are two and four times as
 /// wide. Lower finds finer detail and more noise.
@@ -176,12 +174,12 @@ pub(crate) fn mean_along(plane: &[f32], width: usize, (nx, ny): (f32, f32), size
     let stride = width + 2 * reach;
     let mut wide = Vec::with_capacity(stride * height);
     for row in plane.chunks_exact(width) {
-        super::blur::pad(row, reach, &mut padded);
+        pad(row, reach, &mut padded);
         wide.extend_from_slice(&padded);
     }
     for (y, out) in out.chunks_exact_mut(width).enumerate() {
         for (&(dx, dy), w) in steps.iter().zip(weights) {
-            let row = super::blur::mirror(y as isize + dy, height) * stride;
+            let row = mirror(y as isize + dy, height) * stride;
             let source = &wide[row + (reach as isize + dx) as usize..][..width];
             let w = w / total;
             for (o, s) in out.iter_mut().zip(source) {
@@ -190,4 +188,368 @@ pub(crate) fn mean_along(plane: &[f32], width: usize, (nx, ny): (f32, f32), size
         }
     }
     out
+}
+
+// A frame's colours in CIE Lab, in which equal steps look about equally large.
+
+/// Steps of the table of the cube root over `0..=1`: lightness is off by 0.0011 of its range at most.
+const STEPS: usize = 4096;
+/// The histogram's range of a and b: from minus this to this. Colours beyond it share the outermost bins.
+const COLOR_RANGE: f32 = 40.0;
+
+/// Lightness, a and b of sRGB pixels under daylight D65: `L / 100`, `(a + 40) / 80`, `(b + 40) / 80`, row by row.
+/// Strong colours leave `0..=1`.
+fn lab(frame: &Frame) -> [Vec<f32>; 3] {
+    let linear: [f32; 256] = std::array::from_fn(|v| linear(v as f32 / 255.0));
+    let roots: [f32; STEPS + 1] = std::array::from_fn(|i| root(i as f32 / STEPS as f32));
+    let root = |t: f32| roots[((t * STEPS as f32 + 0.5) as usize).min(STEPS)];
+    let mut planes = [0; 3].map(|_| vec![0.0; frame.width() * frame.height()]);
+    let [lightness, a, b] = &mut planes;
+    let values = lightness.iter_mut().zip(a).zip(b);
+    for (&[r, g, b], ((lightness, along_a), along_b)) in frame.rgb().as_chunks::<3>().0.iter().zip(values) {
+        let (r, g, b) = (linear[usize::from(r)], linear[usize::from(g)], linear[usize::from(b)]);
+        // To XYZ, each relative to white.
+        let x = root(0.433_953 * r + 0.376_219 * g + 0.189_828 * b);
+        let y = root(0.212_671 * r + 0.715_160 * g + 0.072_169 * b);
+        let z = root(0.017_758 * r + 0.109_477 * g + 0.872_765 * b);
+        *lightness = 1.16 * y - 0.16;
+        *along_a = 0.5 + 500.0 / (2.0 * COLOR_RANGE) * (x - y);
+        *along_b = 0.5 + 200.0 / (2.0 * COLOR_RANGE) * (y - z);
+    }
+    planes
+}
+
+/// Light of an sRGB value.
+fn linear(v: f32) -> f32 {
+    if v <= 0.04045 { v / 12.92 } else { libm::powf((v + 0.055) / 1.055, 2.4) }
+}
+
+/// Cube root, straight near 0.
+fn root(t: f32) -> f32 {
+    if t > 0.008_856 { libm::cbrtf(t) } else { 7.787 * t + 16.0 / 116.0 }
+}
+
+// Textons: which kind of small pattern each pixel belongs to.
+//
+// Instead of clusters of filter responses, which differ from one image to the next and jump between the frames of a
+// video, each pixel is shared among nine fixed kinds: flat, and a bright or a dark line in one of four directions. A
+// kind's share is its response (a second difference) over the sum of all responses and [`FLAT`], so contrast matters
+// only where it is low.
+
+/// Kinds of patterns.
+const TEXTONS: usize = 9;
+/// The sum of responses, in brightness `0..=1`, at which a pixel is half flat. Lower finds texture in noise.
+const FLAT: f32 = 0.05;
+
+/// Shares of each kind, as planes of the size of `brightness`; they sum to one at each pixel.
+fn textons(brightness: &[f32], width: usize) -> [Vec<f32>; TEXTONS] {
+    let height = brightness.len() / width;
+    let mut shares = [0; TEXTONS].map(|_| vec![0.0; brightness.len()]);
+    let mut rows = [Vec::new(), Vec::new(), Vec::new()];
+    for y in 0..height {
+        for (dy, row) in rows.iter_mut().enumerate() {
+            pad(&brightness[mirror(y as isize + dy as isize - 1, height) * width..][..width], 1, row);
+        }
+        let [above, here, below] = rows.each_ref().map(|row| [0, 1, 2].map(|dx| &row[dx..][..width]));
+        let out = shares.each_mut().map(|plane| &mut plane[y * width..][..width]);
+        for x in 0..width {
+            let twice = 2.0 * here[1][x];
+            let lines = [
+                twice - here[0][x] - here[2][x],
+                twice - above[0][x] - below[2][x],
+                twice - above[1][x] - below[1][x],
+                twice - above[2][x] - below[0][x],
+            ];
+            let scale = 1.0 / (lines[0].abs() + lines[1].abs() + lines[2].abs() + lines[3].abs() + FLAT);
+            out[0][x] = FLAT * scale;
+            for k in 0..4 {
+                out[1 + k][x] = larger(lines[k], 0.0) * scale;
+                out[5 + k][x] = larger(-lines[k], 0.0) * scale;
+            }
+        }
+    }
+    shares
+}
+
+// How quickly local histograms change: the small-window limit of the chi-square distance between two half-discs.
+
+/// Added to a bin's share before dividing by it: changes of nearly empty bins count for less.
+const EMPTY: f32 = 0.02;
+
+/// Share of each pixel that belongs to bin `b` of `bins`; a value between the centres of two bins is shared by both.
+/// Returns whether any pixel has a share.
+fn share_of_bin(values: &[f32], b: usize, bins: usize, shares: &mut Vec<f32>) -> bool {
+    let (scale, centre) = ((bins - 1) as f32, b as f32);
+    shares.clear();
+    shares.extend(values.iter().map(|v| larger(1.0 - (v.clamp(0.0, 1.0) * scale - centre).abs(), 0.0)));
+    shares.iter().any(|&s| s > 0.0)
+}
+
+/// Symmetric 2x2 matrices, one a pixel: planes of their xx, xy and yy parts.
+#[derive(Debug, Clone)]
+struct Tensors([Vec<f32>; 3]);
+
+impl Tensors {
+    fn zero(len: usize) -> Self {
+        Self([vec![0.0; len], vec![0.0; len], vec![0.0; len]])
+    }
+
+    /// Adds `weight * g g^T / (h + EMPTY)` for the blurred shares `h` of one bin, `g` their gradient by central
+    /// differences. Outside of `spans`, a range of columns for each row, shares are 0.
+    fn add_bin(&mut self, shares: &[f32], width: usize, weight: f32, spans: &[Range<usize>]) {
+        let height = shares.len() / width;
+        let mut padded = Vec::new();
+        for (y, span) in widened(spans, 1, width).into_iter().enumerate().filter(|(_, span)| !span.is_empty()) {
+            let row = |y: usize| &shares[y * width..][..width];
+            pad(row(y), 1, &mut padded);
+            let n = span.len();
+            let (left, centre, right) =
+                (&padded[span.start..][..n], &row(y)[span.clone()], &padded[span.start + 2..][..n]);
+            let (above, below) = (&row(y.saturating_sub(1))[span.clone()], &row((y + 1).min(height - 1))[span.clone()]);
+            let [xx, xy, yy] = self.0.each_mut().map(|part| &mut part[y * width..][span.clone()]);
+            for x in 0..n {
+                let gx = 0.5 * (right[x] - left[x]);
+                let gy = 0.5 * (below[x] - above[x]);
+                let k = weight / (centre[x] + EMPTY);
+                xx[x] += k * gx * gx;
+                xy[x] += k * gx * gy;
+                yy[x] += k * gy * gy;
+            }
+        }
+    }
+
+    /// Adds the root of `n^T J n` at each pixel to `out`: the change along the unit vector `n`.
+    fn add_change_along(&self, (nx, ny): (f32, f32), out: &mut [f32]) {
+        let [xx, xy, yy] = &self.0;
+        let (a, b, c) = (nx * nx, 2.0 * nx * ny, ny * ny);
+        for (((o, xx), xy), yy) in out.iter_mut().zip(xx).zip(xy).zip(yy) {
+            *o += larger(a * xx + b * xy + c * yy, 0.0).sqrt();
+        }
+    }
+}
+
+// Gaussian blur with mirrored borders, and images of half the size; the same bits on every machine.
+
+/// Weights at `0..=r`, `r = ceil(2.5 sigma)`, such that those at `-r..=r` sum to one; `[1]` for `sigma <= 0`.
+fn half_kernel(sigma: f32) -> Vec<f32> {
+    if sigma <= 0.0 {
+        return vec![1.0];
+    }
+    let radius = libm::ceilf(2.5 * sigma) as usize;
+    let weight = |k: usize| libm::expf(-0.5 * (k * k) as f32 / (sigma * sigma));
+    let weights: Vec<f32> = (0..=radius).map(weight).collect();
+    let total = weights[0] + 2.0 * weights[1..].iter().sum::<f32>();
+    weights.iter().map(|w| w / total).collect()
+}
+
+/// The index in `0..n` that stands at `i` behind a mirrored border: `-1` shows `0`, `n` shows `n - 1`.
+fn mirror(i: isize, n: usize) -> usize {
+    if (0..n as isize).contains(&i) {
+        return i as usize;
+    }
+    let period = 2 * n as isize;
+    let wrapped = i.rem_euclid(period);
+    wrapped.min(period - 1 - wrapped) as usize
+}
+
+/// `row` with `radius` mirrored values before and behind it.
+fn pad(row: &[f32], radius: usize, padded: &mut Vec<f32>) {
+    padded.clear();
+    let n = row.len();
+    padded.extend((0..radius).map(|k| row[mirror(k as isize - radius as isize, n)]));
+    padded.extend_from_slice(row);
+    padded.extend((0..radius).map(|k| row[mirror((n + k) as isize, n)]));
+}
+
+/// Blurs images in place; keeps its memory from one to the next.
+#[derive(Debug)]
+struct Blur {
+    kernel: Vec<f32>,
+    padded: Vec<f32>,
+    across: Vec<f32>,
+}
+
+impl Blur {
+    fn new(sigma: f32) -> Self {
+        Self { kernel: half_kernel(sigma), padded: Vec::new(), across: Vec::new() }
+    }
+
+    /// `image` holds rows of `width` values.
+    fn apply(&mut self, image: &mut [f32], width: usize) {
+        let mut spans = vec![0..width; image.len() / width];
+        self.apply_within(image, width, &mut spans);
+    }
+
+    /// The same of an image that is 0 outside of `spans`, which are those of the blurred one after that.
+    fn apply_within(&mut self, image: &mut [f32], width: usize, spans: &mut Vec<Range<usize>>) {
+        let radius = self.kernel.len() - 1;
+        let height = image.len() / width;
+        self.across.clear();
+        self.across.resize(image.len(), 0.0);
+        let rows = image.chunks_exact(width).zip(self.across.chunks_exact_mut(width));
+        for ((row, out), span) in rows.zip(&*spans).filter(|(_, span)| !span.is_empty()) {
+            pad(row, radius, &mut self.padded);
+            let span = wider(span, radius, width);
+            let from = |k: isize| (span.start + radius).wrapping_add_signed(k);
+            weigh(&mut out[span.clone()], &self.kernel, |k| &self.padded[from(k)..][..span.len()]);
+        }
+        *spans = widened(spans, radius, width);
+        for (y, out) in image.chunks_exact_mut(width).enumerate() {
+            let span = &spans[y];
+            let row = |k: isize| mirror(y as isize + k, height) * width;
+            weigh(&mut out[span.clone()], &self.kernel, |k| &self.across[row(k) + span.start..][..span.len()]);
+        }
+    }
+}
+
+/// The columns from the first to the last value of each row that is not 0.
+fn spans(image: &[f32], width: usize) -> Vec<Range<usize>> {
+    let span = |row: &[f32]| {
+        let first = row.iter().position(|&v| v != 0.0);
+        first.map_or(0..0, |first| first..row.iter().rposition(|&v| v != 0.0).unwrap_or(first) + 1)
+    };
+    image.chunks_exact(width).map(span).collect()
+}
+
+fn wider(span: &Range<usize>, reach: usize, width: usize) -> Range<usize> {
+    if span.is_empty() { 0..0 } else { span.start.saturating_sub(reach)..(span.end + reach).min(width) }
+}
+
+/// What holds all of some rows.
+fn joined(spans: &[Range<usize>]) -> Range<usize> {
+    let some = || spans.iter().filter(|span| !span.is_empty());
+    let (start, end) = (some().map(|span| span.start).min(), some().map(|span| span.end).max());
+    start.unwrap_or(0)..end.unwrap_or(0)
+}
+
+/// All that is at most `reach` rows and columns from what was in them, mirrored borders included.
+fn widened(spans: &[Range<usize>], reach: usize, width: usize) -> Vec<Range<usize>> {
+    let near = |y: usize| &spans[y.saturating_sub(reach)..(y + reach + 1).min(spans.len())];
+    (0..spans.len()).map(|y| wider(&joined(near(y)), reach, width)).collect()
+}
+
+/// Those of the image of half the size.
+fn spans_of_half(spans: &[Range<usize>]) -> Vec<Range<usize>> {
+    spans.chunks(2).map(joined).map(|span| span.start / 2..half(span.end)).collect()
+}
+
+/// Half of a side, rounded up.
+fn half(side: usize) -> usize {
+    side.div_ceil(2)
+}
+
+/// Means of 2x2 pixels; the last row or column of an odd side counts twice.
+fn halve(image: &[f32], width: usize, out: &mut Vec<f32>) {
+    let height = image.len() / width;
+    out.clear();
+    for y in 0..half(height) {
+        let top = &image[2 * y * width..][..width];
+        let bottom = &image[(2 * y + 1).min(height - 1) * width..][..width];
+        let ((tops, end), (bottoms, below)) = (top.as_chunks::<2>(), bottom.as_chunks::<2>());
+        out.extend(tops.iter().zip(bottoms).map(|(a, b)| 0.25 * ((a[0] + a[1]) + (b[0] + b[1]))));
+        out.extend(end.iter().zip(below).map(|(a, b)| 0.25 * ((a + a) + (b + b))));
+    }
+}
+
+/// Adds `image`, twice as large by bilinear interpolation, to `out`, whose rows have `width` pixels.
+pub(super) fn add_doubled(image: &[f32], out: &mut [f32], width: usize) {
+    let small = half(width);
+    let height = image.len() / small;
+    let mut line = vec![0.0; small + 2];
+    for (y, out) in out.chunks_exact_mut(width).enumerate() {
+        // A pixel lies a quarter of a coarse pixel from the centre of the coarse pixel over it.
+        let near = &image[y / 2 * small..][..small];
+        let far = if y % 2 == 0 { (y / 2).saturating_sub(1) } else { (y / 2 + 1).min(height - 1) };
+        let far = &image[far * small..][..small];
+        for ((l, a), b) in line[1..].iter_mut().zip(near).zip(far) {
+            *l = 0.75 * a + 0.25 * b;
+        }
+        line[0] = line[1];
+        line[small + 1] = line[small];
+        let (pairs, end) = out.as_chunks_mut::<2>();
+        for (((pair, before), here), behind) in pairs.iter_mut().zip(&line).zip(&line[1..]).zip(&line[2..]) {
+            pair[0] += 0.75 * here + 0.25 * before;
+            pair[1] += 0.75 * here + 0.25 * behind;
+        }
+        end.iter_mut().for_each(|last| *last += 0.75 * line[small] + 0.25 * line[small - 1]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    #[test]
+    fn known_colours_have_their_coordinates() {
+        // White, black, pure red and pure blue; L, a, b as published for sRGB under D65.
+        let expected = [[100.0, 0.0, 0.0], [0.0, 0.0, 0.0], [53.24, 80.09, 67.20], [32.30, 79.19, -107.86]];
+        let rgb = vec![255, 255, 255, 0, 0, 0, 255, 0, 0, 0, 0, 255];
+        let [l, a, b] = lab(&Frame::from_rgb(rgb, 4, 1).unwrap());
+        for (i, expected) in expected.iter().enumerate() {
+            let found = [100.0 * l[i], 80.0 * a[i] - 40.0, 80.0 * b[i] - 40.0];
+            assert!(found.iter().zip(expected).all(|(f, e)| (f - e).abs() < 0.3), "{found:?} for {expected:?}");
+        }
+    }
+
+    #[test]
+    fn shares_sum_to_one_and_name_the_pattern() {
+        // A bright column in a dark image, and one bright dot.
+        let image: Vec<f32> = (0..64).map(|i| if i % 8 == 2 || i == 46 { 1.0 } else { 0.0 }).collect();
+        let shares = textons(&image, 8);
+        for i in 0..64 {
+            let sum: f32 = shares.iter().map(|s| s[i]).sum();
+            assert!((sum - 1.0).abs() < 1e-5, "{sum} at {i}");
+        }
+        let on_line = 3 * 8 + 2;
+        assert!(shares[1][on_line] > 0.3 && shares[3][on_line] == 0.0, "a column is a line across x");
+        assert_eq!(shares[0][3 * 8 + 5 - 1], 1.0, "flat beside them");
+        assert!(shares[5][on_line + 1] > 0.0, "dark beside bright");
+        assert_eq!(textons(&[0.3], 1)[0], [1.0]);
+    }
+
+    fn noise(width: usize, height: usize) -> Vec<f32> {
+        let mut rng = Rng::for_stage(3, "blur");
+        (0..width * height).map(|_| rng.uniform() as f32).collect()
+    }
+
+    #[test]
+    fn the_blur_equals_the_sum_over_its_window_at_any_size() {
+        for (w, h, sigma) in [(9, 7, 1.5), (1, 1, 2.0), (1, 6, 1.0), (5, 2, 3.0), (4, 4, 0.0), (6, 3, 0.7)] {
+            let image = noise(w, h);
+            let mut fast = image.clone();
+            Blur::new(sigma).apply(&mut fast, w);
+            let kernel = half_kernel(sigma);
+            let r = kernel.len() as isize - 1;
+            for (i, value) in fast.iter().enumerate() {
+                let (x, y) = ((i % w) as isize, (i / w) as isize);
+                let mut sum = 0.0;
+                for (dy, dx) in (-r..=r).flat_map(|dy| (-r..=r).map(move |dx| (dy, dx))) {
+                    let weight = kernel[dx.unsigned_abs()] * kernel[dy.unsigned_abs()];
+                    sum += weight * image[mirror(y + dy, h) * w + mirror(x + dx, w)];
+                }
+                assert!((sum - value).abs() < 1e-5, "{w}x{h}, sigma {sigma}: {value} for {sum} at {x}, {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn halving_and_doubling_keep_constants_and_doubling_keeps_slopes() {
+        for (w, h) in [(7, 5), (8, 4), (1, 1), (2, 1), (1, 3)] {
+            let mut small = Vec::new();
+            halve(&vec![2.5; w * h], w, &mut small);
+            assert_eq!(small, vec![2.5; half(w) * half(h)]);
+            let mut large = vec![1.0; w * h];
+            add_doubled(&small, &mut large, w);
+            assert_eq!(large, vec![3.5; w * h]);
+        }
+        let ramp: Vec<f32> = (0..6).flat_map(|y| (0..10).map(move |x| (x + 3 * y) as f32)).collect();
+        let mut small = Vec::new();
+        halve(&ramp, 10, &mut small);
+        let mut large = vec![0.0; 60];
+        add_doubled(&small, &mut large, 10);
+        for (y, x) in (1..5).flat_map(|y| (1..9).map(move |x| (y, x))) {
+            assert!((large[y * 10 + x] - ramp[y * 10 + x]).abs() < 1e-5);
+        }
+    }
 }

@@ -6,13 +6,12 @@
 //! Pb asks, for each pixel and direction, how much the histograms of the image on one side differ from those on the
 //! other (Martin, Fowlkes and Malik, PAMI 2004; at several scales: Arbelaez et al., PAMI 2011). Nothing is trained.
 //!
-//! 1. Each channel of Lab becomes 8 soft bins (`lab`, `histogram`); small patterns of brightness become 9 fixed textons
-//!    (`texton`).
+//! 1. Each channel of Lab becomes 8 soft bins; small patterns of brightness become 9 fixed textons.
 //! 2. The bins are blurred at three scales, standard deviation 1.5, 3 and 6 pixels: `h_b` is then the local histogram.
 //!    What is coarse is computed at half or quarter size (`gradient`).
 //! 3. Half-discs a small way apart have the chi-square distance `n^T J n` along their common normal `n`, up to a
 //!    factor, with the tensor `J = sum_b grad h_b grad h_b^T / h_b`. Tensors of all channels are added by weight and
-//!    blurred (`histogram`).
+//!    blurred (`gradient`).
 //! 4. The strength along each of 8 directions is the mean over the scales of `sqrt(n^T J n)`, and then a mean along the
 //!    boundary.
 //! 5. The strongest direction counts. A logistic function makes it a probability, minus what it gives where nothing
@@ -37,15 +36,11 @@
 //!
 //! **Cost**: linear in pixels; 27 ms for 480x270 natively, where it was measured last.
 
-mod blur;
 mod fit;
 mod gradient;
-mod histogram;
-mod lab;
 mod link;
 #[cfg(test)]
 mod tests;
-mod texton;
 mod thin;
 
 pub use fit::Segments;
@@ -132,7 +127,7 @@ fn frame_strengths(frame: &Frame, params: &ContourParams) -> (Plane<f32>, Plane<
     let small = frame.halved();
     let (small, orientation) = largest(&gradient::oriented_strength_of_half(&small), (small.width(), small.height()));
     let mut strength = Plane::filled(w, h, 0.0);
-    blur::add_doubled(small.data(), strength.data_mut(), w);
+    gradient::add_doubled(small.data(), strength.data_mut(), w);
     let orientation = Plane::from_fn(w, h, |x, y| orientation[(x / 2, y / 2)]);
     let ridges = thin(&strength, &orientation);
     (strength, ridges)

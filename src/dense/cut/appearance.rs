@@ -13,14 +13,27 @@ const NEAR: f32 = 0.1;
 /// Log-odds count up to this.
 const MOST: f32 = 2.0;
 
-/// Log-odds of object against ground by the colour of each superpixel, frame by frame; 0 of those not near an object.
-/// `labels` are those of a cut before, and `is_object` says what they are.
-pub(crate) fn appearance(
+/// Adds to the evidence for objects, which may be empty, what objects and the ground near them look like by the labels of
+/// a cut: `weight` times the log-odds of each superpixel, frame by frame. `is_object` says which labels are objects.
+#[must_use]
+pub fn add_appearance(
+    evidence: &[f32],
     superpixels: &[Superpixels],
     frames: &[Frame],
     labels: &[Vec<u32>],
     is_object: &[bool],
+    weight: f32,
 ) -> Vec<f32> {
+    let by_colour = appearance(superpixels, frames, labels, is_object);
+    let mut sums = evidence.to_vec();
+    sums.resize(by_colour.len(), 0.0);
+    sums.iter_mut().zip(by_colour).for_each(|(sum, odds)| *sum += weight * odds);
+    sums
+}
+
+/// Log-odds of object against ground by the colour of each superpixel, frame by frame; 0 of those not near an object.
+/// `labels` are those of a cut before, and `is_object` says what they are.
+fn appearance(superpixels: &[Superpixels], frames: &[Frame], labels: &[Vec<u32>], is_object: &[bool]) -> Vec<f32> {
     let count = superpixels.iter().map(|s| s.count).sum();
     let Some(mut colours) = ClipColours::new(superpixels, frames, 2) else { return vec![0.0; count] };
     let mut is_near: Vec<bool> = Vec::with_capacity(count);

@@ -1,6 +1,6 @@
 //! Laws and closed forms of the cut's energy, on superpixels made by hand.
 
-use super::ambiguous::ambiguous_shares;
+use super::terms::ambiguous_shares;
 use super::*;
 use crate::superpixel::Border;
 use crate::trajectory::Trajectories;

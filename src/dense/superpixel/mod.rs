@@ -15,7 +15,6 @@
 //! **Cost**: O(n log n) in the number of segments, and linear in pixels.
 
 mod gabriel;
-mod merge;
 #[cfg(test)]
 mod tests;
 
@@ -24,8 +23,7 @@ pub use gabriel::{Edge, EdgeKind};
 use crate::contour::{BoundaryMap, ContourParams, Segments, boundary_map, frame_ridges, ridge_segments};
 use crate::image::{Frame, Plane, Runs};
 use crate::order;
-use gabriel::{Graph, Side};
-use merge::Regions;
+use gabriel::{Graph, Regions, Side};
 
 crate::params! {
     /// Gabriel superpixels.

@@ -66,7 +66,8 @@ fn others(t: usize, num_frames: usize) -> impl Iterator<Item = usize> {
 fn look_at(input: &PlateInput<'_>, t: usize, s: usize, hidden: &mut [Hidden]) {
     let (other, mask, tracks) = (picture(&input.frames[s], 1), &input.masks[s], input.tracks);
     let (right, bottom) = ((mask.width() - 1) as f32, (mask.height() - 1) as f32);
-    let common = tracks.alive(t).filter(|&(i, ..)| !input.camera.still && input.is_scene.get(i) == Some(&true));
+    let moves = *input.camera != Camera::Still;
+    let common = tracks.alive(t).filter(|&(i, ..)| moves && input.is_scene.get(i) == Some(&true));
     let points = common.filter_map(|(i, x, y)| tracks.at(i, s).map(|to| ((x, y), to)));
     let warp = Warp::new((mask.width(), mask.height()), input.camera.between(t, s), points);
     for pixel in hidden.iter_mut().filter(|pixel| pixel.seen.len() < SAMPLES) {
@@ -122,7 +123,7 @@ mod tests {
 
     #[test]
     fn before_a_still_camera_it_is_the_scene() {
-        let found = plate(0, &Camera::at_rest(), 3);
+        let found = plate(0, &Camera::Still, 3);
         for y in 0..SIZE.1 {
             for x in 0..SIZE.0 {
                 let [r, g, b] = scene(x, y);
@@ -147,7 +148,7 @@ mod tests {
         let (frames, mut masks) = clip(0);
         // Something that never leaves its place.
         masks.iter_mut().for_each(|mask| mask.row_mut(35)[50] = 1);
-        let (tracks, camera) = (Trajectories::empty(8, SIZE), Camera::at_rest());
+        let (tracks, camera) = (Trajectories::empty(8, SIZE), Camera::Still);
         let input =
             PlateInput { frames: &frames, masks: &masks, camera: &camera, tracks: &tracks, is_scene: Vec::new() };
         let found = clean_plate(&input, 0);

@@ -6,7 +6,7 @@
 //! and nothing is said of them.
 
 use super::plate::{Picture, apart, sampled};
-use crate::camera::{Camera, Warp};
+use crate::camera::{CameraPath, Warp};
 use crate::cut::STRANGER;
 use crate::image::Plane;
 use crate::trajectory::Trajectories;
@@ -47,7 +47,7 @@ impl Sought {
         pictures: &[Picture],
         step: usize,
         t: usize,
-        camera: &Camera,
+        path: &CameraPath,
         (tracks, label): (&Trajectories, &[u32]),
         is_object: &[bool],
     ) -> Self {
@@ -60,7 +60,7 @@ impl Sought {
                 let own = known.iter().filter(|&&(.., object)| object == wanted);
                 own.filter_map(|&(i, from, _)| tracks.at(i, s).map(|to| (from, to))).collect()
             };
-            let (way, size) = (camera.between(t, s), (picture.width(), picture.height()));
+            let (way, size) = (path.between(t, s), (picture.width(), picture.height()));
             let lattice = |points: Vec<_>| Lattice::new(size, step, &Warp::new(tracks.size, way, points.into_iter()));
             let object = Some(points(true)).filter(|points| points.len() >= LEAST_POINTS);
             Other { picture: pictures[s].clone(), scene: lattice(points(false)), object: object.map(lattice) }

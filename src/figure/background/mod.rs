@@ -6,7 +6,7 @@
 //! **Where the camera stands still.**
 //! 1. The *plate* (`plate`) is the scene without what moves; each pixel of each frame has a distance from it. Around
 //!    trajectories that surely move frames do not count for the plate.
-//! 2. What is known of a cluster is how far its trajectories are from the plate ([`Background::unlike_plate`]); what that is
+//! 2. What is known of a cluster is how far its trajectories are from the plate ([`StillScene::unlike_plate`]); what that is
 //!    worth is fitted (`evidence`).
 //! 3. Each superpixel has two *cues*, its mean distance from the plate and the mean length of its flow, each worth
 //!    log-odds that rise with it. What lies under trajectories of a cluster that is hardly an object is doubted
@@ -33,9 +33,9 @@ mod stand_out;
 
 pub(crate) use clean::{PlateInput, clean_plate};
 pub(crate) use rigid::{Parted, part_rigid};
-pub(crate) use stand_out::{Clustering, StandOut};
+pub(crate) use stand_out::{Clustering, stand_out};
 
-use crate::camera::Camera;
+use crate::camera::{Camera, CameraPath, Travel};
 use crate::cut::pixel_of;
 use crate::discretize::Clusters;
 use crate::flow::{CompactFlow, Field};
@@ -89,10 +89,39 @@ const OPINION: f32 = 4.0;
 /// The least of which, in grey levels squared.
 const LEAST: f32 = 100.0;
 
-/// What pixels say in a clip.
+/// Trajectories, the cluster of each, and whether each cluster is an object. Other labels do not count.
+#[derive(Debug, Clone, Copy)]
+pub struct LabelledTracks<'a> {
+    /// The trajectories.
+    pub tracks: &'a Trajectories,
+    /// Label of each trajectory.
+    pub label: &'a [u32],
+    /// Whether each label is an object.
+    pub is_object: &'a [bool],
+}
+
+/// Per-pixel evidence for and against objects, by what the camera does.
 #[derive(Debug, Clone)]
-pub(crate) struct Background {
-    camera: Camera,
+pub enum Background {
+    /// The camera stands still.
+    Still(StillScene),
+    /// The camera moves.
+    Moving(MovingScene),
+    /// The camera goes forward, as in a car.
+    Forward(Travel, MovingScene),
+}
+
+/// The scene before a still camera: the distance of each pixel from the background plate.
+#[derive(Debug, Clone)]
+pub struct StillScene {
+    /// One plane a frame, in 255ths; may be smaller than frames. [`UNKNOWN`] where the plate is not known.
+    distance: Vec<Plane<u8>>,
+}
+
+/// The scene before a moving camera: how well pixels are found again in other frames.
+#[derive(Debug, Clone)]
+pub struct MovingScene {
+    path: CameraPath,
     /// The frames, reduced by `step`.
     pictures: Vec<Picture>,
     step: usize,
@@ -100,112 +129,91 @@ pub(crate) struct Background {
     accounts: Vec<Accounts>,
     /// What differs from its place in the scene by this mean square is as much none of it as not.
     strange: f32,
-    /// Where the camera stands still: how far each pixel of each frame is from the plate, in 255ths; may be smaller
-    /// than frames. [`UNKNOWN`] where the plate is not known.
-    distance: Vec<Plane<u8>>,
 }
 
 impl Background {
     /// Of all frames of a clip, which have equal sizes. Around trajectories that move, as far as `reach` pixels, frames are
     /// not the scene's: what moves slowly would be in the plate for as long as it takes to pass.
-    pub(crate) fn new(frames: &[Frame], camera: Camera, (tracks, reach): (&Trajectories, f32)) -> Self {
+    pub fn new(frames: &[Frame], camera: Camera, tracks: &Trajectories, reach: f32) -> Self {
         let side = frames.first().map_or(1, |f| f.width().max(f.height()));
         let step = side.div_ceil(SIDE).max(1);
         let pictures: Vec<Picture> = frames.iter().map(|frame| picture(frame, step)).collect();
-        let mut background = Self { camera, pictures, step, accounts: Vec::new(), strange: 0.0, distance: Vec::new() };
-        if background.is_still() {
-            let hidden = background.hidden(tracks, reach);
-            let plate = Plate::new(&background.pictures, |t, x, y| hidden[t][(x, y)]);
-            let of = |plate: &Plate| background.pictures.iter().map(|p| plate.distance(p)).collect();
-            background.distance = plate.as_ref().map_or_else(Vec::new, of);
+        let moving = |path, pictures| MovingScene { path, pictures, step, accounts: Vec::new(), strange: 0.0 };
+        match camera {
+            Camera::Still => Self::Still(StillScene::new(&pictures, step, tracks, reach)),
+            Camera::Moving(path) => Self::Moving(moving(path, pictures)),
+            Camera::Forward(path, travel) => Self::Forward(travel, moving(path, pictures)),
         }
-        background
     }
 
-    /// Where each reduced frame is within `reach` pixels of trajectories that move.
-    fn hidden(&self, tracks: &Trajectories, reach: f32) -> Vec<Plane<bool>> {
-        let mut hidden: Vec<_> = self.pictures.iter().map(|p| Plane::filled(p.width(), p.height(), false)).collect();
-        let reach = (reach / self.step as f32 + 0.5) as usize;
-        for i in (0..tracks.len()).filter(|&i| moved(tracks, i) > MOVED) {
-            for t in tracks.frames(i) {
-                let (Some((x, y)), Some(hidden)) = (tracks.at(i, t), hidden.get_mut(t)) else { continue };
-                let (w, h) = (hidden.width(), hidden.height());
-                let (x, y) = (self.place(x, w), self.place(y, h));
-                for y in y.saturating_sub(reach)..(y + reach + 1).min(h) {
-                    hidden.row_mut(y)[x.saturating_sub(reach)..(x + reach + 1).min(w)].fill(true);
-                }
-            }
+    fn moving(&self) -> Option<&MovingScene> {
+        match self {
+            Self::Still(_) => None,
+            Self::Moving(scene) | Self::Forward(_, scene) => Some(scene),
         }
-        hidden
     }
 
-    /// The pixel of a reduced frame of this side that a point of a frame lies in, along one axis.
-    fn place(&self, v: f32, side: usize) -> usize {
-        (((v + 0.5).max(0.0) as usize) / self.step).min(side - 1)
-    }
-
-    /// Whether the camera stands still.
-    pub(crate) fn is_still(&self) -> bool {
-        self.camera.still
-    }
-
-    /// Whether the camera goes forward.
-    pub(crate) fn goes_forward(&self) -> bool {
-        self.camera.goes_forward()
-    }
-
-    /// Where the camera moves and no cluster is an object: `denser` trajectories, with their labels, that stand out and
-    /// move alike, as clusters of their own (`stand_out`); `None` where there are none.
-    pub(crate) fn stand_out(
-        &self,
-        before: &Clustering<'_>,
-        denser: (&Trajectories, &[u32]),
-        salient: &[bool],
-        spacing: f32,
-        params: &BackgroundParams,
-    ) -> Option<StandOut> {
-        if self.is_still() || self.goes_forward() || !params.stand_out {
-            return None;
-        }
-        stand_out::stand_out(before, denser, salient, spacing)
-    }
-
-    /// Of how many frames accounts are made where labels are objects or not: none where no label is one.
+    /// Number of frames with accounts where labels are objects or not: none where no label is one.
     pub(crate) fn num_accounts(&self, is_object: &[bool]) -> usize {
-        if !self.is_still() && is_object.contains(&true) { self.pictures.len() } else { 0 }
+        self.moving().filter(|_| is_object.contains(&true)).map_or(0, |scene| scene.pictures.len())
     }
 
-    /// What the accounts of the pixels of frame `t` are made from by these trajectories.
-    pub(crate) fn sought(&self, t: usize, labelled: (&Trajectories, &[u32]), is_object: &[bool]) -> Sought {
-        Sought::new(&self.pictures, self.step, t, &self.camera, labelled, is_object)
+    /// What the accounts of the pixels of frame `t` are made from by these trajectories; `None` where the camera stands
+    /// still.
+    pub(crate) fn sought(&self, t: usize, labelled: LabelledTracks<'_>) -> Option<Sought> {
+        let LabelledTracks { tracks, label, is_object } = labelled;
+        let MovingScene { path, pictures, step, .. } = self.moving()?;
+        Some(Sought::new(pictures, *step, t, path, (tracks, label), is_object))
+    }
+
+    /// Where the camera moves: compares the pixels of all frames with where scene and objects are in other frames.
+    pub fn compare_frames(&mut self, labelled: LabelledTracks<'_>) {
+        let frames = 0..self.num_accounts(labelled.is_object);
+        self.account(frames.filter_map(|t| Some(self.sought(t, labelled)?.accounts())).collect(), labelled);
     }
 
     /// Takes the accounts of all frames, or none, by these trajectories.
-    pub(crate) fn account(&mut self, made: Vec<Accounts>, labelled: (&Trajectories, &[u32]), is_object: &[bool]) {
-        self.accounts = made;
-        let mut scene = Verdict::default();
-        for (i, &label) in labelled.1.iter().enumerate() {
-            if object(label, is_object) == Some(false) {
-                self.add_along(labelled.0, i, &mut scene);
+    pub(crate) fn account(&mut self, made: Vec<Accounts>, labelled: LabelledTracks<'_>) {
+        match self {
+            Self::Still(_) => {}
+            Self::Moving(scene) => {
+                scene.accounts = made;
+                scene.strange = APART * scene.unlike_scene(labelled).max(LEAST);
             }
-        }
-        // What goes by on the road is badly known between trajectories: there, unlike the scene is not strange.
-        self.strange = if self.camera.goes_forward() { f32::MAX } else { APART * scene.unlike_scene().max(LEAST) };
-    }
-
-    /// The accounts around each point of trajectory `i`.
-    fn add_along(&self, tracks: &Trajectories, i: usize, sum: &mut Verdict) {
-        for t in tracks.frames(i) {
-            let (Some((x, y)), Some(map)) = (tracks.at(i, t), self.accounts.get(t)) else { continue };
-            let (x, y) = (self.place(x, map.width()), self.place(y, map.height()));
-            for y in y.saturating_sub(1)..(y + 2).min(map.height()) {
-                let columns = x.saturating_sub(1)..(x + 2).min(map.width());
-                columns.filter(|&x| is_sought(x, y)).for_each(|x| sum.add(map[(x, y)]));
-            }
+            // What goes by on the road is badly known between trajectories: there, unlike the scene is not strange.
+            Self::Forward(_, scene) => (scene.accounts, scene.strange) = (made, f32::MAX),
         }
     }
 
-    /// Where the camera stands still: the mean distance of each cluster's trajectories from the plate, 0 to 1, where it is
+    /// Log-odds that each superpixel is an object's, frame by frame, against it where negative. `doubts` are the log-odds
+    /// against each label, or none; the flow is that of each pair of frames.
+    #[must_use]
+    pub fn evidence(
+        &self,
+        superpixels: &[Superpixels],
+        flows: &[CompactFlow],
+        labelled: LabelledTracks<'_>,
+        doubts: &[f32],
+        params: &BackgroundParams,
+    ) -> Vec<f32> {
+        let mut evidence = match self {
+            Self::Still(scene) => scene.evidence(superpixels, flows, params),
+            Self::Moving(scene) | Self::Forward(_, scene) => scene.evidence(superpixels, labelled, params),
+        };
+        add_doubts(&mut evidence, superpixels, labelled, doubts);
+        evidence
+    }
+}
+
+impl StillScene {
+    fn new(pictures: &[Picture], step: usize, tracks: &Trajectories, reach: f32) -> Self {
+        let hidden = hidden(pictures, step, tracks, reach);
+        let plate = Plate::new(pictures, |t, x, y| hidden[t][(x, y)]);
+        let of = |plate: &Plate| pictures.iter().map(|p| plate.distance(p)).collect();
+        Self { distance: plate.as_ref().map_or_else(Vec::new, of) }
+    }
+
+    /// The mean distance of each cluster's trajectories from the plate, 0 to 1, where it is
     /// known; 1 where it is not at all.
     pub(crate) fn unlike_plate(&self, tracks: &Trajectories, clusters: &Clusters) -> Vec<f64> {
         let mut sums = vec![(0.0, 0.0); clusters.count];
@@ -229,32 +237,9 @@ impl Background {
         (count > 0).then(|| sum as f32 / (255 * count) as f32)
     }
 
-    /// Step 3: what speaks for an object in each superpixel, frame by frame, and against it where negative.
-    /// `is_object` says it of each label of the trajectories; other labels do not count.
-    pub(crate) fn evidence(
-        &self,
-        superpixels: &[Superpixels],
-        flows: &[CompactFlow],
-        (tracks, label): (&Trajectories, &[u32]),
-        is_object: &[bool],
-        params: &BackgroundParams,
-    ) -> Vec<f32> {
+    /// By the plate and by motion.
+    fn evidence(&self, superpixels: &[Superpixels], flows: &[CompactFlow], params: &BackgroundParams) -> Vec<f32> {
         let mut evidence = Vec::new();
-        if !self.is_still() {
-            for (t, s) in superpixels.iter().enumerate() {
-                let Some(map) = self.accounts.get(t) else {
-                    evidence.resize(evidence.len() + s.count, 0.0);
-                    continue;
-                };
-                let said = verdicts(s, map, self.strange).into_iter();
-                let shares = object_shares(s, t, tracks, label, is_object);
-                evidence.extend(said.zip(shares).map(|(said, share)| {
-                    let unseen = 1.0 - TRUST * share;
-                    params.account_weight * said - params.doubt * unseen
-                }));
-            }
-            return evidence;
-        }
         for (t, s) in superpixels.iter().enumerate() {
             let unknown = || vec![0.0; s.count];
             let by_plate = self.distance.get(t).map_or_else(unknown, |map| means(s, map));
@@ -265,6 +250,76 @@ impl Background {
         }
         evidence
     }
+}
+
+impl MovingScene {
+    /// The mean square by which trajectories of the scene differ from it.
+    fn unlike_scene(&self, labelled: LabelledTracks<'_>) -> f32 {
+        let mut scene = Verdict::default();
+        for (i, &label) in labelled.label.iter().enumerate() {
+            if object(label, labelled.is_object) == Some(false) {
+                self.add_along(labelled.tracks, i, &mut scene);
+            }
+        }
+        scene.unlike_scene()
+    }
+
+    /// The accounts around each point of trajectory `i`.
+    fn add_along(&self, tracks: &Trajectories, i: usize, sum: &mut Verdict) {
+        for t in tracks.frames(i) {
+            let (Some((x, y)), Some(map)) = (tracks.at(i, t), self.accounts.get(t)) else { continue };
+            let (x, y) = (place(x, map.width(), self.step), place(y, map.height(), self.step));
+            for y in y.saturating_sub(1)..(y + 2).min(map.height()) {
+                let columns = x.saturating_sub(1)..(x + 2).min(map.width());
+                columns.filter(|&x| is_sought(x, y)).for_each(|x| sum.add(map[(x, y)]));
+            }
+        }
+    }
+
+    /// By the accounts of pixels; nothing is said of frames without.
+    fn evidence(
+        &self,
+        superpixels: &[Superpixels],
+        labelled: LabelledTracks<'_>,
+        params: &BackgroundParams,
+    ) -> Vec<f32> {
+        let mut evidence = Vec::new();
+        for (t, s) in superpixels.iter().enumerate() {
+            let Some(map) = self.accounts.get(t) else {
+                evidence.resize(evidence.len() + s.count, 0.0);
+                continue;
+            };
+            let said = verdicts(s, map, self.strange).into_iter();
+            let shares = object_shares(s, t, labelled);
+            evidence.extend(said.zip(shares).map(|(said, share)| {
+                let unseen = 1.0 - TRUST * share;
+                params.account_weight * said - params.doubt * unseen
+            }));
+        }
+        evidence
+    }
+}
+
+/// Where each reduced frame is within `reach` pixels of trajectories that move.
+fn hidden(pictures: &[Picture], step: usize, tracks: &Trajectories, reach: f32) -> Vec<Plane<bool>> {
+    let mut hidden: Vec<_> = pictures.iter().map(|p| Plane::filled(p.width(), p.height(), false)).collect();
+    let reach = (reach / step as f32 + 0.5) as usize;
+    for i in (0..tracks.len()).filter(|&i| moved(tracks, i) > MOVED) {
+        for t in tracks.frames(i) {
+            let (Some((x, y)), Some(hidden)) = (tracks.at(i, t), hidden.get_mut(t)) else { continue };
+            let (w, h) = (hidden.width(), hidden.height());
+            let (x, y) = (place(x, w, step), place(y, h, step));
+            for y in y.saturating_sub(reach)..(y + reach + 1).min(h) {
+                hidden.row_mut(y)[x.saturating_sub(reach)..(x + reach + 1).min(w)].fill(true);
+            }
+        }
+    }
+    hidden
+}
+
+/// The pixel of a frame reduced by `step`, of this side, that a point of the frame lies in, along one axis.
+fn place(v: f32, side: usize, step: usize) -> usize {
+    (((v + 0.5).max(0.0) as usize) / step).min(side - 1)
 }
 
 /// What a cue says for an object, as log-odds; nothing where it is not known.
@@ -326,20 +381,15 @@ fn motion(flow: &CompactFlow, half: f32) -> Plane<u8> {
 
 /// Takes from the evidence what speaks against the clusters of the trajectories in each superpixel, in the mean; `doubts`
 /// has it of each cluster.
-pub(crate) fn add_doubts(
-    evidence: &mut [f32],
-    superpixels: &[Superpixels],
-    (tracks, label): (&Trajectories, &[u32]),
-    doubts: &[f32],
-) {
+fn add_doubts(evidence: &mut [f32], superpixels: &[Superpixels], labelled: LabelledTracks<'_>, doubts: &[f32]) {
     if doubts.iter().all(|&doubt| doubt == 0.0) {
         return;
     }
     let mut first = 0;
     for (t, s) in superpixels.iter().enumerate() {
         let (superpixel, mut sums) = (s.label(), vec![(0.0, 0.0_f32); s.count]);
-        for (i, x, y) in tracks.alive(t) {
-            let Some(doubt) = label.get(i).and_then(|&l| doubts.get(l as usize)) else { continue };
+        for (i, x, y) in labelled.tracks.alive(t) {
+            let Some(doubt) = labelled.label.get(i).and_then(|&l| doubts.get(l as usize)) else { continue };
             let sum = &mut sums[superpixel.data()[pixel_of(s.runs().size(), x, y)] as usize];
             *sum = (sum.0 + doubt, sum.1 + 1.0);
         }
@@ -351,13 +401,8 @@ pub(crate) fn add_doubts(
 }
 
 /// The share of objects' trajectories among those of frame `t` in each superpixel.
-fn object_shares(
-    superpixels: &Superpixels,
-    t: usize,
-    tracks: &Trajectories,
-    label: &[u32],
-    is_object: &[bool],
-) -> Vec<f32> {
+fn object_shares(superpixels: &Superpixels, t: usize, labelled: LabelledTracks<'_>) -> Vec<f32> {
+    let LabelledTracks { tracks, label, is_object } = labelled;
     let (superpixel, mut found) = (superpixels.label(), vec![(0.0, 0.0_f32); superpixels.count]);
     for (i, x, y) in tracks.alive(t) {
         let Some(object) = label.get(i).and_then(|&l| object(l, is_object)) else { continue };
@@ -390,6 +435,13 @@ mod tests {
         (0..10).map(frame).collect()
     }
 
+    fn still_scene(frames: &[Frame], tracks: &Trajectories) -> StillScene {
+        match Background::new(frames, Camera::Still, tracks, 1.0) {
+            Background::Still(scene) => scene,
+            other => panic!("{other:?}"),
+        }
+    }
+
     fn halves() -> Superpixels {
         let label = Plane::from_fn(40, 20, |x, y| if y < 7 { 0 } else { 1 + u32::from(x < 20) });
         Superpixels::from(&label)
@@ -408,7 +460,7 @@ mod tests {
         for (x, y) in (0..20 * 6).map(|k| ((k % 20) as f32, (8 + k / 20) as f32)) {
             tracks.push(0, (0..10).map(|t| (x + 2.0 * t as f32, y, 0.0)));
         }
-        let far = |tracks| Background::new(&frames, Camera::at_rest(), (tracks, 1.0)).distance[0][(10, 10)];
+        let far = |tracks| still_scene(&frames, tracks).distance[0][(10, 10)];
         let none = Trajectories::empty(10, (40, 20));
         assert_eq!(far(&none), 0);
         assert!(far(&tracks) > 200);
@@ -419,8 +471,7 @@ mod tests {
         let mut tracks = Trajectories::empty(10, (40, 20));
         tracks.push(0, (0..10).map(|t| (3.0 * t as f32 + 3.0, 11.0, 0.0)));
         tracks.push(0, (0..10).map(|_| (5.0, 2.0, 0.0)));
-        let background = Background::new(&frames(), Camera::at_rest(), (&tracks, 1.0));
-        let unlike = background.unlike_plate(&tracks, &Clusters { count: 3, label: vec![0, 1] });
+        let unlike = still_scene(&frames(), &tracks).unlike_plate(&tracks, &Clusters { count: 3, label: vec![0, 1] });
         assert!(unlike[0] > 0.9 && unlike[1..] == [0.0, 0.0], "{unlike:?}");
     }
 
@@ -453,23 +504,18 @@ mod tests {
         (tracks, label)
     }
 
-    fn account(background: &mut Background, labelled: (&Trajectories, &[u32]), is_object: &[bool]) {
-        let frames = 0..background.num_accounts(is_object);
-        let made = frames.map(|t| background.sought(t, labelled, is_object).accounts()).collect();
-        background.account(made, labelled, is_object);
-    }
-
     #[test]
     fn before_a_moving_camera_superpixels_go_with_what_explains_them() {
         let params = BackgroundParams::default();
         let (tracks, label) = followed();
-        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), (&tracks, 1.0));
-        account(&mut background, (&tracks, &label), &[false, true]);
+        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), &tracks, 1.0);
+        let labelled = LabelledTracks { tracks: &tracks, label: &label, is_object: &[false, true] };
+        background.compare_frames(labelled);
         // The square of frame 4, and all around it.
         let inside = |x: usize, y: usize| (24..48).contains(&x) && (20..44).contains(&y);
         let plane = Plane::from_fn(96, 64, |x, y| u32::from(inside(x, y)));
         let superpixels = vec![Superpixels::from(&plane); 10];
-        let found = background.evidence(&superpixels, &[], (&tracks, &label), &[false, true], &params);
+        let found = background.evidence(&superpixels, &[], labelled, &[], &params);
         assert!(found[8] < -1.0 && found[9] > 1.0, "{found:?}");
     }
 
@@ -480,7 +526,8 @@ mod tests {
         tracks.push(0, (0..2).map(|_| (7.0, 15.0, 0.0)));
         tracks.push(1, [(30.0, 11.0, 0.0)]);
         let mut evidence = vec![1.0; 6];
-        add_doubts(&mut evidence, &vec![halves(); 2], (&tracks, &[0, 1, 1]), &[0.0, 0.5]);
+        let labelled = LabelledTracks { tracks: &tracks, label: &[0, 1, 1], is_object: &[] };
+        add_doubts(&mut evidence, &vec![halves(); 2], labelled, &[0.0, 0.5]);
         assert_eq!(evidence, [1.0, 1.0, 1.0 - OPINION * 0.25, 1.0, 1.0 - OPINION * 0.5, 1.0 - OPINION * 0.25]);
     }
 
@@ -488,9 +535,10 @@ mod tests {
     fn without_objects_nothing_is_said() {
         let params = BackgroundParams::default();
         let (tracks, label) = followed();
-        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), (&tracks, 1.0));
-        account(&mut background, (&tracks, &label), &[false, false]);
-        let found = background.evidence(&vec![halves(); 10], &[], (&tracks, &label), &[false, false], &params);
+        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), &tracks, 1.0);
+        let labelled = LabelledTracks { tracks: &tracks, label: &label, is_object: &[false, false] };
+        background.compare_frames(labelled);
+        let found = background.evidence(&vec![halves(); 10], &[], labelled, &[], &params);
         assert_eq!(found, vec![0.0; 30]);
     }
 
@@ -508,11 +556,11 @@ mod tests {
             tracks.push(0, (0..10).map(|t| (3.0 * t as f32 + 1.0 + k as f32, 11.0, 0.0)));
             tracks.push(0, (0..10).map(|_| (7.0 * k as f32, 2.0, 0.0)));
         }
-        let background = Background::new(&frames(), Camera::at_rest(), (&tracks, 1.0));
+        let background = Background::new(&frames(), Camera::Still, &tracks, 1.0);
         let label: Vec<u32> = (0..10).map(|i| i % 2).collect();
         let superpixels = vec![halves(); 10];
-        let params = BackgroundParams::default();
-        let found = background.evidence(&superpixels, &[], (&tracks, &label), &[true, false], &params);
+        let labelled = LabelledTracks { tracks: &tracks, label: &label, is_object: &[true, false] };
+        let found = background.evidence(&superpixels, &[], labelled, &[], &BackgroundParams::default());
         assert_eq!(found.len(), 30);
         // In the first frame the square is on the left, in the last on the right; above there is nothing at any time.
         assert!(found[0] < 0.0 && found[27] < 0.0, "{found:?}");

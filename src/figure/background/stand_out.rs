@@ -42,7 +42,7 @@ pub(crate) struct StandOut {
 /// Denser trajectories that stand out and move alike, as clusters of their own; they are `spacing` pixels apart, and
 /// `salient` says which of them stand out. What has fewer trajectories than a cluster needs is found by them. `None` where
 /// there are none.
-pub(super) fn stand_out(
+pub(crate) fn stand_out(
     before: &Clustering<'_>,
     (denser, voted): (&Trajectories, &[u32]),
     salient: &[bool],

@@ -36,7 +36,7 @@ const MOST_PERSPECTIVE: f64 = 0.25;
 /// In coordinates `X, Y` from the frame's centre, in halves of its longer side, a point goes to
 /// `((1 + p0) X + p1 Y + p2, p3 X + (1 + p4) Y + p5) / (1 + p6 X + p7 Y)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct DominantMotion {
+pub struct DominantMotion {
     p: [f64; 8],
     frame: Coordinates,
 }

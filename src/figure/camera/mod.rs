@@ -1,7 +1,7 @@
 //! What the camera does over the whole clip.
 //!
-//! In: the dominant motion of each frame pair, the frames, and trajectories. Out: a [`Camera`]: whether it stands still,
-//! how it goes forward, and the homographies along the clip. What a scene does besides them, since it is not flat, is a
+//! In: the dominant motion of each frame pair, the frames, and trajectories. Out: a [`Camera`], which stands
+//! still, moves or goes forward, with the homographies along the clip. What a scene does besides them, since it is not flat, is a
 //! [`Warp`].
 //!
 //! 1. The motions of the pairs are chained to homographies between frames some way apart.
@@ -13,15 +13,15 @@
 //! Not in the paper. All in `f64` with `+ - * /`, square roots and comparisons: the same bits on every target.
 
 mod dominant;
-mod forward;
 mod homography;
 mod travel;
 mod warp;
 
-pub(crate) use dominant::{DominantMotion, Residuals, Search, dominant_motion};
-pub(crate) use forward::{Forward, Going, Units};
+pub use dominant::DominantMotion;
+pub(crate) use dominant::{Residuals, Search, dominant_motion};
 pub(crate) use homography::Homography;
-pub(crate) use travel::{Pair, Travel, Ways};
+pub use travel::Travel;
+pub(crate) use travel::{Forward, Going, Pair, Units, Ways};
 pub(crate) use warp::Warp;
 
 use crate::image::{Frame, Plane, gaussian_blur, sample_bilinear};
@@ -43,11 +43,18 @@ const LEAST_AGREEMENT: f64 = 0.15;
 
 /// The camera of a clip.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Camera {
-    /// Whether it stands still.
-    pub(crate) still: bool,
-    /// How it goes forward, where it surely does.
-    pub(crate) travel: Option<Travel>,
+pub enum Camera {
+    /// It stands still.
+    Still,
+    /// It moves.
+    Moving(CameraPath),
+    /// It surely goes forward, as in a car.
+    Forward(CameraPath, Travel),
+}
+
+/// The homographies along a clip.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CameraPath {
     /// From each frame to the first.
     to_first: Vec<Homography>,
 }
@@ -55,11 +62,11 @@ pub(crate) struct Camera {
 impl Camera {
     /// The camera that these dominant motions, one a frame pair, and these frames speak for. It moves where there is
     /// nothing to tell by, and where it surely goes forward.
-    pub(crate) fn new(motions: &[DominantMotion], frames: &[Frame], travel: Option<Travel>) -> Self {
+    pub fn new(motions: &[DominantMotion], frames: &[Frame], travel: Option<Travel>) -> Self {
         let last = frames.len().min(motions.len() + 1).saturating_sub(1);
         let apart = APART.min(last);
         if apart == 0 {
-            return Self { still: false, travel, to_first: Vec::new() };
+            return Self::along(Vec::new(), travel);
         }
         let pairs = PAIRS.min(last / apart).max(1);
         let starts = (0..pairs).map(|k| if pairs > 1 { k * (last - apart) / (pairs - 1) } else { 0 });
@@ -72,33 +79,41 @@ impl Camera {
             none.push(pair.share_alike(&Homography::IDENTITY));
         }
         let (chain, none) = (median(chain), median(none));
-        let still = travel.is_none() && none >= LEAST_AGREEMENT && none >= AS_GOOD * chain;
+        if travel.is_none() && none >= LEAST_AGREEMENT && none >= AS_GOOD * chain {
+            return Self::Still;
+        }
         let mut to_first = vec![Homography::IDENTITY];
         for motion in motions {
-            let last = to_first[to_first.len() - 1];
-            to_first.push(if still { last } else { last.after(&motion.homography().inverse()) });
+            to_first.push(to_first[to_first.len() - 1].after(&motion.homography().inverse()));
         }
-        Self { still, travel, to_first }
+        Self::along(to_first, travel)
     }
 
-    /// One that stands still.
-    #[cfg(test)]
-    pub(crate) fn at_rest() -> Self {
-        Self { still: true, travel: None, to_first: Vec::new() }
+    fn along(to_first: Vec<Homography>, travel: Option<Travel>) -> Self {
+        let path = CameraPath { to_first };
+        match travel {
+            Some(travel) => Self::Forward(path, travel),
+            None => Self::Moving(path),
+        }
     }
 
     /// One that moves the scene by so much a frame, in pixels.
     #[cfg(test)]
     pub(crate) fn panning(speed: f64, num_frames: usize) -> Self {
         let to_first = |t: usize| Homography([1.0, 0.0, -speed * t as f64, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
-        Self { still: false, travel: None, to_first: (0..num_frames).map(to_first).collect() }
+        Self::along((0..num_frames).map(to_first).collect(), None)
     }
 
-    /// Whether it surely goes forward, as in a car.
-    pub(crate) fn goes_forward(&self) -> bool {
-        self.travel.is_some()
+    /// Where the scene of frame `from` is in frame `to`.
+    pub(crate) fn between(&self, from: usize, to: usize) -> Homography {
+        match self {
+            Self::Still => Homography::IDENTITY,
+            Self::Moving(path) | Self::Forward(path, _) => path.between(from, to),
+        }
     }
+}
 
+impl CameraPath {
     /// Where the scene of frame `from` is in frame `to`.
     pub(crate) fn between(&self, from: usize, to: usize) -> Homography {
         match (self.to_first.get(from), self.to_first.get(to)) {
@@ -208,21 +223,21 @@ mod tests {
         for (speed, still) in [(0, true), (1, false), (3, false)] {
             let frames: Vec<Frame> = (0..14).map(|t| frame(t, speed)).collect();
             let motions = vec![motion(-(speed as f32)); 13];
-            assert_eq!(Camera::new(&motions, &frames, None).still, still, "{speed} pixels a frame");
+            assert_eq!(Camera::new(&motions, &frames, None) == Camera::Still, still, "{speed} pixels a frame");
         }
     }
 
     #[test]
     fn dominant_motions_that_follow_a_mover_do_not_make_a_still_camera_move() {
         let frames: Vec<Frame> = (0..14).map(|t| frame(t, 0)).collect();
-        assert!(Camera::new(&vec![motion(-2.0); 13], &frames, None).still);
+        assert_eq!(Camera::new(&vec![motion(-2.0); 13], &frames, None), Camera::Still);
     }
 
     #[test]
     fn where_there_is_nothing_to_tell_by_the_camera_moves() {
         let flat = Frame::from_rgb(vec![90; 3 * 20 * 10], 20, 10).unwrap();
-        assert!(!Camera::new(&[motion(0.0)], &[flat.clone(), flat.clone()], None).still);
-        assert!(!Camera::new(&[], &[flat], None).still);
-        assert!(!Camera::new(&[], &[], None).still);
+        assert_ne!(Camera::new(&[motion(0.0)], &[flat.clone(), flat.clone()], None), Camera::Still);
+        assert_ne!(Camera::new(&[], &[flat], None), Camera::Still);
+        assert_ne!(Camera::new(&[], &[], None), Camera::Still);
     }
 }

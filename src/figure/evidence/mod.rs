@@ -1,7 +1,7 @@
 //! What is known of clusters, weighed: which of them are one thing, and which are objects.
 //!
 //! In: trajectories with their labels and discontinuities, the camera's motion, what is kept apart. Out: pieces of one
-//! thing under one label (`unite`), and what speaks for each cluster to be an object (`object`).
+//! thing under one label (`pair`), and what speaks for each cluster to be an object (`pair`).
 //!
 //! Both are sums of a few terms with weights that were fitted on clips with true masks, by logistic regression
 //! (`weights`; `bench fit` makes the table). No term decides alone.
@@ -18,15 +18,10 @@
 //! beyond the frame, and how far it is from the camera's motion. What holds more of the rim than its share is scene
 //! whatever these say: the only bound. Where the camera stands still: how far it is from the background plate.
 
-mod affine;
-mod object;
 mod pair;
-mod unite;
 mod weights;
 
-pub(crate) use object::{Signs, strangeness};
 pub use pair::Known;
 #[doc(hidden)]
 pub use pair::Pair;
-pub(crate) use pair::{UNLABELLED, pairs};
-pub(crate) use unite::unite;
+pub(crate) use pair::{Signs, UNLABELLED, pairs, strangeness, unite};

@@ -1,7 +1,6 @@
 //! The log-odds that two neighbouring clusters are one thing.
 
-use super::affine::AffineSums;
-use super::weights::PAIR;
+use super::weights::{OBJECT, OBJECT_BEFORE_PLATE, PAIR};
 use crate::affinity::{AffinityParams, Motions};
 use crate::camera::DominantMotion;
 use crate::connectedness::Separation;
@@ -67,18 +66,18 @@ pub struct Pair {
 
 /// The common border of two clusters.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Border {
+struct Border {
     /// Pairs of neighbours, one of each.
-    pub(super) pairs: f64,
+    pairs: f64,
     /// Sum of their discontinuities.
     discontinuity: f64,
     /// How many of them the foreground has apart in some frame.
-    pub(super) apart: f64,
+    apart: f64,
 }
 
 impl Border {
     /// Both borders in one.
-    pub(super) fn with(&self, other: &Self) -> Self {
+    fn with(&self, other: &Self) -> Self {
         Self {
             pairs: self.pairs + other.pairs,
             discontinuity: self.discontinuity + other.discontinuity,
@@ -87,7 +86,7 @@ impl Border {
     }
 
     /// The borders of every two of `count` clusters; that of `(p, q)` with `p < q` lies at `p * count + q`.
-    pub(super) fn all(label: &[u32], count: usize, known: &Known) -> Vec<Self> {
+    fn all(label: &[u32], count: usize, known: &Known) -> Vec<Self> {
         let mut borders = vec![Self::default(); count * count];
         for (&(i, j), d) in known.found.neighborhoods.pairs.iter().zip(&known.found.d) {
             let (p, q) = (label[i as usize], label[j as usize]);
@@ -103,7 +102,7 @@ impl Border {
 }
 
 /// The number of clusters under these labels.
-pub(super) fn count_of(label: &[u32]) -> usize {
+fn count_of(label: &[u32]) -> usize {
     label.iter().filter(|&&l| l != UNLABELLED).max().map_or(0, |&l| l as usize + 1)
 }
 
@@ -122,9 +121,9 @@ pub(crate) fn pairs(label: &[u32], known: &Known) -> Vec<Pair> {
 
 /// What is known of one cluster; what is known of two together adds up.
 #[derive(Debug, Clone)]
-pub(super) struct Summary {
+struct Summary {
     /// Number of trajectories.
-    pub(super) size: f64,
+    size: f64,
     /// Its velocities in each frame.
     motion: Vec<AffineSums>,
     /// ln(1 + r²) of the differences from the camera's motion in units of the noise, their sum and number.
@@ -132,7 +131,7 @@ pub(super) struct Summary {
 }
 
 impl Summary {
-    pub(super) fn of_clusters(label: &[u32], count: usize, known: &Known) -> Vec<Self> {
+    fn of_clusters(label: &[u32], count: usize, known: &Known) -> Vec<Self> {
         let tracks = known.tracks;
         let velocities = Motions::new(tracks, known.affinity);
         let horizon = velocities.horizon();
@@ -158,21 +157,21 @@ impl Summary {
     }
 
     /// Takes in another cluster.
-    pub(super) fn take(&mut self, other: &Self) {
+    fn take(&mut self, other: &Self) {
         self.size += other.size;
         self.motion.iter_mut().zip(&other.motion).for_each(|(a, b)| *a = a.with(b));
         self.strange = (self.strange.0 + other.strange.0, self.strange.1 + other.strange.1);
     }
 
     /// The terms of two clusters with this border, in the order of [`Pair::terms`].
-    pub(super) fn terms(&self, other: &Self, border: &Border) -> [f64; TERMS] {
+    fn terms(&self, other: &Self, border: &Border) -> [f64; TERMS] {
         let (gain, own) = self.gain(other);
         let apart = (self.strangeness() - other.strangeness()).abs();
         [border.discontinuity / border.pairs, libm::log(gain + LEAST_GAIN), apart, libm::log(own + LEAST_REST)]
     }
 
     /// How far it is from the camera's motion.
-    pub(super) fn strangeness(&self) -> f64 {
+    fn strangeness(&self) -> f64 {
         self.strange.0 / self.strange.1.max(1.0)
     }
 
@@ -210,12 +209,225 @@ pub(crate) fn log_odds(weights: &[f64], terms: &[f64]) -> f64 {
     weights[0] + weights[1..].iter().zip(terms).map(|(weight, term)| weight * term).sum::<f64>()
 }
 
+// How well one affine motion explains a set of velocities.
+
+/// Part of the weights that holds the motion's slopes back: few points in a line leave some of them open.
+const RIDGE: f64 = 1e-3;
+
+/// Sums over points, from which the best affine motion and what it leaves over follow; those of two sets add up.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct AffineSums {
+    /// Number of points.
+    count: f64,
+    /// Weights, times 1, x, y, x², xy, y².
+    places: [f64; 6],
+    /// Weights and velocity to the right, and down, times 1, x, y.
+    u: [f64; 3],
+    v: [f64; 3],
+    /// Weights times squared speed.
+    energy: f64,
+}
+
+impl AffineSums {
+    /// Adds a point at a place of the order of 1 with a velocity in pixels a frame and the inverse square of its noise.
+    fn add(&mut self, (x, y): (f64, f64), (u, v): (f64, f64), weight: f64) {
+        self.count += 1.0;
+        let basis = [1.0, x, y];
+        let squares = [1.0, x, y, x * x, x * y, y * y];
+        self.places.iter_mut().zip(squares).for_each(|(sum, value)| *sum += weight * value);
+        self.u.iter_mut().zip(basis).for_each(|(sum, value)| *sum += weight * u * value);
+        self.v.iter_mut().zip(basis).for_each(|(sum, value)| *sum += weight * v * value);
+        self.energy += weight * (u * u + v * v);
+    }
+
+    /// Those of both sets.
+    fn with(&self, other: &Self) -> Self {
+        let mut sum = *self;
+        sum.count += other.count;
+        sum.places.iter_mut().zip(other.places).for_each(|(a, b)| *a += b);
+        sum.u.iter_mut().zip(other.u).for_each(|(a, b)| *a += b);
+        sum.v.iter_mut().zip(other.v).for_each(|(a, b)| *a += b);
+        sum.energy += other.energy;
+        sum
+    }
+
+    /// The squared differences from the best affine motion, in units of the noise, summed over the points.
+    fn residual(&self) -> f64 {
+        let [w, x, y, xx, xy, yy] = self.places;
+        if w <= 0.0 {
+            return 0.0;
+        }
+        // Elimination: the sums less their means, then the second axis less the first.
+        let (xx, xy, yy) = (xx - x * x / w + RIDGE * w, xy - x * y / w, yy - y * y / w + RIDGE * w);
+        let yy = yy - xy * xy / xx;
+        let explained = |[b, bx, by]: [f64; 3]| {
+            let (bx, by) = (bx - x * b / w, by - y * b / w);
+            let by = by - xy * bx / xx;
+            b * b / w + bx * bx / xx + by * by / yy
+        };
+        (self.energy - explained(self.u) - explained(self.v)).max(0.0)
+    }
+}
+
+// Merging pieces of one thing, by what is known of every two of them.
+
+/// How the caution falls with the share of trajectories, in powers of it: a fragment is one fragment however small it
+/// is, and what a wrong join costs grows with the piece.
+const BY_SHARE: f64 = 0.4;
+/// The log-odds that two are one which the foreground has apart in some frame.
+const APART: f64 = -3.0;
+
+/// Gives pieces that are one thing a common label: while more than the caution speaks for it, the two neighbours for which
+/// most does are joined, and what is known of both is weighed anew. Unlabelled trajectories take no part.
+pub(crate) fn unite(label: &mut [u32], known: &Known, caution: f64) {
+    let mut pieces = Pieces::new(label, known, caution);
+    while let Some((p, q)) = pieces.likeliest() {
+        pieces.join(p, q);
+    }
+    for l in label.iter_mut().filter(|l| **l != UNLABELLED) {
+        *l = pieces.into[*l as usize];
+    }
+}
+
+/// Pieces while they are joined; every two have a place `p * count + q`, `p < q`.
+struct Pieces {
+    count: usize,
+    caution: f64,
+    all: f64,
+    summary: Vec<Summary>,
+    border: Vec<Border>,
+    /// What speaks for a join, above 0; least of all where there is no border.
+    value: Vec<f64>,
+    /// The piece that each has gone into.
+    into: Vec<u32>,
+}
+
+impl Pieces {
+    fn new(label: &[u32], known: &Known, caution: f64) -> Self {
+        let count = count_of(label);
+        let summary = Summary::of_clusters(label, count, known);
+        let all = summary.iter().map(|s| s.size).sum();
+        let border = Border::all(label, count, known);
+        let value = vec![f64::NEG_INFINITY; border.len()];
+        let mut pieces = Self { count, caution, all, summary, border, value, into: (0..count as u32).collect() };
+        (0..count).for_each(|p| pieces.weigh(p));
+        pieces
+    }
+
+    fn place(&self, p: usize, q: usize) -> usize {
+        p.min(q) * self.count + p.max(q)
+    }
+
+    /// Weighs all joins of `p`.
+    fn weigh(&mut self, p: usize) {
+        for q in (0..self.count).filter(|&q| q != p) {
+            let place = self.place(p, q);
+            self.value[place] = self.value_of(p, q, &self.border[place]);
+        }
+    }
+
+    fn value_of(&self, p: usize, q: usize, border: &Border) -> f64 {
+        if border.pairs == 0.0 {
+            return f64::NEG_INFINITY;
+        }
+        let (a, b) = (&self.summary[p], &self.summary[q]);
+        let caution = self.caution + BY_SHARE * libm::log(a.size.min(b.size) / self.all);
+        let apart = border.apart / border.pairs;
+        (1.0 - apart) * (log_odds(&PAIR, &a.terms(b, border)) - caution) + apart * APART
+    }
+
+    /// The join for which most speaks, if anything does.
+    fn likeliest(&self) -> Option<(usize, usize)> {
+        let better = |best: usize, next: usize| if self.value[next] > self.value[best] { next } else { best };
+        let best = (0..self.value.len()).reduce(better)?;
+        (self.value[best] > 0.0).then_some((best / self.count, best % self.count))
+    }
+
+    /// Joins `q` into `p`.
+    fn join(&mut self, p: usize, q: usize) {
+        let other = self.summary[q].clone();
+        self.summary[p].take(&other);
+        for r in (0..self.count).filter(|&r| r != q) {
+            let (from, to) = (self.place(q, r), self.place(p, r));
+            let border = std::mem::take(&mut self.border[from]);
+            self.value[from] = f64::NEG_INFINITY;
+            if r != p {
+                self.border[to] = self.border[to].with(&border);
+            }
+        }
+        self.weigh(p);
+        self.into.iter_mut().filter(|into| **into == q as u32).for_each(|into| *into = p as u32);
+    }
+}
+
+// The log-odds that a cluster is an object and not the scene behind.
+
+/// The log-odds at which an object is as well kept as left out: what pixels say can still take one away, but not bring it
+/// back.
+const CAUTION: f64 = -0.8;
+/// What holds more of the rim than this is scene whatever its motion, such as what is near in a scene of depth.
+const RUNS_ON: f64 = 1.0;
+/// Without the motion, what holds less of the rim than usual is an object.
+const OBJECT_BY_RIM: [f64; 2] = [-0.2, -2.0];
+
+/// What a cluster is judged by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Signs {
+    /// Where the camera moves, or nothing is known of it.
+    Moving {
+        /// Its share of the frame's rim over its share of the frame: 1 on average.
+        rim: f64,
+        /// How far it is from the camera's motion ([`strangeness`]), where that is known.
+        strangeness: Option<f64>,
+    },
+    /// Where the camera stands still: how far it is from the background plate, 0 to 1.
+    Still { unlike: f64 },
+}
+
+impl Signs {
+    /// The terms of [`OBJECT`] or of [`OBJECT_BEFORE_PLATE`]; `None` where motion is not known.
+    pub(crate) fn terms(&self) -> Option<Vec<f64>> {
+        match *self {
+            Self::Moving { rim, strangeness } => Some(vec![of_rim(rim), strangeness?]),
+            Self::Still { unlike } => Some(vec![of_plate(unlike)]),
+        }
+    }
+
+    /// What speaks for an object, above 0.
+    pub(crate) fn value(&self) -> f64 {
+        match *self {
+            Self::Still { unlike } => log_odds(&OBJECT_BEFORE_PLATE, &[of_plate(unlike)]) - CAUTION,
+            Self::Moving { rim, strangeness: None } => log_odds(&OBJECT_BY_RIM, &[of_rim(rim)]),
+            Self::Moving { rim, strangeness: Some(_) } if rim > RUNS_ON => f64::NEG_INFINITY,
+            Self::Moving { rim, strangeness: Some(far) } => log_odds(&OBJECT, &[of_rim(rim), far]) - CAUTION,
+        }
+    }
+}
+
+fn of_rim(rim: f64) -> f64 {
+    libm::log(rim + 0.1)
+}
+
+fn of_plate(unlike: f64) -> f64 {
+    libm::log(unlike + 0.02)
+}
+
+/// How far each cluster is from the camera's motion: the mean of ln(1 + r²) over its velocities, whose difference from
+/// that motion is r in units of the noise.
+pub(crate) fn strangeness(label: &[u32], known: &Known) -> Vec<f64> {
+    Summary::of_clusters(label, count_of(label), known).iter().map(Summary::strangeness).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::discontinuity::neighborhoods;
+    use crate::affinity::AffinityParams;
+    use crate::connectedness::{Components, ConnectednessMode, ConnectednessParams, Separation};
+    use crate::discontinuity::{Discontinuities, neighborhoods};
     use crate::flow::FlowField;
     use crate::image::Plane;
+    use crate::rng::Rng;
+    use crate::trajectory::Trajectories;
 
     const FRAMES: usize = 10;
 
@@ -287,5 +499,112 @@ mod tests {
         for (a, b) in both.terms(&parts[2], &border).into_iter().zip(expected) {
             assert!((a - b).abs() < 1e-9, "{a} {b}");
         }
+    }
+
+    /// Points that move by an affine motion, and by `noise` besides.
+    fn points(motion: [f64; 6], noise: f64, seed: u64) -> AffineSums {
+        let mut rng = Rng::for_stage(seed, "affine");
+        let mut sums = AffineSums::default();
+        for _ in 0..200 {
+            let (x, y) = (rng.range(-1.0, 1.0), rng.range(-1.0, 1.0));
+            let [a, b, c, d, e, f] = motion;
+            let stray = (noise * rng.range(-1.0, 1.0), noise * rng.range(-1.0, 1.0));
+            sums.add((x, y), (a + b * x + c * y + stray.0, d + e * x + f * y + stray.1), 4.0);
+        }
+        sums
+    }
+
+    #[test]
+    fn an_affine_motion_leaves_hardly_anything_and_noise_is_left() {
+        let motion = [3.0, 0.5, -0.2, 1.0, 0.3, 0.4];
+        assert!(points(motion, 0.0, 1).residual() / 200.0 < 0.01);
+        // Each axis has the variance of an even spread, noise² / 3.
+        let left = points(motion, 0.5, 1).residual() / 200.0;
+        assert!((left / (4.0 * 2.0 * 0.25 / 3.0) - 1.0).abs() < 0.15, "{left}");
+    }
+
+    #[test]
+    fn two_motions_together_leave_more_than_apart_and_one_motion_does_not() {
+        let (one, same) =
+            (points([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.1, 1), points([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.1, 2));
+        let other = points([2.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.1, 3);
+        let gain = |a: &AffineSums, b: &AffineSums| a.with(b).residual() - a.residual() - b.residual();
+        assert!(gain(&one, &other) > 100.0 * gain(&one, &same).max(0.1));
+        assert!(gain(&one, &same) > -1e-6);
+        assert_eq!(AffineSums::default().residual(), 0.0);
+    }
+
+    const COLUMN_FRAMES: usize = 12;
+    const CAUTION: f64 = 2.8;
+
+    /// Eight columns of six trajectories at rest; the columns from `from` on move down by `speed` pixels a frame.
+    fn columns(from: usize, speed: f32) -> Trajectories {
+        let mut tracks = Trajectories::empty(COLUMN_FRAMES, (120, 80));
+        for k in 0..48 {
+            let (x, y) = (5.0 + 10.0 * (k / 6) as f32, 5.0 + 8.0 * (k % 6) as f32);
+            let speed = if k / 6 < from { 0.0 } else { speed };
+            tracks.push(0, (0..COLUMN_FRAMES).map(|t| (x, y + speed * t as f32, 0.05)));
+        }
+        tracks
+    }
+
+    /// Labels after merging pieces of two columns each, all discontinuities between which are `d`.
+    fn united(tracks: &Trajectories, d: f64, separation: Option<&Separation>) -> Vec<u32> {
+        let near = neighborhoods(tracks);
+        let found = Discontinuities { d: vec![d; near.pairs.len()], neighborhoods: near, ..Discontinuities::default() };
+        let mut label: Vec<u32> = (0..48).map(|k| k / 12).collect();
+        let affinity = AffinityParams::default();
+        unite(&mut label, &Known { tracks, found: &found, affinity: &affinity, camera: &[], separation }, CAUTION);
+        label
+    }
+
+    #[test]
+    fn pieces_of_one_motion_are_one_thing_and_those_of_two_are_two() {
+        assert_eq!(united(&columns(8, 0.0), 0.5, None), [0; 48]);
+        let two: Vec<u32> = (0..48).map(|k| if k < 24 { 0 } else { 2 }).collect();
+        assert_eq!(united(&columns(4, 2.0), 0.9, None), two);
+    }
+
+    #[test]
+    fn what_the_foreground_has_apart_stays_apart() {
+        let tracks = columns(8, 0.0);
+        let parts = Components {
+            count: vec![2; COLUMN_FRAMES],
+            of_point: (0..48 * COLUMN_FRAMES).map(|p| u32::from(p / COLUMN_FRAMES >= 24)).collect(),
+        };
+        let settings = ConnectednessParams { mode: ConnectednessMode::Paper, ..ConnectednessParams::default() };
+        let separation = Separation::new(&tracks, &parts, &settings);
+        let label = united(&tracks, 0.1, Some(&separation));
+        assert_eq!(label, (0..48).map(|k| if k < 24 { 0 } else { 2 }).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn unlabelled_ones_and_none_at_all_are_left() {
+        let tracks = columns(8, 0.0);
+        let found = Discontinuities { neighborhoods: neighborhoods(&tracks), ..Discontinuities::default() };
+        let affinity = AffinityParams::default();
+        let known = Known { tracks: &tracks, found: &found, affinity: &affinity, camera: &[], separation: None };
+        let mut label = vec![UNLABELLED; 48];
+        unite(&mut label, &known, CAUTION);
+        assert_eq!(label, [UNLABELLED; 48]);
+    }
+
+    #[test]
+    fn what_holds_the_rim_and_goes_with_the_camera_is_scene_and_what_does_neither_an_object() {
+        let value = |rim: f64, strangeness| Signs::Moving { rim, strangeness }.value();
+        for rim in [0.9, 0.1] {
+            assert!(value(rim, Some(5.0)) > value(rim, Some(0.2)));
+        }
+        assert!(value(1.1, Some(0.2)) < 0.0 && value(0.0, Some(5.0)) > 0.0);
+        // A piece of the scene in the middle of the frame; what is near in a scene of depth.
+        assert!(value(0.6, Some(0.3)) < 0.0 && value(2.0, Some(9.0)) < 0.0);
+        assert!(value(1.1, None) < 0.0 && value(0.0, None) > 0.0);
+    }
+
+    #[test]
+    fn what_is_like_the_plate_is_scene_and_what_is_not_an_object() {
+        let value = |unlike| Signs::Still { unlike }.value();
+        // Leaves sway over what looks like them. An object is like the plate in places.
+        assert!(value(0.02) < -1.5 && value(0.4) > 0.0);
     }
 }

@@ -75,8 +75,9 @@ impl SaliencyMaps {
         self.motions.push(motion);
     }
 
+    #[doc(hidden)]
     /// The motion of the camera in each flow looked at.
-    pub(crate) fn motions(&self) -> &[DominantMotion] {
+    pub fn motions(&self) -> &[DominantMotion] {
         &self.motions
     }
 

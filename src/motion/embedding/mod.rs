@@ -17,7 +17,6 @@
 mod chebyshev;
 mod dense;
 mod eigen;
-mod lanczos;
 mod normalize;
 mod operator;
 mod panel;

@@ -38,7 +38,8 @@ impl FlowField {
     }
 
     /// The field of the same frames at another size, in pixels of that size.
-    pub(crate) fn at_size(self, width: usize, height: usize) -> Self {
+    #[must_use]
+    pub fn at_size(self, width: usize, height: usize) -> Self {
         let size = self.size();
         if size == (width, height) {
             return self;

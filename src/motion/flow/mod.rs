@@ -11,7 +11,7 @@
 //! 2. Search each patch in the second frame: try what its neighbours found, then follow the slope of the squared
 //!    difference, mean brightness taken out. The *inverse* formulation needs the slopes of the first frame only. At the
 //!    two coarsest levels, where there are few patches, whole displacements nearby are all tried before (`patch`).
-//! 3. Every pixel takes the mean of the patches over it, weighted by how well each fits there (`densify`).
+//! 3. Every pixel takes the mean of the patches over it, weighted by how well each fits there (`patch`).
 //! 4. Refine the field as a whole by a variational method (`solver`).
 //!
 //! **Deviations from DIS and OpenCV.** Levels are halved with a wider Gaussian, a neighbour's displacement must be
@@ -29,16 +29,13 @@
 //! **Limits.** Brightness only, no colour. Objects that move further than about half their own size in a frame are
 //! missed where the ground moves otherwise.
 
-mod checkerboard;
 mod compact;
-mod densify;
 mod field;
 mod params;
 mod patch;
 mod pyramid;
 mod solver;
 mod variation;
-mod warp;
 
 pub use compact::CompactFlow;
 pub(crate) use field::Field;
@@ -47,9 +44,8 @@ pub use params::FlowParams;
 pub use pyramid::FlowPyramid;
 pub use variation::local_flow_variation;
 
-use densify::Votes;
 use params::PATCH_SIDE;
-use patch::PatchGrid;
+use patch::{PatchGrid, Votes, densify};
 use pyramid::Level;
 use solver::Refiner;
 
@@ -157,7 +153,7 @@ impl FlowScratch {
             self.grid.search(from, to, search.reach);
         }
         let mut flow = FlowField::still(from.image.width, from.image.height);
-        densify::densify(from, to, &self.grid, &mut self.votes, &mut flow);
+        densify(from, to, &self.grid, &mut self.votes, &mut flow);
         flow
     }
 }

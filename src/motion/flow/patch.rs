@@ -9,7 +9,7 @@ use super::field::FlowField;
 use super::params::PATCH_SIDE as SIDE;
 use super::pyramid::{Level, PAD, Padded};
 use crate::image::sample_bilinear;
-use wide::f32x8;
+use wide::{CmpGt, f32x8};
 
 /// Most steps of a patch's descent.
 const DESCENTS: usize = 4;
@@ -51,7 +51,7 @@ impl PatchGrid {
     }
 
     /// Upper left corner of a patch; it may lie outside the level.
-    pub(super) fn corner(&self, patch: usize) -> (isize, isize) {
+    fn corner(&self, patch: usize) -> (isize, isize) {
         let (column, row) = (patch % self.across, patch / self.across);
         (self.origin.0 + (column * self.stride) as isize, self.origin.1 + (row * self.stride) as isize)
     }
@@ -241,7 +241,7 @@ impl Template {
 
 /// Whole pixel and fraction of a patch's corner, held where the border still has room for the patch.
 #[inline(always)]
-pub(super) fn place(position: f32, length: usize) -> (isize, f32) {
+fn place(position: f32, length: usize) -> (isize, f32) {
     let lowest = -(PAD as f32);
     let highest = (length + PAD - SIDE - 2) as f32;
     // In this order, a position that is not a number becomes the lowest.
@@ -253,7 +253,7 @@ pub(super) fn place(position: f32, length: usize) -> (isize, f32) {
 }
 
 /// Rows of a patch of an image at a fraction of a pixel to the right.
-pub(super) struct Between<'a> {
+struct Between<'a> {
     data: &'a [f32],
     stride: usize,
     fraction: f32x8,
@@ -262,7 +262,7 @@ pub(super) struct Between<'a> {
 impl<'a> Between<'a> {
     /// From pixel `(x, y)` on.
     #[inline(always)]
-    pub(super) fn new(image: &'a Padded, (x, y): (isize, isize), fraction: f32) -> Self {
+    fn new(image: &'a Padded, (x, y): (isize, isize), fraction: f32) -> Self {
         // One check of bounds for the whole patch.
         let data = &image.data()[image.index(x, y)..][..SIDE * image.stride + SIDE + 1];
         Self { data, stride: image.stride, fraction: f32x8::splat(fraction) }
@@ -270,7 +270,7 @@ impl<'a> Between<'a> {
 
     /// Row `k`, 0 to the side.
     #[inline(always)]
-    pub(super) fn at(&self, k: usize) -> f32x8 {
+    fn at(&self, k: usize) -> f32x8 {
         let row = &self.data[k * self.stride..][..SIDE + 1];
         let (left, right) = (eight(row), eight(&row[1..]));
         left + self.fraction * (right - left)
@@ -279,7 +279,7 @@ impl<'a> Between<'a> {
 
 /// The first eight values.
 #[inline(always)]
-pub(super) fn eight(data: &[f32]) -> f32x8 {
+fn eight(data: &[f32]) -> f32x8 {
     f32x8::new(*data.first_chunk().expect("the border has room for every patch"))
 }
 
@@ -307,6 +307,76 @@ fn without_mean(mut patch: [f32x8; SIDE]) -> [f32x8; SIDE] {
 fn total(values: f32x8) -> f32 {
     let [a, b, c, d, e, f, g, h] = values.to_array();
     ((a + e) + (b + f)) + ((c + g) + (d + h))
+}
+
+// From patches to pixels: each pixel takes the mean of the patches over it, the well-matching ones counting more.
+
+/// Differences in brightness below this (grey levels) all count the same: they are noise.
+const LEAST_DIFFERENCE: f32 = 1.0;
+
+/// Sums over the patches that cover a pixel, padded because patches hang over the border.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Votes {
+    u: Vec<f32>,
+    v: Vec<f32>,
+    weight: Vec<f32>,
+}
+
+/// The mean displacement at every pixel, each patch weighted by `1 / max(1, difference)²` at that pixel (DIS: not
+/// squared).
+///
+/// The grid covers the level, so every pixel has a weight.
+pub(super) fn densify(from: &Level, to: &Level, grid: &PatchGrid, votes: &mut Votes, flow: &mut FlowField) {
+    for sums in [&mut votes.u, &mut votes.v, &mut votes.weight] {
+        sums.clear();
+        sums.resize(from.image.data().len(), 0.0);
+    }
+    for patch in 0..grid.u.len() {
+        vote(from, to, grid, patch, votes);
+    }
+    for y in 0..from.image.height {
+        let row = (y + PAD) * from.image.stride + PAD..;
+        let weight = &votes.weight[row.clone()];
+        for (out, sums) in [(&mut flow.u, &votes.u[row.clone()]), (&mut flow.v, &votes.v[row.clone()])] {
+            for ((value, sum), weight) in out.row_mut(y).iter_mut().zip(sums).zip(weight) {
+                *value = sum / weight;
+            }
+        }
+    }
+}
+
+/// Adds one patch to the sums.
+#[inline(always)]
+fn vote(from: &Level, to: &Level, grid: &PatchGrid, patch: usize, votes: &mut Votes) {
+    let (u, v) = (grid.u[patch], grid.v[patch]);
+    let corner = grid.corner(patch);
+    let (x, fx) = place(corner.0 as f32 + u, to.image.width);
+    let (y, fy) = place(corner.1 as f32 + v, to.image.height);
+    let (start, stride) = (from.image.index(corner.0, corner.1), from.image.stride);
+    let part = start..start + (SIDE - 1) * stride + SIDE;
+    let here = &from.image.data()[part.clone()];
+    let Votes { u: sum_u, v: sum_v, weight: sum } = votes;
+    let [sum_u, sum_v, sum] = [sum_u, sum_v, sum].map(|sums| &mut sums[part.clone()]);
+    let (u, v, least) = (f32x8::splat(u), f32x8::splat(v), f32x8::splat(LEAST_DIFFERENCE));
+    let rows = Between::new(&to.image, (x, y), fx);
+    let (fy, mut upper) = (f32x8::splat(fy), rows.at(0));
+    for k in 0..SIDE {
+        let lower = rows.at(k + 1);
+        let difference = (upper + fy * (lower - upper) - eight(&here[k * stride..])).abs();
+        // Where it is no number, the least.
+        let difference = difference.cmp_gt(least).blend(difference, least);
+        let weight = f32x8::ONE / (difference * difference);
+        add(&mut sum_u[k * stride..], weight * u);
+        add(&mut sum_v[k * stride..], weight * v);
+        add(&mut sum[k * stride..], weight);
+        upper = lower;
+    }
+}
+
+#[inline(always)]
+fn add(sums: &mut [f32], values: f32x8) {
+    let sums = &mut sums[..SIDE];
+    sums.copy_from_slice(&(eight(sums) + values).to_array());
 }
 
 #[cfg(test)]

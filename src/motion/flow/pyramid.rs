@@ -1,7 +1,7 @@
 //! One frame at halving sizes, with room around each level so that no kernel needs to test for the border.
 
 use super::params::PATCH_SIDE;
-use crate::image::{Plane, gaussian_blur};
+use crate::image::{Frame, Plane, fit_within, gaussian_blur};
 
 /// Pixels of replicated border around a level; a patch of 16 pixels fits into it whole.
 pub(super) const PAD: usize = 17;
@@ -136,6 +136,12 @@ impl FlowPyramid {
     /// From brightness in `0.0..=255.0`; other values are held to that range, not-a-number counts as 0.
     pub fn new(luma: &Plane<f32>) -> Self {
         Self::of_smooth(&gaussian_blur(&luma.map(|v| if v > 0.0 { v.min(255.0) } else { 0.0 }), PRESMOOTHING))
+    }
+
+    /// From a frame, reduced to a longest side of `max_side` pixels where it is larger.
+    pub fn of_frame(frame: &Frame, max_side: u32) -> Self {
+        let (width, height) = fit_within((frame.width(), frame.height()), max_side as usize);
+        Self::new(&frame.resized(width, height).luma())
     }
 
     /// From brightness that is smooth already.

@@ -22,11 +22,10 @@
 //! Cost: about 100 operations a pixel and fixed point, 20 more a sweep. Memory: 32 bytes a pixel, and 64 a pixel of the
 //! wavefront's rows.
 
-use super::checkerboard::{Around, Bundle, Checkerboard, LANES, Lanes, Rows};
 use super::params::FlowParams;
 use super::pyramid::{PAD, Padded};
-use super::warp::WarpRow;
 use crate::image::Plane;
+use std::iter;
 use wide::{CmpGt, f32x8};
 
 /// Weight of constant brightness.
@@ -377,9 +376,322 @@ fn five_taps(out: &mut [f32], taps: [&[f32]; 4]) {
     }
 }
 
+// The second frame warped back onto the first, a row at a time.
+
+/// Bilinear warping in three loops: positions in vector code, the gather, the blend in vector code.
+#[derive(Debug, Clone, Default)]
+struct WarpRow {
+    start: Vec<u32>,
+    fraction_x: Vec<f32>,
+    fraction_y: Vec<f32>,
+    corners: [Vec<f32>; 4],
+    warped: Vec<f32>,
+}
+
+impl WarpRow {
+    /// Row `y` of `image` displaced by `(u, v)`; `inside` becomes 1 where that lies inside the image, else 0.
+    fn row(&mut self, image: &Padded, y: usize, u: &[f32], v: &[f32], inside: &mut [f32]) -> &[f32] {
+        let n = u.len();
+        let Self { start, fraction_x, fraction_y, corners, warped } = self;
+        start.resize(n, 0);
+        for values in [&mut *fraction_x, &mut *fraction_y, &mut *warped].into_iter().chain(corners.iter_mut()) {
+            values.resize(n, 0.0);
+        }
+        aim(image, y as f32, (u, v), start, (fraction_x, fraction_y), inside);
+        let data = &image.data()[image.index(0, 0)..];
+        let [a, b, c, d] = corners.each_mut().map(|corner| &mut corner[..n]);
+        for (x, &start) in start.iter().enumerate() {
+            let (upper, lower) = (&data[start as usize..][..2], &data[start as usize + image.stride..][..2]);
+            (a[x], b[x], c[x], d[x]) = (upper[0], upper[1], lower[0], lower[1]);
+        }
+        blend(warped, [a, b, c, d], fraction_x, fraction_y);
+        warped
+    }
+}
+
+/// For each pixel of row `y`: index of the upper left of the four pixels around its target, the fractions, and whether
+/// the target is inside. Targets outside are held at the border.
+// Not inlined: as a function of its own, the compiler knows that the slices do not overlap.
+#[inline(never)]
+fn aim(
+    image: &Padded,
+    y: f32,
+    (u, v): (&[f32], &[f32]),
+    start: &mut [u32],
+    (fraction_x, fraction_y): (&mut [f32], &mut [f32]),
+    inside: &mut [f32],
+) {
+    let n = u.len();
+    let (v, start, inside) = (&v[..n], &mut start[..n], &mut inside[..n]);
+    let (fraction_x, fraction_y) = (&mut fraction_x[..n], &mut fraction_y[..n]);
+    let (right, bottom, stride) = ((image.width - 1) as f32, (image.height - 1) as f32, image.stride as i32);
+    for x in 0..n {
+        let (to_x, to_y) = (x as i32 as f32 + u[x], y + v[x]);
+        let (held_x, held_y) = (hold(to_x, right), hold(to_y, bottom));
+        inside[x] = if (held_x == to_x) & (held_y == to_y) { 1.0 } else { 0.0 };
+        let (whole_x, whole_y) = (held_x as i32, held_y as i32);
+        fraction_x[x] = held_x - whole_x as f32;
+        fraction_y[x] = held_y - whole_y as f32;
+        start[x] = (whole_y * stride + whole_x) as u32;
+    }
+}
+
+/// `position` held to `0..=last`; not-a-number becomes 0. Comparisons, because `clamp` does not become vector
+/// instructions.
+#[inline(always)]
+fn hold(position: f32, last: f32) -> f32 {
+    let held = if position > 0.0 { position } else { 0.0 };
+    if held < last { held } else { last }
+}
+
+#[inline(never)]
+fn blend(warped: &mut [f32], corners: [&mut [f32]; 4], fraction_x: &[f32], fraction_y: &[f32]) {
+    let n = warped.len();
+    let [a, b, c, d] = corners.map(|corner| &corner[..n]);
+    let (fraction_x, fraction_y) = (&fraction_x[..n], &fraction_y[..n]);
+    for x in 0..n {
+        let above = a[x] + fraction_x[x] * (b[x] - a[x]);
+        let below = c[x] + fraction_x[x] * (d[x] - c[x]);
+        warped[x] = above + fraction_y[x] * (below - above);
+    }
+}
+
+// A plane stored for checkerboard sweeps: each row as its even columns, then its odd ones.
+//
+// ```text
+// row y:  | margin  x=0  x=2  x=4 .. margin | margin  x=1  x=3  x=5 .. margin |
+// ```
+//
+// All pixels of one colour in a row are then neighbours in memory, and so are the pixels to the left of them, to the
+// right, above and below: a sweep over one colour is a loop over slices of equal length, [`LANES`] numbers at a time.
+
+/// Numbers that a kernel takes at a time; the cells of a half row are a multiple of it.
+const LANES: usize = 8;
+/// These numbers.
+type Lanes = [f32; LANES];
+
+/// Empty cells before and after each half row.
+const MARGIN: usize = 1;
+
+/// A plane in the order above, with one empty row above and below; or as many rows of it as are needed at a time, each in
+/// the place of one that is needed no more.
+///
+/// Law: margins, the rows outside, and the cells beyond the width are zero; a solver that gives them no equation and no
+/// edge leaves them so.
+#[derive(Debug, Clone, Default)]
+struct Checkerboard {
+    data: Vec<f32>,
+    width: usize,
+    rows: Rows,
+    /// Cells of a half row, margins included.
+    half: usize,
+}
+
+/// The four neighbours of each pixel of a half row, [`LANES`] at a time.
+#[derive(Debug, Clone, Copy)]
+struct Around<'a> {
+    left: &'a [Lanes],
+    right: &'a [Lanes],
+    up: &'a [Lanes],
+    down: &'a [Lanes],
+}
+
+// Called once a row: copies of them wherever they are called would only make the file larger.
+impl Checkerboard {
+    /// Gives the plane this width, and room for these `rows`. A plane that has both already keeps its values.
+    #[inline(never)]
+    fn hold(&mut self, width: usize, rows: Rows) {
+        if (self.width, self.rows) != (width, rows) {
+            let half = blocks(width) * LANES + 2 * MARGIN;
+            (self.width, self.rows, self.half) = (width, rows, half);
+            self.data.clear();
+            self.data.resize(2 * half * rows.held, 0.0);
+        }
+    }
+
+    /// The columns of `parity` in row `y`, which counts from -1.
+    #[inline(never)]
+    fn row(&self, y: isize, parity: usize) -> &[Lanes] {
+        self.cells(self.start(y, parity))
+    }
+
+    /// The same, to write.
+    #[inline(never)]
+    fn row_mut(&mut self, y: usize, parity: usize) -> &mut [Lanes] {
+        let (start, cells) = (self.start(y as isize, parity), self.half - 2 * MARGIN);
+        self.data[start..][..cells].as_chunks_mut().0
+    }
+
+    /// The pixels to the left of those of `parity`. Even pixel `k` has the odd `k - 1` there, odd pixel `k` the even
+    /// `k`.
+    #[inline(never)]
+    fn left_of(&self, y: isize, parity: usize) -> &[Lanes] {
+        self.cells(self.start(y, 1 - parity) + parity - 1)
+    }
+
+    /// The pixels to the right of those of `parity`.
+    #[inline(never)]
+    fn right_of(&self, y: isize, parity: usize) -> &[Lanes] {
+        self.cells(self.start(y, 1 - parity) + parity)
+    }
+
+    /// The columns of `parity` in row `y` to write, and their neighbours, in a plane that holds all rows.
+    #[inline(never)]
+    fn around_mut(&mut self, y: usize, parity: usize) -> (Around<'_>, &mut [Lanes]) {
+        let (half, cells) = (self.half, self.half - 2 * MARGIN);
+        let (above, rest) = self.data.split_at_mut((y + 1) * 2 * half);
+        let (here, below) = rest.split_at_mut(2 * half);
+        let (even, odd) = here.split_at_mut(half);
+        let (own, other) = if parity == 0 { (even, odd) } else { (odd, even) };
+        let around = Around {
+            left: other[MARGIN + parity - 1..][..cells].as_chunks().0,
+            right: other[MARGIN + parity..][..cells].as_chunks().0,
+            up: above[y * 2 * half + parity * half + MARGIN..][..cells].as_chunks().0,
+            down: below[parity * half + MARGIN..][..cells].as_chunks().0,
+        };
+        (around, own[MARGIN..][..cells].as_chunks_mut().0)
+    }
+
+    /// The cells of `parity` in row `y` from the first that has no right neighbour on.
+    fn beyond_right(&mut self, y: usize, parity: usize) -> &mut [f32] {
+        let width = self.width;
+        &mut self.row_mut(y, parity).as_flattened_mut()[(width - parity) / 2..]
+    }
+
+    /// Fills row `y` from values in the usual order.
+    #[inline(never)]
+    fn write(&mut self, y: usize, values: &[f32]) {
+        let half = self.half;
+        let start = self.start(y as isize, 0) - MARGIN;
+        let (even, odd) = self.data[start..][..2 * half].split_at_mut(half);
+        let pairs = values.chunks_exact(2);
+        if let [last] = pairs.remainder() {
+            even[MARGIN + values.len() / 2] = *last;
+        }
+        for ((e, o), pair) in even[MARGIN..].iter_mut().zip(&mut odd[MARGIN..]).zip(pairs) {
+            (*e, *o) = (pair[0], pair[1]);
+        }
+    }
+
+    /// Row `y` in the usual order.
+    fn read(&self, y: usize, values: &mut [f32]) {
+        let [even, odd] = [0, 1].map(|parity| self.row(y as isize, parity).as_flattened());
+        let middle = values.len() / 2;
+        let mut pairs = values.chunks_exact_mut(2);
+        for ((e, o), pair) in even.iter().zip(odd).zip(&mut pairs) {
+            (pair[0], pair[1]) = (*e, *o);
+        }
+        if let [last] = pairs.into_remainder() {
+            *last = even[middle];
+        }
+    }
+
+    /// The row above the first becomes zero again.
+    fn clear_above(&mut self) {
+        self.data[..2 * self.half].fill(0.0);
+    }
+
+    fn cells(&self, start: usize) -> &[Lanes] {
+        self.data[start..][..self.half - 2 * MARGIN].as_chunks().0
+    }
+
+    fn start(&self, y: isize, parity: usize) -> usize {
+        (self.rows.place(y) * 2 + parity) * self.half + MARGIN
+    }
+}
+
+/// Blocks of [`LANES`] pixels of one colour in a row.
+fn blocks(width: usize) -> usize {
+    width.div_ceil(2).div_ceil(LANES)
+}
+
+/// Which rows of a plane are held, those above the first and below the last counted.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Rows {
+    held: usize,
+    /// Row `y` lies at `y + 1`, of which these bits count: a division would cost as much as half of a row's sweep.
+    mask: usize,
+}
+
+impl Rows {
+    /// All of a plane.
+    fn all(height: usize) -> Self {
+        Self { held: height + 2, mask: usize::MAX }
+    }
+
+    /// At least the last `rows` of a plane.
+    fn last(rows: usize, height: usize) -> Self {
+        let held = rows.next_power_of_two();
+        if held < height + 2 { Self { held, mask: held - 1 } } else { Self::all(height) }
+    }
+
+    fn place(self, y: isize) -> usize {
+        (y + 1) as usize & self.mask
+    }
+}
+
+/// `N` numbers a pixel in the same order, [`LANES`] pixels of one and then of the next: they are always read together, and
+/// one address serves all.
+#[derive(Debug, Clone)]
+struct Bundle<const N: usize> {
+    data: Vec<[Lanes; N]>,
+    rows: Rows,
+    half: usize,
+}
+
+impl<const N: usize> Default for Bundle<N> {
+    fn default() -> Self {
+        Self { data: Vec::new(), rows: Rows::default(), half: 0 }
+    }
+}
+
+impl<const N: usize> Bundle<N> {
+    /// Gives the bundle this width, and room for these `rows`. A bundle that has both already keeps its values.
+    fn hold(&mut self, width: usize, rows: Rows) {
+        let half = blocks(width);
+        if (self.half, self.rows) != (half, rows) {
+            (self.half, self.rows) = (half, rows);
+            self.data.clear();
+            self.data.resize(2 * half * rows.held, [[0.0; LANES]; N]);
+        }
+    }
+
+    /// The columns of `parity` in row `y`.
+    fn row(&self, y: usize, parity: usize) -> &[[Lanes; N]] {
+        &self.data[(self.rows.place(y as isize) * 2 + parity) * self.half..][..self.half]
+    }
+
+    /// The same, to write.
+    fn row_mut(&mut self, y: usize, parity: usize) -> &mut [[Lanes; N]] {
+        &mut self.data[(self.rows.place(y as isize) * 2 + parity) * self.half..][..self.half]
+    }
+
+    /// Fills row `y` from `N` rows of values in the usual order; the cells beyond their length become zero.
+    #[inline(never)]
+    fn write(&mut self, y: usize, values: &[Vec<f32>; N]) {
+        for parity in 0..2 {
+            for (block, cells) in self.row_mut(y, parity).iter_mut().enumerate() {
+                let start = 2 * LANES * block + parity;
+                for (cells, values) in cells.iter_mut().zip(values) {
+                    let part = &values[start.min(values.len())..];
+                    if let Some(part) = part.first_chunk::<{ 2 * LANES - 1 }>() {
+                        for k in 0..LANES {
+                            cells[k] = part[2 * k];
+                        }
+                    } else {
+                        let rest = part.iter().step_by(2).copied().chain(iter::repeat(0.0));
+                        cells.iter_mut().zip(rest).for_each(|(cell, value)| *cell = value);
+                    }
+                }
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::{Plane, sample_bilinear};
     use crate::rng::Rng;
 
     fn noise(width: usize, height: usize, rng: &mut Rng) -> Padded {
@@ -453,6 +765,57 @@ mod tests {
             let [a, b] = [&before, &refiner.u].map(|plane| plane.row(y, parity).as_flattened());
             for (a, b) in a.iter().zip(b) {
                 assert!((a - b).abs() < 1e-3, "one more sweep moves {a} to {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn warping_agrees_with_sampling_pixel_by_pixel() {
+        let mut rng = Rng::for_stage(4, "warp");
+        let plane = Plane::from_fn(23, 9, |_, _| rng.range(0.0, 255.0) as f32);
+        let mut image = Padded::default();
+        image.resize(23, 9);
+        (0..9).for_each(|y| image.row_mut(y).copy_from_slice(plane.row(y)));
+        image.replicate_border();
+        let (mut warp, mut inside) = (WarpRow::default(), [0.5; 23]);
+        for y in 0..9 {
+            let [u, v] = [0, 1].map(|_| (0..23).map(|_| rng.range(-9.0, 9.0) as f32).collect::<Vec<_>>());
+            let warped = warp.row(&image, y, &u, &v, &mut inside);
+            for x in 0..23 {
+                let (to_x, to_y) = (x as f32 + u[x], y as f32 + v[x]);
+                let expected = sample_bilinear(&plane, to_x, to_y);
+                assert!((warped[x] - expected).abs() < 1e-3, "{} for {expected}", warped[x]);
+                let is_inside = (0.0..=22.0).contains(&to_x) && (0.0..=8.0).contains(&to_y);
+                assert_eq!(inside[x] == 1.0, is_inside, "({to_x}, {to_y})");
+            }
+        }
+    }
+
+    #[test]
+    fn rows_return_as_written_and_neighbours_are_the_four_beside_a_pixel() {
+        for (width, height) in [(7, 3), (8, 4), (1, 1), (2, 1)] {
+            let value = |x: usize, y: usize| (1 + x + 100 * y) as f32;
+            let mut plane = Checkerboard::default();
+            plane.hold(width, Rows::all(height));
+            for y in 0..height {
+                plane.write(y, &(0..width).map(|x| value(x, y)).collect::<Vec<_>>());
+            }
+            let mut row = vec![0.0; width];
+            for y in 0..height {
+                plane.read(y, &mut row);
+                assert_eq!(row, (0..width).map(|x| value(x, y)).collect::<Vec<_>>());
+            }
+            for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+                let (around, own) = plane.around_mut(y, x % 2);
+                assert_eq!(own.as_flattened()[x / 2], value(x, y));
+                let at = |cells: &[Lanes]| cells.as_flattened()[x / 2];
+                let expected = |inside: bool, v: f32| if inside { v } else { 0.0 };
+                assert_eq!(at(around.left), expected(x > 0, value(x, y) - 1.0));
+                assert_eq!(at(around.right), expected(x + 1 < width, value(x, y) + 1.0));
+                assert_eq!(at(around.up), expected(y > 0, value(x, y) - 100.0));
+                assert_eq!(at(around.down), expected(y + 1 < height, value(x, y) + 100.0));
+                let beside = (at(around.left), at(around.right));
+                assert_eq!((at(plane.left_of(y as isize, x % 2)), at(plane.right_of(y as isize, x % 2))), beside);
             }
         }
     }

@@ -1,0 +1,48 @@
+//! Shots of the Moseg benchmark: their ground truth, and scores of labels by it.
+
+use crate::measures::definition::{Definition, parse_pgm};
+use crate::measures::moseg::{Scores, score};
+use std::path::Path;
+use tracecut::Session;
+use tracecut::discretize::Clusters;
+use tracecut::image::Plane;
+use tracecut::trajectory::Trajectories;
+use tracecut_cli::failure::{Failure, Result, read, read_text};
+use tracecut_cli::images::is_endless;
+
+/// A shot's ground truth: its definition and the region maps of the labelled frames used.
+pub(crate) struct Shot {
+    pub(crate) definition: Definition,
+    pub(crate) maps: Vec<Plane<u8>>,
+}
+
+impl Shot {
+    /// Reads a definition file and the masks beside it of the first `num_frames` frames.
+    pub(crate) fn read(path: &Path, num_frames: usize) -> Result<Self> {
+        let definition = Definition::parse(&read_text(path)?).map_err(|e| Failure::about(path.display(), e))?;
+        let mut maps = Vec::new();
+        for frame in definition.labelled_within(num_frames) {
+            let mask_path = path.with_file_name(&frame.mask);
+            if is_endless(&mask_path) {
+                return Err(Failure::about(
+                    path.display(),
+                    format_args!("names {}, which is no file", mask_path.display()),
+                ));
+            }
+            let mask = parse_pgm(&read(&mask_path)?).map_err(|e| Failure::about(mask_path.display(), e))?;
+            maps.push(definition.regions(&mask));
+        }
+        Ok(Self { definition, maps })
+    }
+}
+
+/// Scores labelled tracks of a shot.
+pub(crate) fn score_shot(path: &Path, tracks: &Trajectories, clusters: &Clusters) -> Result<Scores> {
+    let Shot { definition, maps } = Shot::read(path, tracks.num_frames)?;
+    score(&definition, &maps, tracks, clusters).map_err(|e| Failure::about(path.display(), e))
+}
+
+/// How many labels [`Session::cluster_labels`] may have: a clip without clusters has one.
+pub(crate) fn num_clusters(session: &Session) -> usize {
+    session.clusters().map_or(0, |c| c.count).max(1)
+}

@@ -1,0 +1,24 @@
+//! Who does the work of a session: threads, workers, one window after the other, another process, a fork.
+
+mod advance;
+#[cfg(test)]
+mod advance_tests;
+#[cfg(not(target_arch = "wasm32"))]
+mod checkpoint;
+#[cfg(not(target_arch = "wasm32"))]
+mod fork;
+#[cfg(test)]
+mod piece_tests;
+#[cfg(not(target_arch = "wasm32"))]
+mod threads;
+#[cfg(not(target_arch = "wasm32"))]
+mod windows;
+#[cfg(test)]
+mod windows_tests;
+
+#[cfg(not(target_arch = "wasm32"))]
+pub use checkpoint::Checkpoint;
+#[cfg(not(target_arch = "wasm32"))]
+pub use fork::Forks;
+#[cfg(not(target_arch = "wasm32"))]
+pub use windows::Windows;
