@@ -8,7 +8,7 @@ import { extname, join, resolve, sep } from 'node:path';
 import { precacheList, serviceWorker } from './precache.mjs';
 import { root } from './tools.mjs';
 
-const mounts = [
+export const mounts = [
   { prefix: '/dist/', folder: join(root, 'dist') },
   { prefix: '/lab/', folder: join(root, 'www') },
   { prefix: '/', folder: join(root, 'studio') },
@@ -32,12 +32,13 @@ const types = {
 
 /**
  * Starts the server on this machine's own address; port 0 takes a free one. `places` are folders by what their
- * addresses begin with; `instead` are texts that are served in the place of files, by their paths.
+ * addresses begin with, the first that has a file is taken; `instead` are texts that are served in the place of files, by
+ * their paths; `list` gives the files that the service worker keeps.
  * @returns {Promise<{url: string, close: () => Promise<void>}>}
  */
-export function serve({ port = 0, places = mounts, instead = {} } = {}) {
+export function serve({ port = 0, places = mounts, instead = {}, list = () => precacheList(instead) } = {}) {
   const server = createServer((request, response) => {
-    answer(request, response, places, instead).catch(() => end(response, 500, 'internal error'));
+    answer(request, response, { places, instead, list }).catch(() => end(response, 500, 'internal error'));
   });
   return new Promise((done, failed) => {
     server.once('error', failed);
@@ -55,12 +56,12 @@ export function serve({ port = 0, places = mounts, instead = {} } = {}) {
 /** A name that leads here may be anybody's; a page at such a name is not to read what is served. */
 const OWN_HOSTS = /^(127\.0\.0\.1|localhost|\[::1\])(:\d+)?$/i;
 
-async function answer(request, response, places, instead) {
+async function answer(request, response, { places, instead, list }) {
   if (!OWN_HOSTS.test(request.headers.host ?? '')) return end(response, 403, 'only for this machine');
   if (request.method !== 'GET' && request.method !== 'HEAD') return end(response, 405, 'only GET and HEAD');
   if (request.url in instead) return end(response, 200, instead[request.url], types['.js']);
   if (/^\/service-worker\.js(\?|$)/.test(request.url)) {
-    return end(response, 200, serviceWorker(precacheList(instead)), types['.js']);
+    return end(response, 200, serviceWorker(list()), types['.js']);
   }
   const file = await find(request.url, places);
   if (!file) return end(response, 404, 'not found');
@@ -82,12 +83,14 @@ async function find(url, places) {
   } catch {
     return null;
   }
-  const { prefix, folder } = places.find((mount) => path.startsWith(mount.prefix)) ?? {};
-  if (!folder || path.includes('\0')) return null;
-  const file = resolve(folder, `.${sep}${path.slice(prefix.length)}${path.endsWith('/') ? 'index.html' : ''}`);
-  if (!file.startsWith(folder + sep)) return null;
-  const found = await stat(file).catch(() => null);
-  return found?.isFile() && (await realpath(file)).startsWith((await realpath(folder)) + sep) ? file : null;
+  if (path.includes('\0')) return null;
+  for (const { prefix, folder } of places.filter((mount) => path.startsWith(mount.prefix))) {
+    const file = resolve(folder, `.${sep}${path.slice(prefix.length)}${path.endsWith('/') ? 'index.html' : ''}`);
+    if (!file.startsWith(folder + sep)) continue;
+    const found = await stat(file).catch(() => null);
+    if (found?.isFile() && (await realpath(file)).startsWith((await realpath(folder)) + sep)) return file;
+  }
+  return null;
 }
 
 function end(response, status, text, type = 'text/plain; charset=utf-8') {

@@ -41,9 +41,10 @@ const LAB = join(root, 'www');
 /**
  * Writes the site of what is built.
  * @param {string} target a folder; what else is in it stays
+ * @param {{splits?: boolean}} [options] whether what is needed later has files of its own
  * @returns {Promise<string[]>} the files that a page may ask for, relative to it
  */
-export async function writeSite(target) {
+export async function writeSite(target, { splits = true } = {}) {
   // Parts of an earlier site have other names.
   for (const { folder } of BUNDLES) rmSync(join(target, folder), { recursive: true, force: true });
   const isMade = (name) => /\.(js|css|html)$/.test(name) && !name.startsWith('./dist/vendor/');
@@ -56,13 +57,22 @@ export async function writeSite(target) {
   await writeDocument(target);
   await writeLab(join(target, 'lab'));
   for (const name of ['media.js', 'zip.js']) copyWithMap(join('dist', 'vendor', name), target);
-  for (const one of BUNDLES) await writeBundle(one, target);
-  const isOfSite = (/** @type {string} */ name) =>
-    /^(dist|view|icons|lab)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name) &&
-    !name.endsWith('.map');
-  const list = listed([{ folder: target, at: './', wanted: isOfSite }]);
+  for (const one of BUNDLES) await writeBundle(one, target, splits);
+  const list = siteList(target);
   await writeServiceWorker(list, target);
   return list.files.map(([file]) => file);
+}
+
+/**
+ * The files of a site that a page may ask for.
+ * @param {string} target the folder of the site
+ * @param {Record<string, string>} [instead] as of `listed`
+ */
+export function siteList(target, instead) {
+  const wanted = (/** @type {string} */ name) =>
+    /^(dist|view|icons|lab)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name) &&
+    !name.endsWith('.map');
+  return listed([{ folder: target, at: './', wanted }], instead);
 }
 
 /** @param {{version: string, files: string[]}} list @param {string} target */
@@ -115,8 +125,9 @@ const withoutImportMap = (html) => html.replace(IMPORT_MAP, '').replace(/ 'sha25
 /**
  * @param {{folder: string, entries: string[]}} one
  * @param {string} target
+ * @param {boolean} splits
  */
-async function writeBundle({ folder, entries }, target) {
+async function writeBundle({ folder, entries }, target, splits) {
   // Source maps name sources by their way from here: wherever the site goes, they are the same.
   const made = join(root, 'out', 'site');
   const { outputFiles } = await bundle({
@@ -124,7 +135,7 @@ async function writeBundle({ folder, entries }, target) {
     outdir: join(made, folder),
     write: false,
     bundle: true,
-    splitting: true,
+    splitting: splits,
     minify: true,
     sourcemap: true,
     format: 'esm',

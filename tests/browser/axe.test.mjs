@@ -1,8 +1,11 @@
 // What an accessibility checker says of the page in each of its states, in both colour schemes (between which nothing but
-// colours differ) and at phone width; and that every text fits where it stands.
+// colours differ) and at phone width; that every text fits where it stands; and what the help tells.
 
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
 import { describe, test } from 'node:test';
+import { root } from '../../scripts/tools.mjs';
 import {
   CONTRAST,
   NO_CONTRAST,
@@ -16,8 +19,12 @@ import {
   run,
   screenshot,
   showOnly,
+  text,
+  useSample,
   useSite,
 } from './support.mjs';
+
+const { hashes, version } = JSON.parse(readFileSync(join(root, 'cli', 'src', 'selftest', 'expected.json'), 'utf8'));
 
 const looks = {
   'on a desk': {},
@@ -100,4 +107,49 @@ describe('an accessibility checker finds nothing', () => {
       assert.deepEqual(await faultsOf(page, look), [], 'error');
     });
   }
+});
+
+describe('the help', () => {
+  const sample = useSample(useSite(), { bypassCSP: true });
+
+  test('has the first steps, three sentences behind the button of the help, whose words are those of the page', async () => {
+    const { page, faults } = sample;
+    assert.equal(await page.locator('#guide').isVisible(), false);
+    await page.focus('#help-open');
+    await page.keyboard.press('Enter');
+    await page.waitForSelector('#guide', { state: 'visible' });
+    const words = await page.locator('#guide strong').allInnerTexts();
+    assert.deepEqual(words, ['Objects', 'Fix', 'Save']);
+    assert.match(await text(page, '#summary'), /^Object \d/);
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await screenshot(page, 'guide');
+    await page.click('#help-close');
+    assert.equal(await text(page, '#objects-title'), 'Objects');
+    assert.equal(await text(page, '#correct-open'), 'Fix');
+    assert.match(await text(page, '#export-open'), /^Save/);
+    assert.deepEqual(faults, []);
+  });
+
+  test('the hashes of this browser are shown, and one that differs is told', async () => {
+    const { page, faults } = sample;
+    await page.keyboard.press('?');
+    await page.click('#about-open');
+    assert.match(await text(page, '#about'), new RegExp(`TraceCut ${version.replaceAll('.', '\\.')}, free software`));
+    await page.click('#about-check');
+    await page.waitForFunction(() => /^All/.test(document.querySelector('#about-status').textContent));
+    assert.equal(await text(page, '#about-status'), 'All 19 parts came to what they come to everywhere.');
+    const names = await page.locator('#about dt').allInnerTexts();
+    const lines = await page.locator('#about dd').allInnerTexts();
+    assert.deepEqual(Object.fromEntries(names.map((name, k) => [name, lines[k].split(' ')[0]])), hashes);
+    assert.ok(lines.every((line) => line.endsWith('the same')));
+    await screenshot(page, 'about');
+    assert.deepEqual(await accessibilityFaults(page), []);
+    // As in an engine that rounds otherwise.
+    await page.evaluate(() => (Math.round = Math.floor));
+    await page.click('#about-check');
+    await page.waitForFunction(() => /please report/.test(document.querySelector('#about-status').textContent));
+    assert.equal((await page.locator('#about .hash-differs').count()) > 0, true);
+    assert.match(await text(page, '#about .hash-differs >> nth=0'), /differs from [0-9a-f]{16}/);
+    assert.deepEqual(faults, []);
+  });
 });

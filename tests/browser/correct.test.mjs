@@ -1,16 +1,72 @@
-// Corrections by the user on the page: with the mouse and by keyboard, taken back, and refused in words.
+// Results are corrected on the page, with the mouse and by keyboard: objects are joined, split and made background, painted,
+// wiped away and added; all of it is taken back, and refused in words.
 
 import assert from 'node:assert/strict';
-import { beforeEach, describe, test } from 'node:test';
-import { accessibilityFaults, openFix, openSample, screenshot, SMALL, text, useSite } from './support.mjs';
+import { before, beforeEach, describe, test } from 'node:test';
+import { WIDE, fiveObjects } from './five.mjs';
+import { SMALL, accessibilityFaults, ended, openFix, openSample, screenshot, text, useSite } from './support.mjs';
 
 const FRAME = 12;
+
+/** What the tests do with the page. */
+function hands(page) {
+  const frame = () => page.evaluate(() => globalThis.tracecutStudio.app.timeline.frame);
+  const masks = () =>
+    page.evaluate(() => {
+      const { points } = globalThis.tracecutStudio.app;
+      return Array.from({ length: points.result.numFrames }, (_, t) => points.mask(t).join('')).join('|');
+    });
+  /** The label at a place of the clip, in frame t. */
+  const labelAt = (t, x, y) =>
+    page.evaluate(
+      ([at, u, v]) => {
+        const { points } = globalThis.tracecutStudio.app;
+        return points.mask(at)[v * points.result.width + u];
+      },
+      [t, x, y],
+    );
+  /** From pixels of the clip to the window's. */
+  const place = async (x, y) => {
+    const box = await page.locator('#canvas').boundingBox();
+    const unit = await page.evaluate(() => globalThis.tracecutStudio.app.viewer.view.unit);
+    return [box.x + (x + 0.5) / unit, box.y + (y + 0.5) / unit];
+  };
+  const use = async (tool) => {
+    await page.check(`#correct-tools [value="${tool}"]`, { force: true });
+    // The picture gives way to the tool's row.
+    await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => setTimeout(done, 100))));
+    await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
+  };
+  const said = async () => {
+    await page.waitForFunction(() =>
+      /^(In .*[.]|Corrected|Undone|Done again|That is not)/.test(document.querySelector('#correct-status').textContent),
+    );
+    return text(page, '#correct-status');
+  };
+  const paint = async (...line) => {
+    await page.mouse.move(...(await place(line[0], line[1])));
+    await page.mouse.down();
+    await page.mouse.move(...(await place(line[2], line[3])), { steps: 6 });
+    await page.mouse.up();
+    return said();
+  };
+  const click = async (x, y) => {
+    await page.mouse.click(...(await place(x, y)));
+    return said();
+  };
+  const press = async (button) => {
+    await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
+    await page.click(button);
+    return said();
+  };
+  return { frame, masks, labelAt, place, use, paint, click, press };
+}
 
 describe('a result is corrected', () => {
   const site = useSite();
   let page;
   let faults;
-  let before;
+  let original;
 
   /** All masks of the result on screen, as one text. */
   const masks = () =>
@@ -64,7 +120,7 @@ describe('a result is corrected', () => {
   beforeEach(async () => {
     if (page) return;
     ({ page, faults } = await openSample(site, { bypassCSP: true }));
-    before = await masks();
+    original = await masks();
     await page.evaluate((frame) => globalThis.tracecutStudio.app.timeline.seek(frame), FRAME);
     await openFix(page);
     await settled();
@@ -92,7 +148,7 @@ describe('a result is corrected', () => {
     assert.equal(await text(page, '#headline'), '2 moving objects and the background');
     assert.equal(await page.locator('.lane').count(), 2);
     await corrected(() => page.keyboard.press('Control+z'));
-    assert.equal(await masks(), before);
+    assert.equal(await masks(), original);
     assert.equal(await page.locator('#correct-undo').isDisabled(), true);
   });
 
@@ -109,7 +165,7 @@ describe('a result is corrected', () => {
     assert.deepEqual(await counts(), { 0: found[0] + found[3], 1: found[1], 2: found[2] });
     await page.focus('#correct-undo');
     await corrected(() => page.keyboard.press('Enter'));
-    assert.equal(await masks(), before);
+    assert.equal(await masks(), original);
   });
 
   test('an object is split, and a merged one falls apart into what it was', async () => {
@@ -121,7 +177,7 @@ describe('a result is corrected', () => {
     assert.equal(await page.locator('.lane').count(), 3);
     await corrected(() => page.click('#correct-undo'));
     await corrected(() => page.click('#correct-undo'));
-    assert.equal(await masks(), before);
+    assert.equal(await masks(), original);
   });
 
   test('where nothing can be split, the page says so, and goes on', async () => {
@@ -136,7 +192,7 @@ describe('a result is corrected', () => {
     const words = await corrected(() => page.click('#correct-split'));
     if (/^Corrected/.test(words)) await corrected(() => page.click('#correct-undo'));
     else assert.match(words, /^That is not possible here: .{20}/);
-    assert.equal(await masks(), before);
+    assert.equal(await masks(), original);
     assert.deepEqual(faults, []);
   });
 
@@ -185,7 +241,281 @@ describe('a result is corrected', () => {
     await page.check('#correct-tools [value="pick"]', { force: true });
     await corrected(() => page.click('#correct-undo'));
     await corrected(() => page.click('#correct-undo'));
-    assert.equal(await masks(), before);
+    assert.equal(await masks(), original);
     assert.deepEqual(faults, []);
+  });
+
+  test('brush, eraser and a click change all frames, are undone and done again', async () => {
+    const { masks, labelAt, use, paint, click, press } = hands(page);
+    const before = await masks();
+
+    await use('paint');
+    await page.selectOption('#correct-object', '2');
+    assert.match(await paint(14, 21, 28, 24), /^In \d+ frames/);
+    assert.equal(await labelAt(12, 21, 22), 2);
+    const painted = await masks();
+    await screenshot(page, 'brush');
+    assert.deepEqual(await accessibilityFaults(page), []);
+
+    await use('erase');
+    assert.equal(await page.inputValue('#correct-object'), '2');
+    await page.uncheck('#brush-carry');
+    assert.equal(await paint(14, 21, 28, 24), 'In frame 13.');
+    assert.equal(await labelAt(12, 21, 22), 0);
+    await page.check('#brush-carry');
+
+    await use('add');
+    assert.equal(await page.inputValue('#correct-object'), '-1');
+    await click(175, 14);
+    assert.equal(await labelAt(12, 175, 14), 4);
+    assert.equal(await text(page, '#headline'), '4 moving objects and the background');
+    const all = await masks();
+
+    for (const _ of [0, 1]) await press('#correct-undo');
+    assert.equal(await masks(), painted);
+    await page.keyboard.press('Control+z');
+    await page.waitForFunction(() => document.querySelector('#correct-undo').disabled);
+    assert.equal(await masks(), before);
+    for (const _ of [0, 1, 2]) await press('#correct-redo');
+    assert.equal(await masks(), all);
+    assert.equal(await page.locator('#correct-redo').isDisabled(), true);
+    for (const _ of [0, 1, 2]) await press('#correct-undo');
+    assert.equal(await masks(), before);
+  });
+
+  test('what was missed is added whole by a click, made larger or smaller, and taken away with Alt', async () => {
+    const { masks, labelAt, place, use, click, press } = hands(page);
+    const whole = await masks();
+    /** The middle of the largest object, and how much of its pixels and of any the label there has. */
+    const thing = await page.evaluate(() => {
+      const { points } = globalThis.tracecutStudio.app;
+      const mask = Array.from(points.mask(12));
+      const areas = Map.groupBy(mask.keys(), (p) => mask[p]);
+      areas.delete(0);
+      const [label, pixels] = [...areas].sort((a, b) => b[1].length - a[1].length)[0];
+      const { width } = points.result;
+      const mean = (of) => Math.round(pixels.reduce((sum, p) => sum + of(p), 0) / pixels.length);
+      return { label, pixels, x: mean((p) => p % width), y: mean((p) => Math.floor(p / width)) };
+    });
+    const added = async () => {
+      const { own, both } = await page.evaluate(({ x, y, pixels }) => {
+        const { points } = globalThis.tracecutStudio.app;
+        const mask = points.mask(12);
+        const label = mask[y * points.result.width + x];
+        const all = mask.reduce((sum, one) => sum + Number(label > 0 && one === label), 0);
+        return { own: all, both: pixels.filter((p) => label > 0 && mask[p] === label).length };
+      }, thing);
+      return { own, overlap: both / (own + thing.pixels.length - both) };
+    };
+    await use('pick');
+    await page.selectOption('#correct-object', String(thing.label));
+    await press('#correct-background');
+    assert.equal(await labelAt(12, thing.x, thing.y), 0);
+    const missed = await masks();
+
+    await use('add');
+    const start = performance.now();
+    assert.match(await click(thing.x, thing.y), /^In \d+ frames/);
+    const first = await added();
+    assert.ok(
+      first.overlap > 0.6,
+      `overlap ${first.overlap.toFixed(2)} after ${Math.round(performance.now() - start)} ms`,
+    );
+    const label = await labelAt(12, thing.x, thing.y);
+    const sizes = [first.own];
+    for (const [button, sign] of [
+      ['#add-larger', 1],
+      ['#add-smaller', -1],
+    ]) {
+      if (await page.locator(button).isDisabled()) continue;
+      assert.match(await press(button), /^In \d+ frames?|^In frame/);
+      const { own } = await added();
+      assert.ok(sign * (own - sizes.at(-1)) > 0, `${button}: ${sizes.at(-1)} to ${own} pixels`);
+      assert.equal(await labelAt(12, thing.x, thing.y), label, 'it is the same object');
+      sizes.push(own);
+    }
+    assert.ok(sizes.length > 1, 'there are sizes to choose from');
+
+    const [u, v] = await place(thing.x, thing.y);
+    await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
+    await page.keyboard.down('Alt');
+    await page.mouse.click(u, v);
+    await page.keyboard.up('Alt');
+    await page.waitForFunction(() => /^In /.test(document.querySelector('#correct-status').textContent));
+    assert.equal(await labelAt(12, thing.x, thing.y), 0);
+    for (const _ of [0, 1]) await press('#correct-undo');
+    assert.equal(await masks(), missed, 'a change of size is no step of its own');
+    await press('#correct-undo');
+    assert.equal(await masks(), whole);
+    assert.deepEqual(faults, []);
+    await page.context().close();
+  });
+});
+
+describe('five objects are joined and corrected', () => {
+  const site = useSite({ sample: 'tiny' });
+  const labels = (page) =>
+    page.evaluate(() => [...new Set(globalThis.tracecutStudio.app.points.mask(0))].sort((a, b) => a - b).join());
+  const until = (page, wanted) =>
+    page.waitForFunction(
+      (all) => [...document.querySelectorAll('.object')].map((row) => row.dataset.object).join() === all,
+      wanted,
+    );
+
+  let page, faults;
+  before(async () => ({ page, faults } = await openSample(site, { bypassCSP: true })));
+
+  /** Opens the project anew: five objects, or some of them parts of one thing. */
+  async function open(shape = WIDE) {
+    await page.setInputFiles('#file', [(await fiveObjects(page, shape)).project]);
+    await page.waitForFunction(
+      () => globalThis.tracecutStudio.source?.name === 'five.webm' && document.body.dataset.state === 'done',
+    );
+    await until(page, '0,1,2,3,4,5');
+  }
+
+  /** Where an object is in the picture of the first frame, in CSS pixels of the canvas. */
+  const placeOf = (page, object) =>
+    page.evaluate((label) => {
+      const { points, viewer } = globalThis.tracecutStudio.app;
+      const { width, unit } = viewer.view;
+      const own = [...points.mask(0).keys()].filter((p) => points.mask(0)[p] === label);
+      const p = own[own.length >> 1];
+      return { x: ((p % width) + 0.5) / unit, y: (Math.floor(p / width) + 0.5) / unit };
+    }, object);
+
+  test('several are chosen in the list and in the picture, and joined in one step of undo', async () => {
+    await open();
+    await page.click('[data-object="2"] .object-main', { modifiers: ['Shift'] });
+    await page.waitForSelector('#join', { state: 'visible' });
+    assert.equal(await page.locator('#join-do').isDisabled(), true);
+    assert.equal(await page.locator('#show-all').isVisible(), false, 'it is not shown alone');
+    await page.click('[data-object="4"] .object-main', { modifiers: ['Control'] });
+    await page.click('#canvas', { modifiers: ['Shift'], position: await placeOf(page, 5) });
+    assert.equal(await text(page, '#join-words'), 'Object 2\nObject 4\nObject 5\n3 objects chosen');
+    assert.equal(await page.locator('.is-meant').count(), 3);
+    await screenshot(page, 'join');
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await page.click('#join-do');
+    await until(page, '0,1,2,3');
+    assert.equal(await labels(page), '0,1,2,3');
+    assert.equal(await text(page, '#join-words'), '3 objects joined.');
+    await page.click('#join-undo');
+    await until(page, '0,1,2,3,4,5');
+    await page.keyboard.press('Control+y');
+    await until(page, '0,1,2,3');
+    await page.keyboard.press('Control+z');
+    await until(page, '0,1,2,3,4,5');
+    assert.deepEqual(faults, []);
+  });
+
+  test('by keyboard alone, also while fixing; the list of keys says so', async () => {
+    await open();
+    await openFix(page);
+    for (const object of [3, 1]) {
+      await page.focus(`[data-object="${object}"] .object-main`);
+      await page.keyboard.press('Shift+Enter');
+    }
+    await page.click('#canvas', { modifiers: ['Shift'], position: await placeOf(page, 5) });
+    await page.focus('#join-do');
+    await page.keyboard.press('Enter');
+    await until(page, '0,2,3,4');
+    assert.equal(await page.evaluate(() => document.activeElement.id), 'join-undo');
+    await page.click('#correct-undo');
+    await until(page, '0,1,2,3,4,5');
+    await page.keyboard.press('?');
+    await page.waitForSelector('#help[open]');
+    assert.match(await text(page, '#help-keys'), /Shift Enter\s+on an object of the list: choose it with others/);
+    await page.click('#help-close');
+    await page.click('#correct-done');
+    assert.deepEqual(faults, []);
+  });
+
+  test('those that touch and move alike are proposed, until they are refused', async () => {
+    await open({ ...WIDE, parts: 3 });
+    await page.waitForSelector('#join', { state: 'visible' });
+    assert.match(await text(page, '#join-words'), /These 3 look like one: join\?$/);
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await page.locator('#join').scrollIntoViewIfNeeded();
+    await screenshot(page, 'join-proposed');
+    await page.click('#join-do');
+    await until(page, '0,1,4,5');
+    await page.click('#join-undo');
+    await until(page, '0,1,2,3,4,5');
+    await page.waitForFunction(() => /join\?/.test(document.querySelector('#join-words').textContent));
+    await page.click('#join-no');
+    await page.waitForSelector('#join', { state: 'hidden' });
+    // A change of the result does not bring it back.
+    await openFix(page);
+    await page.selectOption('#correct-object', '5');
+    await page.click('#correct-background');
+    await until(page, '0,1,2,3,4');
+    await page.waitForTimeout(500);
+    assert.equal(await page.locator('#join').isVisible(), false);
+    await page.click('#correct-done');
+    assert.deepEqual(faults, []);
+  });
+
+  async function corrected() {
+    await open();
+    await openFix(page);
+    await page.selectOption('#correct-object', '2');
+    await page.click('#correct-background');
+    await page.waitForFunction(() => /^Corrected/.test(document.querySelector('#correct-status').textContent));
+    await until(page, '0,1,3,4,5');
+  }
+
+  test('corrections are not lost by a key; another run asks, and is a step of undo', async () => {
+    await corrected();
+    const masks = () => page.evaluate(() => String(globalThis.tracecutStudio.app.points.mask(3)));
+    const before = await masks();
+    await page.click('#correct-done');
+    await page.keyboard.press('r');
+    assert.equal(await page.evaluate(() => document.body.dataset.phase), 'done');
+    await page.click('#again');
+    await page.waitForSelector('#ask[open]');
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await screenshot(page, 'ask');
+    await page.keyboard.press('Escape');
+    assert.equal(await masks(), before, 'whoever says no keeps them');
+    for (const undo of [() => page.click('#restore'), () => page.keyboard.press('Control+z')]) {
+      await page.click('#again');
+      await page.click('#ask-yes');
+      await page.waitForSelector('#restore', { state: 'visible' });
+      assert.equal(await ended(page), 'done');
+      await undo();
+      await page.waitForFunction(() => document.querySelector('#restore').hidden);
+      assert.equal(await ended(page), 'done');
+      assert.equal(await masks(), before);
+    }
+    await page.click('#again');
+    await page.click('#ask-yes');
+    await page.waitForSelector('#restore', { state: 'visible' });
+    assert.equal(await ended(page), 'done');
+    await openFix(page);
+    await page.click('#correct-undo');
+    await page.waitForFunction(() => document.querySelector('#restore').hidden);
+    assert.equal(await ended(page), 'done');
+    assert.equal(await masks(), before, 'undo in “Fix” is the same');
+    await openFix(page);
+    await page.click('#correct-undo');
+    await until(page, '0,1,2,3,4,5');
+    await page.click('#correct-done');
+    assert.deepEqual(faults, []);
+  });
+
+  test('corrections are told as what they are; an object is merged with another one first', async () => {
+    await corrected();
+    const into = () =>
+      page.evaluate(() => [...document.querySelector('#correct-into').options].map(({ value }) => value));
+    assert.ok(!(await into()).includes('0'), 'the background has a button of its own');
+    assert.notEqual(await page.inputValue('#correct-into'), '0');
+    await page.click('#correct-undo');
+    await page.waitForFunction(() => document.querySelectorAll('.object').length === 6);
+    assert.match(await text(page, '#correct-status'), /^Undone\. 5 moving objects/);
+    await page.click('#correct-redo');
+    await page.waitForFunction(() => document.querySelectorAll('.object').length === 5);
+    assert.match(await text(page, '#correct-status'), /^Done again\. 4 moving objects/);
+    await page.click('#correct-done');
   });
 });

@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { bytesOf, ended, openSample, plainFrame, pngFile, run, text, useSite } from './support.mjs';
+import { bytesOf, ended, openSample, openSave, plainFrame, pngFile, run, text, useSite } from './support.mjs';
 
 const clip = (name) =>
   [0, 1, 2].map((k) =>
@@ -31,7 +31,7 @@ const isKept = (page, name) =>
   );
 
 describe('faults around the page', { timeout: 300_000 }, () => {
-  const site = useSite({ sample: 'tiny' });
+  const site = useSite({ sample: 'tiny', isOwn: true });
 
   test('where storage is full the result is shown and saved, and work that was kept stays whole', async () => {
     const { page, faults } = await openSample(site);
@@ -78,12 +78,14 @@ describe('faults around the page', { timeout: 300_000 }, () => {
 
   test('a part that is fetched when it is first opened and does not come is told, and the result stays', async () => {
     const { page } = await openSample(site);
-    await page.context().route('**/export-dialog.js', (route) => route.abort());
+    await page.context().route('**/view/*.js', (route) => route.abort());
     const found = await page.evaluate(() => [...globalThis.tracecutStudio.result.labels(3)].join(''));
     await page.keyboard.press('e');
     await page.waitForFunction(() => /network does not answer/.test(document.querySelector('#notice').textContent));
-    await page.context().unroute('**/export-dialog.js');
+    await page.context().unroute('**/view/*.js');
     assert.equal(await page.evaluate(() => document.body.dataset.state), 'done');
     assert.equal(await page.evaluate(() => [...globalThis.tracecutStudio.result.labels(3)].join('')), found);
+    // It is fetched the next time.
+    await openSave(page);
   });
 });

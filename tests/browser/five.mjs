@@ -75,13 +75,18 @@ async function makeFive({ width, height, frames, parts = 0 }) {
   return [[...bytes], [...project]];
 }
 
+/** What was made already, by size: it is the same in every page. */
+const made = new Map();
+
 /**
  * @param {import('playwright-core').Page} page
  * @param {{width: number, height: number, frames: number, parts?: number}} size `parts` of the objects touch and move alike
  * @returns {Promise<{video: object, project: object}>} files for `setInputFiles`
  */
 export async function fiveObjects(page, size) {
-  const [video, project] = await page.evaluate(makeFive, size);
+  const key = JSON.stringify(size);
+  if (!made.has(key)) made.set(key, await page.evaluate(makeFive, size));
+  const [video, project] = made.get(key);
   return {
     video: { name: 'five.webm', mimeType: 'video/webm', buffer: Buffer.from(video) },
     project: { name: 'five.tracecut', mimeType: 'application/zip', buffer: Buffer.from(project) },

@@ -1,26 +1,32 @@
-// Long clips: taken window by window, shown as they come, kept small, corrected, saved, and stopped early.
+// Long clips: a coarse preview before the first masks, then window by window; shown as they come, kept small, corrected,
+// saved, and stopped early. And real videos: one that the browser records itself, and clips that lie outside of the project.
 
 import assert from 'node:assert/strict';
+import { existsSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
 import { describe, test } from 'node:test';
 import {
+  SMALL,
   bytesOf,
   ended,
   inPhase,
+  onlyLong,
   openFix,
   openSave,
+  paintedShare,
   plainFrame,
   pngFile,
+  run,
   screenshot,
+  sharedClips,
   text,
   useSample,
   useSite,
 } from './support.mjs';
 
-const WIDTH = 96;
-const HEIGHT = 64;
-
-function noise(x, y, salt) {
-  let h = Math.imul((x >> 1) + 7, 374761393) ^ Math.imul((y >> 1) + 3, 668265263) ^ Math.imul(salt, 2246822519);
+/** Texture of blocks of 2 or, by a higher power, more pixels. */
+function noise(x, y, salt, power = 1) {
+  let h = Math.imul((x >> power) + 7, 374761393) ^ Math.imul((y >> power) + 3, 668265263) ^ Math.imul(salt, 2246822519);
   h = Math.imul(h ^ (h >>> 13), 1274126177);
   return 60 + (((h ^ (h >>> 16)) >>> 0) % 160);
 }
@@ -31,7 +37,7 @@ function shots(count, cut) {
     const salt = t < cut ? 1 : 5;
     const phase = t % 40;
     const left = 10 + 2 * (phase < 20 ? phase : 40 - phase);
-    return plainFrame(WIDTH, HEIGHT, (x, y) => {
+    return plainFrame(96, 64, (x, y) => {
       const inside = x >= left && x < left + 28 && y >= 16 && y < 48;
       const value = inside ? noise(x - left, y, salt + 1) : noise(x, y, salt);
       return t < cut ? [value, value, inside ? 255 - value : value] : [inside ? 255 : value / 2, value, value / 3];
@@ -41,9 +47,130 @@ function shots(count, cut) {
 
 const files = (frames) => frames.map((frame, k) => pngFile(`frame${String(k).padStart(3, '0')}.png`, frame));
 
-describe('a clip of one window', () => {
-  const sample = useSample(useSite({ sample: 'tiny' }));
+const sample = useSample(useSite({ sample: 'tiny' }));
 
+const WIDTH = 320;
+const HEIGHT = 216;
+const FRAMES = 55;
+const SQUARE = { top: 50, side: 80 };
+
+const leftAt = (t) => 20 + 2 * t;
+
+/** A square that moves over a textured ground: more than the pixels from which on there is a preview. */
+const clip = Array.from({ length: FRAMES }, (_, t) => {
+  const frame = plainFrame(WIDTH, HEIGHT, (x, y) => {
+    const { top, side } = SQUARE;
+    const inside = x >= leftAt(t) && x < leftAt(t) + side && y >= top && y < top + side;
+    const value = inside ? noise(x - leftAt(t), y, 2, 2) : noise(x, y, 1, 2);
+    return [value, value, inside ? 255 - value : value];
+  });
+  return pngFile(`frame${String(t).padStart(2, '0')}.png`, frame);
+});
+
+/** Runs in the page: the clip's frames after the first `count` wait for `goOn`, whoever reads them. */
+function holdBack(count) {
+  const decode = globalThis.createImageBitmap.bind(globalThis);
+  const held = new Promise((resolve) => (globalThis.goOn = resolve));
+  globalThis.createImageBitmap = async (source, ...rest) => {
+    if (source instanceof File && Number(/\d+/.exec(source.name)) >= count) await held;
+    return decode(source, ...rest);
+  };
+}
+
+const CARS = join(sharedClips, 'dashcam-cars-38f.mp4');
+const LANE = join(sharedClips, 'dashcam-lane-221f.mp4');
+const without = (file) => (existsSync(file) ? false : `${file} is not here`);
+
+describe('the coarse preview', () => {
+  const hasPreview = () => document.body.hasAttribute('data-preview');
+  const badge = (page) => page.locator('#preview-mark').isVisible();
+
+  async function begin(count = 20) {
+    const { page, faults } = sample;
+    await page.evaluate(holdBack, count);
+    await page.setInputFiles('#file', clip);
+    return { page, faults };
+  }
+
+  test('shows what moves in the first frames while the others are still to come, and goes when masks come', async () => {
+    const { page, faults } = await begin();
+    await page.waitForFunction(hasPreview);
+    assert.ok(await badge(page));
+    assert.match(await text(page, '#preview-mark'), /^Coarse preview$/);
+    assert.match(await page.locator('#live').textContent(), /coarse preview/i);
+    assert.equal(await text(page, '#counter'), '1 / 15');
+    assert.equal(await page.getAttribute('body', 'data-phase'), 'running');
+    const found = await page.evaluate(
+      ({ top, side, width, lefts }) => {
+        const { viewer, timeline, job, points } = globalThis.tracecutStudio.app;
+        return lefts.map((left, t) => {
+          timeline.seek(t);
+          viewer.draw();
+          const { labels } = viewer.edgedMask();
+          const shown = job.preview.shownAt(t);
+          let [both, either] = [0, 0];
+          labels.forEach((label, k) => {
+            const [x, y] = [(k % width) - lefts[shown], Math.floor(k / width) - top];
+            const inside = x >= 0 && x < side && y >= 0 && y < side;
+            both += Number(inside && label > 0);
+            either += Number(inside || label > 0);
+          });
+          return { shown, overlap: both / either, labels: new Set(labels).size, settled: points !== null };
+        });
+      },
+      { ...SQUARE, width: WIDTH, lefts: Array.from({ length: 15 }, (_, t) => leftAt(t)) },
+    );
+    found.forEach(({ shown, overlap, labels, settled }, t) => {
+      assert.equal(shown, t - (t % 2), 'picture and mask are of one frame');
+      assert.ok(overlap > 0.7, `frame ${t}: ${overlap}`);
+      assert.ok(labels === 2 && !settled);
+    });
+    assert.ok((await page.evaluate(paintedShare)) > 0.5);
+    await screenshot(page, 'preview');
+    await page.evaluate(() => globalThis.goOn());
+    await page.waitForFunction(() => !document.body.hasAttribute('data-preview'));
+    assert.ok(await page.evaluate(() => globalThis.tracecutStudio.app.points?.mask(0) !== null), 'masks are there');
+    assert.equal(await text(page, '#counter'), `1 / ${FRAMES}`);
+    assert.equal(await badge(page), false);
+    assert.equal(await ended(page), 'done');
+    assert.equal(await page.evaluate(hasPreview), false);
+    assert.deepEqual(faults, []);
+  });
+
+  test('stays after a cancel, and gives way to another clip', async () => {
+    const { page, faults } = await begin();
+    await page.waitForFunction(hasPreview);
+    await page.keyboard.press('Escape');
+    await inPhase(page, 'stopped');
+    assert.ok(await badge(page));
+    await page.click('#sample');
+    assert.equal(await ended(page), 'done');
+    assert.equal(await badge(page), false);
+    assert.match(await text(page, '#subline'), /^4 frames/);
+    await page.evaluate(() => globalThis.goOn());
+    assert.deepEqual(faults, []);
+  });
+
+  test('that fails is none, and the run goes on', async () => {
+    const { page, faults } = await begin(5);
+    await page.waitForFunction(() => globalThis.tracecutStudio.app.job?.images.length === 5);
+    await page.evaluate(() => globalThis.tracecutStudio.app.job.preview.frames.error(new Error('no frames')));
+    await page.waitForFunction(() => globalThis.tracecutStudio.app.job.preview.life.signal.aborted);
+    await page.evaluate(() => globalThis.goOn());
+    assert.equal(await ended(page), 'done');
+    assert.equal(await page.evaluate(() => globalThis.tracecutStudio.app.job.preview.masks), null);
+    assert.deepEqual(faults, []);
+  });
+
+  test('is not made where masks come soon', async () => {
+    const { page } = sample;
+    await page.click('#sample');
+    await page.waitForFunction(() => document.querySelector('#subline').textContent.startsWith('4 frames'));
+    assert.equal(await page.evaluate(() => globalThis.tracecutStudio.app.job.preview), null);
+  });
+});
+
+describe('a clip of one window', () => {
   test('is one shot, even where it has a cut', async () => {
     const { page, faults } = sample;
     await page.setInputFiles('#file', files(shots(20, 10)));
@@ -55,8 +182,6 @@ describe('a clip of one window', () => {
 });
 
 describe('a clip of more than one window', () => {
-  const sample = useSample(useSite({ sample: 'tiny' }));
-
   /** Opens images: all of them are taken, and nothing is waited for. */
   async function openAll(page, frames) {
     await page.setInputFiles('#file', files(frames));
@@ -184,3 +309,122 @@ describe('a clip of more than one window', () => {
     assert.deepEqual(faults, []);
   });
 });
+
+describe('video files', () => {
+  const sample = useSample(useSite());
+
+  test('a recording whose length is not written in the file', async () => {
+    const { page, faults } = sample;
+    const bytes = await page.evaluate(recordSample);
+    const file = { name: 'recording.webm', mimeType: 'video/webm', buffer: Buffer.from(bytes) };
+    assert.equal(
+      await run(page, [file]),
+      'done',
+      await page.evaluate(() => document.querySelector('#error').innerText),
+    );
+    assert.match(await text(page, '#subline'), new RegExp(`frames of ${SMALL.width} × ${SMALL.height}`));
+    assert.deepEqual(faults, []);
+  });
+
+  test('a clip of many frames shows masks after its first window', { skip: without(LANE) }, async () => {
+    const { page, faults } = sample;
+    await page.setInputFiles('#file', [LANE]);
+    await page.waitForFunction(
+      () => document.body.hasAttribute('data-streaming') || document.body.dataset.state === 'error',
+    );
+    const { settled, read, shown, phase } = await page.evaluate(() => {
+      const { job, points } = globalThis.tracecutStudio.app;
+      const shown = points.mask(20).some((label) => label > 0);
+      return { settled: job.settled, read: job.images.length, shown, phase: document.body.dataset.phase };
+    });
+    assert.equal(phase, 'running');
+    assert.ok(settled >= 40 && settled <= 50, `${settled} frames are settled`);
+    assert.ok(read < 120, `${read} frames were read before anything was shown`);
+    assert.ok(shown, 'no mask in frame 20');
+    assert.deepEqual(faults, []);
+  });
+
+  test('start, length, step and size are as chosen', { skip: without(LANE) }, async () => {
+    const { page } = sample;
+    await page.setInputFiles('#file', [LANE]);
+    await inPhase(page, 'running');
+    assert.deepEqual(await page.evaluate(() => globalThis.tracecutStudio.take), {
+      start: 0,
+      frames: 221,
+      step: 1,
+      side: 480,
+    });
+    assert.equal(await page.locator('#take-all').isVisible(), false, 'the whole clip is taken already');
+    // Under way; it begins anew with what is chosen now.
+    await page.fill('#take-frames', '8');
+    await page.selectOption('#take-step', '2');
+    await page.selectOption('#take-side', '320');
+    await page.locator('#take-start').fill('100');
+    await screenshot(page, 'running');
+    await inPhase(page, 'done');
+    assert.match(await text(page, '#subline'), /8 frames of 320 × 180/);
+    const take = await page.evaluate(() => globalThis.tracecutStudio.take);
+    assert.deepEqual(take, { start: 100, frames: 8, step: 2, side: 320 });
+  });
+});
+
+describe('clips dropped on the page, whole', onlyLong, () => {
+  const sample = useSample(useSite());
+
+  for (const [name, frames, windows] of [
+    ['dashcam-cars-38f', 38, 1],
+    ['dashcam-lane-221f', 221, 6],
+    ['static-camera-cars-377f', 377, 10],
+  ]) {
+    const file = join(sharedClips, `${name}.mp4`);
+    test(`${name}: all ${frames} frames`, { skip: without(file) }, async () => {
+      const { page, faults } = sample;
+      const dropped = await page.evaluateHandle(transferOf, {
+        name: `${name}.mp4`,
+        base64: readFileSync(file, 'base64'),
+      });
+      for (const type of ['dragenter', 'dragover', 'drop'])
+        await page.dispatchEvent('body', type, { dataTransfer: dropped });
+      await inPhase(page, 'running');
+      await page.selectOption('#take-side', '320');
+      await page.waitForFunction(() => globalThis.tracecutStudio.take?.side === 320);
+      assert.equal(await ended(page), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
+      assert.match(
+        await text(page, '#subline'),
+        new RegExp(`${frames} frames of 320 × \\d+${windows > 1 ? ` in ${windows} windows` : ''} ·`),
+      );
+      assert.match(await text(page, '#counter'), new RegExp(`/ ${frames}$`));
+      await page.evaluate((frame) => globalThis.tracecutStudio.app.timeline.seek(frame), frames - 1);
+      await screenshot(page, name);
+      assert.deepEqual(faults, []);
+    });
+  }
+});
+
+/** Runs in the page: what a drag of one file carries. */
+function transferOf({ name, base64 }) {
+  const transfer = new DataTransfer();
+  const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+  transfer.items.add(new File([bytes], name, { type: 'video/mp4' }));
+  return transfer;
+}
+
+/** Runs in the page: records frames of the sample, and gives the file's bytes. */
+async function recordSample() {
+  const { source } = globalThis.tracecutStudio;
+  const canvas = document.createElement('canvas');
+  Object.assign(canvas, { width: source.width, height: source.height });
+  const ctx = canvas.getContext('2d');
+  const recorder = new MediaRecorder(canvas.captureStream(15), { mimeType: 'video/webm;codecs=vp8' });
+  const parts = [];
+  recorder.ondataavailable = (event) => parts.push(event.data);
+  const stopped = new Promise((resolve) => (recorder.onstop = resolve));
+  recorder.start();
+  for (let t = 0; t < source.count; t += 1) {
+    ctx.putImageData(await source.preview(t, source.width), 0, 0);
+    await new Promise((resolve) => setTimeout(resolve, 70));
+  }
+  recorder.stop();
+  await stopped;
+  return [...new Uint8Array(await new Blob(parts).arrayBuffer())];
+}

@@ -2,31 +2,23 @@
 // installable.
 
 import assert from 'node:assert/strict';
-import { existsSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { join, relative, sep } from 'node:path';
-import { after, describe, test } from 'node:test';
-import { precacheList } from '../../scripts/precache.mjs';
+import { readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { describe, test } from 'node:test';
+import { siteList } from '../../scripts/site.mjs';
 import { root } from '../../scripts/tools.mjs';
 import { ended, movingClip, openSample, run, useSite } from './support.mjs';
 
 /** Waits until the page is kept. */
 const kept = (page) => page.evaluate(() => navigator.serviceWorker.ready.then(({ active }) => active.state));
 
-/** Where a file lies that is served by this name. @param {string} name */
-const placeOf = (name) =>
-  name.startsWith('./dist/') ? name : name.replace(/^\.\/(lab\/)?/, (_, lab) => (lab ? 'www/' : 'studio/'));
+const EXTRA = 'view/of-another-version.js';
 
-/** Whether a file of `studio/` that is no more on the host is answered for by the version in force. */
-const answered = (page, file) =>
-  page.evaluate(
-    async (name) => (await fetch(name)).ok,
-    `./${relative(join(root, 'studio'), file).replaceAll(sep, '/')}`,
-  );
+/** Whether a file that is no more on the host is answered for by the version in force. */
+const answered = (page) => page.evaluate(async (name) => (await fetch(name)).ok, `./${EXTRA}`);
 
 describe('without a network', () => {
-  const site = useSite({ sample: 'tiny' });
-  const extra = join(root, 'studio', 'view', 'of-another-version.js');
-  after(() => rmSync(extra, { force: true }));
+  const site = useSite({ sample: 'tiny', isOwn: true });
 
   test('the page opens again, by a link too, and does all that it did, of files that are kept', async () => {
     const { page, faults } = await openSample(site, { serviceWorkers: 'allow' });
@@ -41,11 +33,7 @@ describe('without a network', () => {
     assert.equal(await ended(page), 'done');
     assert.equal(await page.evaluate(() => [...globalThis.tracecutStudio.result.labels(3)].join('')), before);
     assert.equal(await run(page, movingClip(3, [48, 32])), 'done');
-    const files = precacheList().files.map(([file]) => file);
-    assert.deepEqual(
-      files.filter((file) => !existsSync(join(root, placeOf(file)))),
-      [],
-    );
+    const files = siteList(site.folder()).files.map(([file]) => file);
     assert.ok(asked.length > 40, `${asked.length} files`);
     assert.deepEqual(
       asked.filter((file) => !files.includes(`.${file}`)),
@@ -61,6 +49,7 @@ describe('without a network', () => {
     await page.reload();
     assert.equal(await ended(page), 'done');
     assert.equal(await page.locator('#update').isVisible(), false);
+    const extra = join(site.folder(), EXTRA);
     const version = '// Another version of the site.\n';
     writeFileSync(extra, version);
     await page.evaluate(async () => (await navigator.serviceWorker.getRegistration()).update());
@@ -69,7 +58,7 @@ describe('without a network', () => {
     const other = await page.context().newPage();
     await other.goto(page.url());
     assert.equal(await ended(other), 'done');
-    const answers = () => Promise.all([page, other].map((tab) => answered(tab, extra)));
+    const answers = () => Promise.all([page, other].map(answered));
     rmSync(extra);
     assert.deepEqual(await answers(), [false, false]);
     await page.locator('#update').click();
@@ -86,7 +75,7 @@ describe('without a network', () => {
     assert.equal(second.length, 1);
     assert.notDeepEqual(second, first);
     rmSync(extra);
-    assert.equal(await answered(page, extra), true);
+    assert.equal(await answered(page), true);
   });
 
   test('the manifest says how to install it, with icons of the sizes that it names', () => {

@@ -1,17 +1,24 @@
-// Cancelling, running again, and files of all kinds: each ends in a result or in words that say what to do.
+// Runs on the page: cancelled, begun again, given up for another; and files of all kinds, videos, images and a single one,
+// each of which ends in a result or in words that say what to do, also where nothing moves.
 
 import assert from 'node:assert/strict';
-import { describe, test } from 'node:test';
+import { beforeEach, describe, test } from 'node:test';
 import { WIDE, fiveObjects } from './five.mjs';
 import {
+  SMALL,
+  accessibilityFaults,
   ended,
   gifFile,
   inPhase,
+  layerNames,
   openSample,
+  paintedShare,
+  picture,
   plainFrame,
   pngFile,
   run,
-  SMALL,
+  screenshot,
+  showOnly,
   text,
   useSample,
   useSite,
@@ -41,11 +48,43 @@ function movingSquare(count, speed, width = WIDTH, height = HEIGHT) {
 
 const files = (frames) => frames.map((frame, k) => pngFile(`frame${k}.png`, frame));
 
+/** A bright disc on a dark, slightly uneven ground. */
+const disc = plainFrame(120, 80, (x, y) => {
+  const inside = (x - 50) ** 2 + (y - 40) ** 2 < 24 ** 2;
+  const grain = ((x * 7 + y * 13) % 5) * 2;
+  return inside ? [210 + grain, 180, 90] : [40 + grain, 60, 110];
+});
+
+const KINDS = ['combined', 'discontinuity', 'spectral', 'pb'];
+
+/** Texture that shifts by `speed` a frame as a whole. */
+function shifting(count, speed, { width = 96, height = 64 } = {}) {
+  const noise = (x, y) => {
+    const h = Math.imul((x >> 1) + 7, 374761393) ^ Math.imul((y >> 1) + 3, 668265263);
+    const mixed = Math.imul(h ^ (h >>> 13), 1274126177);
+    return 60 + (((mixed ^ (mixed >>> 16)) >>> 0) % 160);
+  };
+  return Array.from({ length: count }, (_, t) => {
+    const frame = plainFrame(width, height, (x, y) => {
+      const value = noise(x + speed * t, y);
+      return [value, value, value];
+    });
+    return pngFile(`f${String(t).padStart(3, '0')}.png`, frame);
+  });
+}
+
+const take = (page) => page.evaluate(() => globalThis.tracecutStudio.take);
+/** What is offered is fetched when it is first needed. */
+const tries = async (page) => {
+  await page.waitForSelector('[data-try]');
+  return page.evaluate(() => [...document.querySelectorAll('[data-try]')].map((button) => button.dataset.try));
+};
+
 describe('a run', () => {
-  const site = useSite();
+  const sample = useSample(useSite());
 
   test('is cancelled at once and goes on to the same result', async () => {
-    const { page, faults } = await openSample(site);
+    const { page, faults } = sample;
     const labels = () => page.evaluate(() => String(globalThis.tracecutStudio.result.clusters.label));
     const before = await labels();
     await page.click('#again');
@@ -65,7 +104,7 @@ describe('a run', () => {
   });
 
   test('is cancelled with Escape while frames are read, and a new one follows', async () => {
-    const { page } = await openSample(site);
+    const { page } = sample;
     await page.click('#again');
     await page.keyboard.press('Escape');
     await inPhase(page, 'stopped');
@@ -74,7 +113,7 @@ describe('a run', () => {
   });
 
   test('gives way to another clip that is opened meanwhile', async () => {
-    const { page, faults } = await openSample(site);
+    const { page, faults } = sample;
     await page.click('#again');
     await inPhase(page, 'running');
     assert.equal(await run(page, files(movingSquare(9, 2))), 'done');
@@ -237,3 +276,152 @@ describe('the camera', () => {
     await page.context().close();
   });
 });
+
+describe('a still image', () => {
+  const sample = useSample(useSite());
+  beforeEach(() => (sample.faults.length = 0));
+
+  test('shows its boundaries, superpixels and embedding discontinuities', async () => {
+    const { page, faults } = sample;
+    assert.equal(
+      await run(page, [pngFile('disc.png', disc)]),
+      'done',
+      await page.evaluate(() => document.querySelector('#error').innerText),
+    );
+    assert.match(await text(page, '#headline'), /still image/);
+    assert.match(await text(page, '#subline'), /^\d+ superpixels? · 120 × 80 · computed in \d/);
+    assert.match(await text(page, '#notice'), /motion/);
+    for (const absent of ['#timeline', '.block-objects', '#take-frames'])
+      assert.equal(await page.locator(absent).isVisible(), false, absent);
+    assert.equal(await page.locator('#take-side').isVisible(), true);
+    const ids = await layerNames(page);
+    assert.deepEqual(ids, ['superpixels', 'contours', 'boundaries', 'still', 'image']);
+    const pictures = new Set();
+    for (const id of ids) {
+      await showOnly(page, id);
+      await page.waitForFunction(paintedShare);
+      pictures.add(await picture(page));
+      await screenshot(page, `still-${id}`);
+    }
+    assert.equal(pictures.size, ids.length);
+    assert.deepEqual(faults, []);
+  });
+
+  test('has its choice of boundaries strong along the disc, faint elsewhere, and named under the pointer', async () => {
+    const { page } = sample;
+    await run(page, [pngFile('disc.png', disc)]);
+    await showOnly(page, 'still');
+    const pictures = new Set();
+    for (const [k, kind] of KINDS.entries()) {
+      await page.selectOption('[data-setting="still.kind"]', String(k));
+      await page.waitForFunction(paintedShare);
+      pictures.add(await picture(page));
+      const { rim, ground } = await page.evaluate(shades);
+      assert.ok(rim < ground - 60, `${kind}: ${rim} along the disc, ${ground} on the ground`);
+    }
+    assert.equal(pictures.size, KINDS.length);
+    const box = await page.locator('#canvas').boundingBox();
+    await page.hover('#canvas', { position: { x: (box.width * 74) / 120, y: box.height / 2 } });
+    assert.match(
+      await text(page, '#readout'),
+      /^combined \d\.\d\d, discontinuity \d\.\d\d, spectral \d\.\d\d, Pb 0\.[1-9]\d$/,
+    );
+    await page.keyboard.press('6');
+    assert.equal(await page.locator('[data-layer="still"]').isChecked(), false);
+  });
+
+  test('is cancelled, goes on, and gives way to what is opened meanwhile', async () => {
+    const { page, faults } = sample;
+    const large = plainFrame(400, 300, (x, y) => [(x * y) % 251, (3 * x) % 200, y % 256]);
+    await page.setInputFiles('#file', [pngFile('large.png', large)]);
+    await page.waitForFunction(() => globalThis.tracecutStudio.app.job?.current?.id === 'imageEdges');
+    await page.keyboard.press('Escape');
+    await inPhase(page, 'stopped');
+    await page.click('#resume');
+    await inPhase(page, 'running');
+    await page.click('#sample');
+    assert.equal(await ended(page), 'done');
+    assert.match(
+      await text(page, '#subline'),
+      new RegExp(`${SMALL.frames} frames of ${SMALL.width} × ${SMALL.height}`),
+    );
+    assert.equal((await layerNames(page)).includes('still'), false);
+    assert.equal(await page.locator('#timeline').isVisible(), true);
+    assert.deepEqual(faults, []);
+  });
+
+  for (const [what, frame] of Object.entries({
+    'of one pixel': plainFrame(1, 1),
+    'of one colour': plainFrame(60, 40),
+    'of 2 × 90': plainFrame(2, 90),
+  })) {
+    test(`${what} is answered too`, async () => {
+      const { page, faults } = sample;
+      assert.equal(
+        await run(page, [pngFile('plain.png', frame)]),
+        'done',
+        await page.evaluate(() => document.querySelector('#error').innerText),
+      );
+      assert.deepEqual(faults, []);
+    });
+  }
+
+  test('may be a GIF of one frame; a damaged file is refused in words', async () => {
+    const { page } = sample;
+    assert.equal(await run(page, [gifFile('disc.gif', [disc])]), 'done');
+    assert.match(await text(page, '#clip-facts'), /^120 × 80$/);
+    const damaged = { ...pngFile('disc.png', disc), buffer: pngFile('disc.png', disc).buffer.subarray(0, 60) };
+    assert.equal(await run(page, [damaged]), 'error');
+    assert.equal(await page.getAttribute('#error', 'data-code'), 'unreadable-image');
+  });
+});
+
+describe('a clip in which nothing is found', () => {
+  const site = useSite();
+
+  test('is told apart from one that has objects; slow motion is tried by leaving frames out', async () => {
+    const { page, faults } = await openSample(site, { bypassCSP: true });
+    assert.equal(await page.locator('#nothing').isVisible(), false, 'the sample has objects');
+    assert.equal(await run(page, shifting(30, 2)), 'done');
+    await page.waitForSelector('[data-try]');
+    const where = await text(page, '#nothing-where');
+    assert.match(where, /^Followed \d.* points over [89]\d.% of the picture, through 30 frames/);
+    assert.match(where, /the camera moves, about 2\.0 px a frame/);
+    assert.match(where, /taken as background/);
+    assert.deepEqual(await tries(page), ['step', 'add']);
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await screenshot(page, 'nothing');
+    await page.click('[data-try="step"]');
+    assert.equal(await ended(page), 'done');
+    assert.deepEqual(await take(page), { start: 0, frames: 15, step: 2, side: 480 });
+    assert.deepEqual(faults, []);
+  });
+
+  test('a click adds the thing that was missed', async () => {
+    const { page } = await openSample(site, { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true });
+    assert.equal(await run(page, shifting(8, 0)), 'done');
+    await screenshot(page, 'nothing-phone');
+    await page.click('[data-try="add"]');
+    await page.waitForSelector('#nothing', { state: 'hidden' });
+    assert.equal(await page.isChecked('#correct-tools [value="add"]'), true);
+    await page.locator('#canvas').click();
+    await page.waitForFunction(() => document.querySelectorAll('.object').length === 2);
+    await page.click('#correct-done');
+    assert.equal(await page.locator('#nothing').isVisible(), false, 'there is an object now');
+  });
+});
+
+/** Runs in the page: the mean grey along the disc's rim, at its darkest nearby, and of the ground far from it. */
+function shades() {
+  const { viewer } = globalThis.tracecutStudio.app;
+  viewer.draw();
+  const { canvas } = viewer;
+  const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  const grey = (x, y) =>
+    data[4 * (Math.round((y * canvas.height) / 80) * canvas.width + Math.round((x * canvas.width) / 120))];
+  const mean = (list) => list.reduce((sum, value) => sum + value, 0) / list.length;
+  const turns = Array.from({ length: 24 }, (_, k) => (2 * Math.PI * k) / 24);
+  const nearRim = (turn) =>
+    Math.min(...[22, 23, 24, 25, 26].map((r) => grey(50 + r * Math.cos(turn), 40 + r * Math.sin(turn))));
+  return { rim: mean(turns.map(nearRim)), ground: mean([10, 20, 30, 40, 50, 60, 70].map((y) => grey(105, y))) };
+}

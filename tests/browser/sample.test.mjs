@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { createSession, synthClip } from '../../dist/node.js';
-import { screenshot, showOnly, text, useSample, useSite } from './support.mjs';
+import { screenshot, text, useSample, useSite } from './support.mjs';
 
 const { SAMPLE } = await import('../../studio/view/source.js');
 
@@ -120,29 +120,6 @@ describe('the sample', () => {
   });
 });
 
-describe('the layers of a sample', () => {
-  const sample = useSample(useSite());
-
-  test('fades a layer, and shows its outlines without its fill', async () => {
-    const { page } = sample;
-    await showOnly(page, 'masks');
-    const alpha = () => page.evaluate(meanAlpha);
-    const setting = (name, value) => page.locator(`[data-setting="masks.${name}"]`).fill(String(value));
-    const whole = await alpha();
-    await setting('opacity', 0.5);
-    const faded = await alpha();
-    assert.ok(Math.abs(faded / whole - 0.5) < 0.02, `half of ${whole} is ${faded}`);
-    await setting('opacity', 0);
-    assert.equal(await alpha(), 0);
-    await setting('opacity', 1);
-    await setting('fill', 0);
-    const lines = await alpha();
-    assert.ok(lines > 0 && lines < 0.5 * whole, `outlines ${lines} of ${whole}`);
-    await setting('fill', 0.5);
-    assert.equal(await alpha(), whole);
-  });
-});
-
 /**
  * Runs in the page. Draws nothing but the masks of a frame and counts, for each object's colour, in which object of
  * the scene the painted pixels lie.
@@ -174,16 +151,6 @@ function paintedPixels(frame) {
     }
   }
   return { counts, masks };
-}
-
-/** Runs in the page: the mean opacity of the canvas, 0 to 1. */
-function meanAlpha() {
-  const { viewer } = globalThis.tracecutStudio.app;
-  viewer.draw();
-  const { data } = viewer.canvas.getContext('2d').getImageData(0, 0, viewer.canvas.width, viewer.canvas.height);
-  let sum = 0;
-  for (let at = 3; at < data.length; at += 4) sum += data[at];
-  return sum / 255 / (data.length / 4);
 }
 
 /** Runs in the page: the pixel of an object that is nearest to its centre of gravity, in CSS pixels of the canvas. */

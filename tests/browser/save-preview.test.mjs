@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { UPRIGHT, WIDE, fiveObjects } from './five.mjs';
+import { WIDE, fiveObjects } from './five.mjs';
 import { accessibilityFaults, bytesOf, openSample, screenshot, useSite } from './support.mjs';
 
 const CHOICES = ['transparent', 'green', 'blurred', 'zip'];
@@ -151,48 +151,4 @@ describe('the preview of what is saved', () => {
     await page.keyboard.press('ArrowRight');
     await page.waitForFunction((left) => document.querySelector('#export-preview').scrollLeft > left, after.left);
   });
-
-  for (const [name, options, shape] of [
-    ['1440x900', { viewport: { width: 1440, height: 900 } }, WIDE],
-    ['1366x768', { viewport: { width: 1366, height: 768 } }, UPRIGHT],
-    ['390x844', { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true }, WIDE],
-    ['390x844 upright', { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true }, UPRIGHT],
-    ['844x390', { viewport: { width: 844, height: 390 }, isMobile: true, hasTouch: true }, WIDE],
-  ])
-    test(`stands above the choices, all in view, ${name}`, async () => {
-      const { page, faults } = await openAt(site, 3, { ...options, bypassCSP: true }, shape);
-      await shown(page, 'transparent');
-      if (options.hasTouch) {
-        await page.locator('#export-looks label').nth(1).tap();
-        await shown(page, 'green');
-      } else {
-        await page.focus('[data-export="green"]');
-        await shown(page, 'green');
-      }
-      const { height } = options.viewport;
-      const boxes = await page.evaluate(() =>
-        ['#export-preview', ...['transparent', 'green', 'blurred', 'zip'].map((id) => `[data-export="${id}"]`)].map(
-          (one) => {
-            const { top, bottom, left, right } = document.querySelector(one).getBoundingClientRect();
-            return { top, bottom, left, right };
-          },
-        ),
-      );
-      await screenshot(page, `save-${name}`, { whole: false });
-      for (const { top, bottom } of boxes) assert.ok(top >= 0 && bottom <= height, JSON.stringify(boxes));
-      const [place, ...choices] = boxes;
-      const isClear = choices.every(({ top, left }) => place.bottom <= top || place.right <= left);
-      assert.ok(
-        isClear && (place.bottom - place.top > 0.25 * height || place.right - place.left > 300),
-        JSON.stringify(boxes),
-      );
-      assert.equal(
-        await page.evaluate(
-          () => document.querySelector('#export').scrollWidth <= document.querySelector('#export').clientWidth,
-        ),
-        true,
-      );
-      assert.deepEqual(await accessibilityFaults(page), []);
-      assert.deepEqual(faults, []);
-    });
 });

@@ -23,13 +23,13 @@ export const sharedClips = join(process.env.TRACECUT_SHARED ?? join(root, '..', 
 /**
  * Server and browser for the tests of one file.
  *
- * @param {{sample?: 'whole' | 'small' | 'tiny'}} [options] the page's sample
- * @returns {{open: (options?: object) => Promise<{page: import('playwright-core').Page, faults: string[]}>}} `open`
- *   gives a fresh page at the site; `faults` collects errors on its console, failed requests, and requests to anywhere
+ * @param {{sample?: 'whole' | 'small' | 'tiny', isOwn?: boolean}} [options] as of `useServerAndBrowser`
+ * @returns {{open: (options?: object) => Promise<{page: import('playwright-core').Page, faults: string[]}>, folder: () => string}}
+ *   `open` gives a fresh page at the site; `faults` collects errors on its console, failed requests, and requests to anywhere
  *   else
  */
-export function useSite({ sample = 'small' } = {}) {
-  const site = useServerAndBrowser({ sample });
+export function useSite({ sample = 'small', isOwn = false } = {}) {
+  const site = useServerAndBrowser({ sample, isOwn });
   const open = async ({ query = '', ...options } = {}) => {
     await site.ready();
     const context = await site.browser.newContext({
@@ -46,7 +46,7 @@ export function useSite({ sample = 'small' } = {}) {
     await page.goto(site.url + query);
     return { page, faults };
   };
-  return { open };
+  return { open, folder: () => site.folder };
 }
 
 function watch(page, url) {
@@ -102,9 +102,9 @@ export async function openSample(site, options) {
 /**
  * One page with the finished sample for all tests of a suite that may share it; read `page` and `faults` in the tests.
  */
-export function useSample(site) {
+export function useSample(site, options) {
   const shared = { page: null, faults: null };
-  before(async () => Object.assign(shared, await openSample(site)));
+  before(async () => Object.assign(shared, await openSample(site, options)));
   return shared;
 }
 

@@ -8,7 +8,7 @@ import { WIDE, fiveObjects } from './five.mjs';
 import { ended, onlyLong } from './support.mjs';
 
 const MOST_MS = 100;
-const site = useServerAndBrowser();
+const site = useServerAndBrowser({ sample: 'whole' });
 
 /** The processor's time of the longest tasks of the page's thread, in milliseconds. */
 function longest(trace) {

@@ -7,7 +7,7 @@ import { RunMemory } from '../../studio/model/cut-off.js';
 import { showCorrected } from '../../studio/model/show-result.js';
 import { bytesOf, keep, kept } from '../../studio/model/slots.js';
 import { Packer, clipId, projectFile, readProjectFile, reopened } from '../../studio/model/work.js';
-import { CLIP, memoryStorage, openModel, openSampleWork } from './studio.mjs';
+import { CLIP, SAMPLE, memoryStorage, openModel, openSampleWork } from './studio.mjs';
 
 const work = (at, more = {}) => ({
   ...{ id: `w${at}`, name: `n${at}`, at, files: [], project: new Uint8Array(3), edits: null },
@@ -80,6 +80,12 @@ test('work is packed, kept, opened again as it was, and saved as a project file'
   ]) {
     await app.openWork('again', async () => opened);
     assert.equal(store.state.phase, 'done');
+    const { width, height, images } = store.state.picture;
+    assert.deepEqual(
+      [width, height, images.length],
+      [SAMPLE.width, SAMPLE.height, SAMPLE.frames],
+      'its frames are read',
+    );
     assert.equal(store.state.found.points.mask(4).join(''), mask);
     assert.deepEqual([...store.state.hidden], [2]);
     assert.equal(store.state.edges.grow, 1);

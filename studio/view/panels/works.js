@@ -86,10 +86,11 @@ export class Works {
 
   /** A clip is opened whose work is kept with corrections: the new run does not have them. */
   async tellCorrected() {
+    const { source } = this.store.state;
+    // The sample comes by itself, also after an offer.
+    if (!source?.files) return;
     // What was offered was of another.
     byId('saved').hidden = true;
-    const { source } = this.store.state;
-    if (!source?.files) return;
     const id = await this.idOf(source);
     const slot = (await kept(storage)).find((one) => one.id === id);
     const { state } = this.store;

@@ -1,16 +1,18 @@
-// Everything that the page saves, saved through its dialog and opened again.
+// What the page saves, saved through its dialog and opened again: all kinds once, the four large choices, and the words,
+// recipe and link beside them.
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
 import { version } from '../../dist/node.js';
 import { adjustMask } from '../../dist/node/edit.js';
-import { fromCocoRle } from '../../dist/node/export.js';
+import { WIDE, fiveObjects } from './five.mjs';
 import {
   SMALL,
   accessibilityFaults,
   bytesOf,
   ended,
+  openFix,
   openSample,
   openSave,
   plainFrame,
@@ -95,47 +97,6 @@ describe('exports', () => {
     const about = JSON.parse(new TextDecoder().decode(files['masks.json']));
     assert.ok(JSON.stringify(about).includes(version));
     assert.ok(Math.abs(about.times[3] - 3 / 15) < 1e-6, String(about.times));
-  });
-
-  test('or a ZIP with a folder for each object', async () => {
-    const { name, bytes } = await save('zip-objects');
-    assert.equal(name, 'sample-clip-objects.zip');
-    const folders = new Set(
-      Object.keys(unzipSync(bytes))
-        .filter((file) => file.includes('/'))
-        .map((file) => file.split('/')[0]),
-    );
-    assert.equal(folders.size, await page.evaluate(() => globalThis.tracecutStudio.result.objects.length));
-  });
-
-  test('run lengths are those of the masks', async () => {
-    const { name, bytes } = await save('coco');
-    assert.equal(name, 'sample-clip-coco.json');
-    const coco = JSON.parse(bytes);
-    assert.equal(coco.images.length, SMALL.frames);
-    const one = coco.annotations.find(({ track_id, image_id }) => track_id === 1 && image_id === coco.images[FRAME].id);
-    assert.equal(one.area, labels[FRAME].filter((label) => label === 1).length);
-    assert.deepEqual(
-      [...(await fromCocoRle(one.segmentation))].map(Number),
-      labels[FRAME].map((label) => Number(label === 1)),
-    );
-  });
-
-  test('objects are a table', async () => {
-    const { name, bytes } = await save('table');
-    assert.equal(name, 'sample-clip-objects.csv');
-    const [heading, ...rows] = String(bytes).trim().split('\n');
-    assert.match(heading, /^frame,time,object,/);
-    const own = rows.map((row) => row.split(',').map(Number)).find(([t, , object]) => t === FRAME && object === 1);
-    assert.equal(own[7], labels[FRAME].filter((label) => label === 1).length);
-    assert.ok(own[12] > 0 && Math.hypot(own[10], own[11]) > 0);
-  });
-
-  test('trajectories are a track file', async () => {
-    const { name, bytes } = await save('tracks');
-    assert.equal(name, 'sample-clip-tracks.dat');
-    const count = await page.evaluate(() => globalThis.tracecutStudio.result.trajectories.count);
-    assert.deepEqual(String(bytes).split('\n').slice(0, 2), [String(SMALL.frames), String(count)]);
   });
 
   const videos = {
@@ -252,18 +213,6 @@ describe('exports', () => {
     assert.deepEqual(faults, []);
   });
 
-  test('a dialog that is opened without a network is spoken of, and fetched the next time', async () => {
-    const { page: other } = await openSample(site);
-    await other.route('**/*', (route) => route.abort());
-    await other.click('#export-open');
-    await other.waitForFunction(() => /network does not answer/.test(document.querySelector('#notice').textContent));
-    assert.equal(await other.locator('#export').isVisible(), false);
-    await other.unroute('**/*');
-    await openSave(other);
-    await other.locator('#export').waitFor();
-    await other.context().close();
-  });
-
   test('a still image has no masks to save', async () => {
     await page.click('#export-close');
     await run(page, [pngFile('plain.png', plainFrame(40, 30))]);
@@ -271,6 +220,102 @@ describe('exports', () => {
     assert.match(await text(page, '#headline'), /still image/);
   });
 });
+
+describe('words', () => {
+  const site = useSite({ sample: 'tiny' });
+
+  test('say plainly what happens; numbers stand in the help; one button is the next step', async () => {
+    const { page } = await openSample(site);
+    const primary = () =>
+      page.evaluate(() =>
+        [...document.querySelectorAll('.primary')].filter((one) => one.checkVisibility()).map(({ id }) => id),
+      );
+    assert.deepEqual(await primary(), ['open'], 'drop');
+    assert.equal(await page.locator('#subline').isVisible(), false);
+    assert.equal(await page.locator('#facts').isVisible(), false);
+    await page.click('#help-open');
+    await page.waitForSelector('#help[open]');
+    assert.match(await text(page, '#facts'), /trajector/);
+    await page.click('#help-close');
+    await page.evaluate(() => {
+      globalThis.heads = new Set();
+      const head = document.querySelector('#headline');
+      new MutationObserver(() => globalThis.heads.add(head.textContent)).observe(head, { childList: true });
+    });
+    await page.click('#again');
+    await page.waitForSelector('#cancel', { state: 'visible' });
+    await ended(page);
+    const heads = await page.evaluate(() => [...globalThis.heads]);
+    assert.ok(heads.includes('Finding what moves together'), heads.join(' | '));
+    for (const head of heads)
+      assert.doesNotMatch(head, /window|flow|trajector|affinit|embedding|discontin|saliency|superpixel|cut/i);
+    await openFive(page);
+    assert.deepEqual(await primary(), ['export-open'], 'check');
+    await openFix(page);
+    assert.deepEqual(await primary(), ['correct-done'], 'fix');
+    await page.click('#correct-done');
+    await page.click('#export-open');
+    await page.waitForSelector('#export[open]');
+    assert.equal(await page.locator('#export .primary:visible').count(), 1, 'save');
+  });
+
+  test('saving has four large choices; all others are behind “More”', async () => {
+    const { page, faults } = await openSample(site, { bypassCSP: true });
+    await openFive(page);
+    await page.click('#export-open');
+    await page.waitForSelector('#export[open]');
+    const seen = () => page.locator('[data-export]:visible').evaluateAll((all) => all.map((one) => one.dataset.export));
+    assert.deepEqual(await seen(), ['transparent', 'green', 'blurred', 'zip']);
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await screenshot(page, 'save');
+    const corner = {};
+    for (const id of ['transparent', 'green', 'blurred']) {
+      const coming = page.waitForEvent('download');
+      await page.click(`[data-export="${id}"]`);
+      const file = await coming;
+      assert.equal(file.suggestedFilename(), `five-cutout.${id === 'transparent' ? 'webm' : 'mp4'}`);
+      corner[id] = await page.evaluate(cornerOf, [...(await bytesOf(file))]);
+      await page.waitForFunction(() => /^Saved/.test(document.querySelector('#export-status').textContent));
+    }
+    assert.deepEqual(
+      [corner.transparent.alpha, corner.green.alpha, corner.blurred.alpha],
+      [true, false, false],
+      'what is transparent',
+    );
+    const [red, green, blue] = corner.green.colour;
+    assert.ok(red < 60 && green > 140 && blue < 110, `green is ${corner.green.colour}`);
+    assert.ok(corner.blurred.colour[0] > 60, `blurred is ${corner.blurred.colour}`);
+    await page.click('#export-more > summary');
+    assert.ok((await seen()).length > 12);
+    assert.deepEqual(faults, []);
+  });
+});
+
+/** Opens the project of a clip with five objects. */
+async function openFive(page, shape = WIDE) {
+  await page.setInputFiles('#file', [(await fiveObjects(page, shape)).project]);
+  await page.waitForFunction(
+    (width) => globalThis.tracecutStudio.source?.width === width && document.body.dataset.state === 'done',
+    shape.width,
+  );
+  assert.equal(await page.locator('.object').count(), 6);
+}
+
+/** Runs in the page: whether a video has an alpha channel, and the colour of its first frame's lower left corner. */
+async function cornerOf(bytes) {
+  const media = await import('/dist/vendor/media.js');
+  const { videoFrames } = await import('/dist/index.js');
+  const blob = new Blob([new Uint8Array(bytes)]);
+  const input = new media.Input({ source: new media.BlobSource(blob), formats: media.ALL_FORMATS });
+  const packets = new media.EncodedPacketSink(await input.getPrimaryVideoTrack());
+  const { sideData } = await packets.getFirstPacket();
+  for await (const { pixels } of videoFrames(blob)) {
+    const frame = await pixels();
+    const at = 4 * ((frame.height - 5) * frame.width + 4);
+    return { alpha: Boolean(sideData.alpha), colour: [...frame.data.slice(at, at + 3)] };
+  }
+  return null;
+}
 
 /** Runs in the page: pixels of a PNG that are not in their label's colour; the background is black. */
 async function countWrongPixels([bytes, labels]) {
