@@ -173,8 +173,8 @@ async function answerOf(t, folder) {
   return (await fetch(`http://127.0.0.1:${port}/`)).json();
 }
 
-test('every block of the tasks is runTask by some test', () => {
-  assert.deepEqual([...code.keys()].sort(), Object.values(TASKS).flat().sort());
+test('every block of the tasks is run by some test', () => {
+  assert.deepEqual([...taskCode.keys()].sort(), Object.values(TASKS).flat().sort());
 });
 
 test('the tasks for Node do what they say', async (t) => {

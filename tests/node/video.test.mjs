@@ -451,11 +451,11 @@ const everything = (result) => ({
 for (const threads of [1, 2]) {
   test(`paused in every stage of the second window, ${threads} threads: the same result`, async () => {
     const frames = await framesOf(CLIP);
-    const expected = everything(await segmentVideo(frames, { ...WINDOWS, threads }).collect());
+    const expected = everything(await segmentVideo(frames, { ...HALTED_WINDOWS, threads }).collect());
     const halted = new Set();
     let steps = 0;
     const video = segmentVideo(frames, {
-      ...WINDOWS,
+      ...HALTED_WINDOWS,
       threads,
       onProgress({ stage, window }) {
         steps += 1;
