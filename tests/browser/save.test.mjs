@@ -235,7 +235,7 @@ describe('words', () => {
     assert.equal(await page.locator('#facts').isVisible(), false);
     await page.click('#help-open');
     await page.waitForSelector('#help[open]');
-    assert.match(await text(page, '#facts'), /trajector/);
+    assert.match(await text(page, '#facts'), /^4 frames of .* computed in/);
     await page.click('#help-close');
     await page.evaluate(() => {
       globalThis.heads = new Set();
