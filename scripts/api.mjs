@@ -7,7 +7,7 @@ import { parseArgs } from 'node:util';
 import { ensureOwnTool, ensureRust, fail, output, ownTool, root, run } from './tools.mjs';
 
 /** Most public items: each is a promise. Lower it when there are fewer. */
-const MOST_ITEMS = 265;
+const MOST_ITEMS = 266;
 
 /** What counts: all that the documentation has a heading for. Methods that a trait asks for have none. */
 const ITEM = /^(?:#\[\w+\] )*pub (?:const |async )*(mod|struct|enum|union|trait|fn|const|static|type|macro) ([\w:]+)/;

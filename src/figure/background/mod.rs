@@ -6,7 +6,7 @@
 //! **Where the camera stands still.**
 //! 1. The *plate* (`plate`) is the scene without what moves; each pixel of each frame has a distance from it. Around
 //!    trajectories that surely move frames do not count for the plate.
-//! 2. What is known of a cluster is how far its trajectories are from the plate ([`StillScene::unlike_plate`]); what that is
+//! 2. What is known of a cluster is how far its trajectories are from the plate (`StillScene::unlike_plate`); what that is
 //!    worth is fitted (`evidence`).
 //! 3. Each superpixel has two *cues*, its mean distance from the plate and the mean length of its flow, each worth
 //!    log-odds that rise with it. What lies under trajectories of a cluster that is hardly an object is doubted

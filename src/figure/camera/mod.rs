@@ -2,7 +2,7 @@
 //!
 //! In: the dominant motion of each frame pair, the frames, and trajectories. Out: a [`Camera`], which stands
 //! still, moves or goes forward, with the homographies along the clip. What a scene does besides them, since it is not flat, is a
-//! [`Warp`].
+//! `Warp`.
 //!
 //! 1. The motions of the pairs are chained to homographies between frames some way apart.
 //! 2. Trajectories tell whether it goes forward, as in a car ([`Travel`]); then it does not stand still.

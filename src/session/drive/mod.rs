@@ -9,7 +9,7 @@ mod checkpoint;
 mod fork;
 #[cfg(test)]
 mod piece_tests;
-#[cfg(not(target_arch = "wasm32"))]
+#[cfg(any(not(target_arch = "wasm32"), feature = "wasm"))]
 mod threads;
 #[cfg(not(target_arch = "wasm32"))]
 mod windows;
