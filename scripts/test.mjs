@@ -36,11 +36,22 @@ async function useOneBrowser(tasks) {
   const { ensureBrowser, shareBrowser } = await import('./browser.mjs');
   const { shareSites } = await import('../tests/site.mjs');
   ensureBrowser();
-  const [closeSites, browser] = [await shareSites(), await shareBrowser()];
+  const browser = await shareBrowser();
   process.env.TRACECUT_BROWSER = browser.wsEndpoint();
+  let sites;
+  // The site is written of the package, which is built by the time that the first of these starts.
+  for (const task of tasks.filter(({ part }) => part === 'browser')) {
+    const { start } = task;
+    task.start = async () => {
+      await (sites ??= shareSites());
+      return start();
+    };
+  }
   return async () => {
     await browser.close();
-    await closeSites();
+    await (
+      await sites
+    )?.();
   };
 }
 
