@@ -18,17 +18,17 @@ export const MOST_ZIPPED = {
   'vendor/zip.js': 8 * 1024,
   // All of it, as it is.
   'worker.bundle.js': 18 * 1024,
-  'inline.js': 743 * 1024,
+  'inline.js': 745 * 1024,
 };
 
 /**
  * Most bytes of the zipped wasm files: the first is what every visitor of a page has to fetch, the second what those
  * fetch besides who push PNG or JPEG files, enlarge masks, or want run lengths or a table of them.
  */
-export const MOST_WASM = { 'tracecut_bg.wasm': 358 * 1024, 'decoder_bg.wasm': 152.5 * 1024 };
+export const MOST_WASM = { 'tracecut_bg.wasm': 358.5 * 1024, 'decoder_bg.wasm': 153.5 * 1024 };
 
 /** Most bytes of the builds in one file, and of the package when it is installed without them. */
-export const MOST_OF_FILES = { 'inline.js': 1435 * 1024, 'worker.bundle.js': 50.5 * 1024, 'node/all.cjs': 228 * 1024 };
+export const MOST_OF_FILES = { 'inline.js': 1438 * 1024, 'worker.bundle.js': 50.5 * 1024, 'node/all.cjs': 228 * 1024 };
 export const MOST_UNPACKED = 2.8 * 1024 * 1024;
 
 /**
