@@ -191,7 +191,9 @@ impl Session {
     /// Which clusters are which objects of the masks; `None` until the cut is made. Without clusters there are no
     /// objects. An object whose pixels the cut gave to others is here, and has no pixel in any mask.
     pub fn objects(&self) -> Option<&Objects> {
-        Some(&self.after(Stage::Cut)?.cut.objects)
+        // A run without masks has no superpixels, and ends without a cut.
+        let outputs = self.after(Stage::Cut).filter(|outputs| !outputs.superpixels.is_empty())?;
+        Some(&outputs.cut.objects)
     }
 
     /// What the clusters would be with connectedness off, computed anew at each call from the affinities on: to see

@@ -78,3 +78,18 @@ fn progress_counts_up_to_its_total_in_every_stage() {
     assert_eq!(last.len(), Stage::ALL.len());
     assert!(last.values().all(|p| p.done == p.total));
 }
+
+#[test]
+fn a_run_without_masks_ends_without_objects() {
+    for is_dense in [true, false] {
+        let mut params = Params::default();
+        params.clip.dense = is_dense;
+        let mut s = Session::new(params).unwrap();
+        for _ in 0..3 {
+            s.push_rgba(&shades(32, 24, 9), 32, 24).unwrap();
+        }
+        s.run().unwrap();
+        assert_eq!(s.objects().is_some(), is_dense);
+        assert_eq!(s.labels(0).is_ok(), is_dense);
+    }
+}
