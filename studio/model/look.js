@@ -5,6 +5,7 @@
  */
 
 import { SCREEN_GREEN } from './library.js';
+import { DEFAULT_EDGES } from './store.js';
 
 /**
  * The smallest piece that counts, in percent of the frame; how far objects grow, or shrink where it is negative, and how
@@ -15,9 +16,6 @@ import { SCREEN_GREEN } from './library.js';
 
 /** A project file's extension. */
 export const EXTENSION = '.tracecut';
-
-/** Specks are nobody's wish. @type {EdgeChoice} */
-export const DEFAULT_EDGES = { smallest: 0.02, grow: 0, feather: 0, smooth: 0 };
 
 /**
  * @param {EdgeChoice} choice

@@ -4,7 +4,6 @@
  * @module
  */
 
-import { DEFAULT_EDGES } from './look.js';
 import { DEFAULT_TAKE } from './source.js';
 import { Times } from './presence.js';
 
@@ -81,6 +80,9 @@ import { Times } from './presence.js';
 
 /** @type {Frames} */
 const NO_FRAMES = { get: () => null, has: () => false, onReady() {} };
+
+/** Specks are nobody's wish. @type {import('./look.js').EdgeChoice} */
+export const DEFAULT_EDGES = { smallest: 0.02, grow: 0, feather: 0, smooth: 0 };
 
 /** @type {import('./answers.js').Spot} */
 export const NOWHERE = { x: -1, y: -1, object: -1 };

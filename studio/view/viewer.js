@@ -7,10 +7,10 @@ import { NO_ANSWERS } from '../model/answers.js';
 import { OUTLINE } from './layers/masks.js';
 import { drawLayers } from './layers/layers.js';
 import { adjustMask } from '../model/library.js';
-import { DEFAULT_EDGES, edgesOf } from '../model/look.js';
+import { edgesOf } from '../model/look.js';
 import { Sharp } from './sharp.js';
 import { Compare, drawKept } from './panels/views.js';
-import { NOWHERE } from '../model/store.js';
+import { DEFAULT_EDGES, NOWHERE } from '../model/store.js';
 import { Zoom } from '../model/zoom.js';
 
 /** @typedef {import('./layers/layer.js').View} View */

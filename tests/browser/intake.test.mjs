@@ -63,10 +63,9 @@ async function outcomeOf({ isFolder }) {
       return { ...outcome, width, height, numFrames, masks: ends(numFrames, (t) => result.labels(t)) };
     }
     outcome.times = [];
-    for await (const { frame, time, duration } of videoFrames(files[0], { onDamage })) {
-      const { width, height } = frame;
+    for await (const { pixels, width, height, time, duration } of videoFrames(files[0], { onDamage })) {
       Object.assign(outcome, { width, height, lastDuration: duration });
-      outcome.masks.push(globalThis.maskOfRed(frame));
+      outcome.masks.push(globalThis.maskOfRed(await pixels()));
       outcome.times.push(time);
     }
     const info = await videoInfo(files[0], { onDamage });

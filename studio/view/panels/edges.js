@@ -1,7 +1,7 @@
 /** Edges of masks: how they grow, shrink and fade, and over how many frames they are smoothed. @module */
 
 import { byId } from '../dom.js';
-import { DEFAULT_EDGES } from '../../model/look.js';
+import { DEFAULT_EDGES } from '../../model/store.js';
 
 /** @typedef {import('../../model/look.js').EdgeChoice} EdgeChoice */
 
