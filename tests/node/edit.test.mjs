@@ -229,6 +229,16 @@ test('edits are saved as JSON and done again over the same masks; exports take t
     'data',
     /12 × 8 × 3 \(expected 5 × 5 × 3\)/,
   );
+  const saved = JSON.parse(JSON.stringify(editor));
+  const damaged = [
+    undefined,
+    [{}],
+    [{ table: {}, paints: 5 }],
+    [{ table: {}, paints: [{ label: 1, parts: [{ t: 0 }] }] }],
+  ];
+  const before = again.edits.length;
+  for (const edits of damaged) await rejects(async () => again.restore({ ...saved, edits }), 'data');
+  assert.equal(again.edits.length, before);
 });
 
 test('what cannot be meant is refused, and the editor stays usable', async () => {

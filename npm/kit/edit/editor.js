@@ -342,13 +342,15 @@ export class MaskEditor {
       throw new TraceCutError('data', `these edits are of ${size} (expected ${width} × ${height} × ${numFrames})`);
     // Checked as a whole before anything is done: nothing is half restored.
     const trial = new MaskEditor(this.#masks, {});
-    for (const edit of /** @type {any[]} */ (saved.edits)) {
-      const parts = (/** @type {any[]} */ list) =>
-        list.map(({ t, region, evidence }) => {
-          const runs = checkRuns('region', Uint32Array.from(region), width * height);
+    for (const edit of savedList('edits', saved.edits)) {
+      if (!isPlainObject(edit.table)) throw illegal('data', 'table', edit.table, 'the label that each label becomes');
+      const paints = savedList('paints', edit.paints).map((one) => {
+        const parts = savedList('parts', one.parts).map(({ t, region, evidence }) => {
+          const runs = checkRuns('region', Uint32Array.from(region ?? []), width * height);
           return /** @type {const} */ ([wholeNumber('data', 't', t, 0, numFrames - 1), { region: runs, evidence }]);
         });
-      const paints = edit.paints.map((/** @type {any} */ one) => ({ ...one, parts: new Map(parts(one.parts)) }));
+        return { ...one, parts: new Map(parts) };
+      });
       trial.#push(edit, { paints, table: edit.table });
     }
     this.#done.push(...trial.#done);
@@ -474,6 +476,16 @@ async function* answers(session, correction) {
   if (correction.kind === 'split') yield await session.split(correction.label, correction.at);
   if (correction.kind === 'together' || correction.kind === 'apart')
     yield await session[correction.kind](correction.strokes);
+}
+
+/**
+ * @param {string} name
+ * @param {unknown} list of saved edits, which may come from anywhere
+ * @returns {any[]}
+ */
+function savedList(name, list) {
+  if (!Array.isArray(list) || !list.every(isPlainObject)) throw illegal('data', name, list, 'a list of objects');
+  return list;
 }
 
 /**
