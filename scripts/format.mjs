@@ -1,4 +1,4 @@
-// `npm run format`: Rust by rustfmt, JavaScript by Prettier. `-- --check` changes nothing and fails at a file that is
+// `npm run format`: Rust by rustfmt, TypeScript and JavaScript by Prettier. `-- --check` changes nothing and fails at a file that is
 // not formatted.
 
 import { parseArgs } from 'node:util';

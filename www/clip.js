@@ -9,7 +9,7 @@ const SAMPLE_FRAMES_PER_SECOND = 15;
 /** What is taken of a file: from `start` in seconds every `step`-th frame, `size` is the long side in pixels. */
 export const DEFAULT_TAKE = { start: 0, maxFrames: 30, step: 1, size: 480 };
 
-/** Cache in which the page leaves the clip that it has; see `studio/view/panels/lab.js`. */
+/** Cache in which the page leaves the clip that it has; see `studio/view/panels/lab.ts`. */
 const HANDED_OVER = 'tracecut-lab';
 
 /** One clip. `decode` decodes each frame once, in order, and keeps it. */
