@@ -26,7 +26,7 @@ export interface Essential {
 
 export const ESSENTIALS: Essential[] = [
   {
-    name: 'discretize.caution',
+    name: 'discretize.mergeLogOdds',
     label: 'Keeping apart',
     about: 'Higher keeps parts that move differently apart; lower makes fewer, larger objects.',
     range: [1, 5, 0.1],
@@ -56,7 +56,7 @@ export const ESSENTIALS: Essential[] = [
     only: 'clip',
   },
   {
-    name: 'superpixel.joinBelow',
+    name: 'superpixel.mergeThreshold',
     label: 'Joining',
     about: 'Higher makes fewer, larger superpixels.',
     range: [0, 10, 0.5],
