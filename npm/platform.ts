@@ -43,7 +43,6 @@ export let platform: Platform = {
   cores: () => globalThis.navigator?.hardwareConcurrency,
 };
 
-/** @param other where the package runs, if that is no browser */
 export function setPlatform(other: Platform) {
   platform = other;
 }

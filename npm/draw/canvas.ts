@@ -193,10 +193,7 @@ function addSquare(pieces: number[], x: number, y: number, inside: boolean[]) {
   }
 }
 
-/**
- * Strokes pieces of lines in one go.
- * @param pieces each x0, y0, x1, y1
- */
+/** Strokes pieces of lines in one go. */
 export function strokePieces(context: Context2D, pieces: ArrayLike<number>) {
   context.beginPath();
   for (let k = 0; k < pieces.length; k += 4) {

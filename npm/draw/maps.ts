@@ -147,7 +147,6 @@ export function drawCells(
 export type EdgeEnds = { i: ArrayLike<number>; j: ArrayLike<number>; d: ArrayLike<number> };
 
 export interface FrameEdges {
-  /** Of frame `t`. */
   edges: (t: number) => EdgeEnds;
 }
 
@@ -209,7 +208,7 @@ export function drawDiscontinuities(
   });
 }
 
-/** @returns pieces of lines: up to the threshold, and above it by strength */
+/** Returns pieces of lines: up to the threshold, and above it by strength. */
 function sortEdges(
   points: FramePoints,
   { i, j, d }: EdgeEnds,

@@ -139,7 +139,7 @@ function meanColors(context: Context2D, { label, width, height, count }: Superpi
   );
 }
 
-/** @returns hues in steps of the golden angle, so that neighbours differ */
+/** Returns hues in steps of the golden angle, so that neighbours differ. */
 function randomColors({ count }: SuperpixelPicture): Uint32Array {
   const rgba = new Uint8ClampedArray(4);
   return Uint32Array.from({ length: count }, (_, k) => {

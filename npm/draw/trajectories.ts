@@ -97,8 +97,8 @@ export function drawTrajectories(
 
 /** The trajectories alive in a frame. */
 export class FramePoints {
-  x;
-  y;
+  x: ArrayLike<number>;
+  y: ArrayLike<number>;
   ids: number[];
 
   constructor(
@@ -152,7 +152,7 @@ export class FramePoints {
   }
 }
 
-/** @returns those of the background first, then by object */
+/** Returns trajectories in groups: those of the background first, then by object. */
 function grouped(points: FramePoints, { color = 'object', shape, objects, which }: DrawTrajectoriesOptions): Group[] {
   if (typeof color !== 'string' && typeof color !== 'function')
     throw illegal('param', 'color', color, "'object', 'cluster', a CSS colour, or a function of a trajectory");

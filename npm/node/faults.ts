@@ -41,7 +41,6 @@ export class FaultFinder {
   #lastTime: number | null = null;
   #lastStep = Infinity;
 
-  /** @param demuxer of its file, as ffmpeg calls it */
   constructor(track: Track, demuxer: string) {
     const { packets } = track;
     this.#packets = packets;

@@ -20,7 +20,6 @@ import type { PixelFrame } from '../worker/frames.js';
 export interface FfmpegOptions {
   /** The program; `'ffmpeg'` from the PATH if not given. */
   ffmpeg?: string;
-  /** Ends it. */
   signal?: AbortSignal;
   /** As of {@link RawOptions}. */
   maxPixels?: number;
@@ -222,7 +221,6 @@ async function readPicture(pixels: ByteReader, { width, height }: Shown, maxPixe
   return bytes?.length === 3 * width * height ? { data: toRgba(bytes, RGB24), width, height } : null;
 }
 
-/** @param kinds of messages */
 function withoutPicture(name: string, codec: string, kinds: Set<Message['kind']>) {
   if (kinds.has('unknown-option'))
     return new TraceCutError('unsupported', 'this ffmpeg is too old (expected 5.1 or later)');

@@ -288,10 +288,7 @@ export class LocalEngine implements Engine {
   }
 }
 
-/**
- * The masks of all frames, one after the other, and how many pixels each object has in each.
- * @param known the labels of objects
- */
+/** The masks of all frames, one after the other, and how many pixels each object has in each. */
 function allMasks(session: Session, { numFrames, width, height }: Info, known: Uint8Array) {
   const labels = new Uint8Array(numFrames * width * height);
   const areas = Array.from(known, (label) => ({ label, areas: new Uint32Array(numFrames) }));

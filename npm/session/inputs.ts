@@ -8,7 +8,6 @@ import type { Session } from '../tracecut.js';
  * each of the consecutive frames from `startFrame[i]` on.
  */
 export interface TrajectoryInput {
-  /** Of the clip. */
   numFrames: number;
   /** Of its frames in pixels. */
   width: number;
@@ -148,10 +147,7 @@ export function strokesOf(kind: 'together' | 'apart', strokes: readonly Stroke[]
   };
 }
 
-/**
- * Returns the points of a stroke. Refuses what would be something else as typed arrays; Rust checks the rest.
- * @param name for the message
- */
+/** Returns the points of a stroke. Refuses what would be something else as typed arrays; Rust checks the rest. */
 export function strokePoints(stroke: Stroke, name: string, numFrames: number) {
   if (typeof stroke !== 'object' || stroke === null)
     throw illegal('param', name, stroke, 'a stroke {t, points, radius}');

@@ -7,7 +7,8 @@ import { type Answer, type Arguments, type Ask, type MapName, REQUESTS, type Res
 import { checkRuns, decodeRuns, encodeRuns } from './runs.js';
 import { opened, saved } from './saved.js';
 import type { WindowFacts } from '../video/window.js';
-import type { Info, RawResult } from './engine.js';
+import type { Info, RawResult, Stage } from './engine.js';
+import type { ObjectList } from './report.js';
 
 /**
  * Point trajectories. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, in input pixels,
@@ -178,33 +179,33 @@ export class Result {
   #ask;
 
   /** Width of the input in pixels. */
-  readonly width;
+  readonly width: number;
   /** Height of the input in pixels. */
-  readonly height;
+  readonly height: number;
   /** Number of frames. */
-  readonly numFrames;
+  readonly numFrames: number;
   /** Point trajectories in input pixels. */
-  readonly trajectories;
+  readonly trajectories: TrajectoryList;
   /** The cluster of each trajectory, and the object of each cluster. */
-  readonly clusters;
+  readonly clusters: ClusterList & ClusterObjects;
   /** The simpler segmentation by thresholded discontinuities alone (`discontinuity.threshold`); strays are clusters. */
-  readonly thresholdClusters;
+  readonly thresholdClusters: ClusterList;
   /** The embedding coordinates of each trajectory. */
-  readonly embedding;
+  readonly embedding: EmbeddingTable;
   /** Seconds spent in each stage. */
-  readonly seconds;
+  readonly seconds: Partial<Record<Stage, number>>;
   /** The objects of the masks; null without masks (`clip.dense` off, or no frames). */
-  readonly objects;
+  readonly objects: ObjectList | null;
   /**
    * How salient each trajectory is, and which are foreground; null for trajectories without frames, which have no flow.
    */
-  readonly saliency;
+  readonly saliency: SaliencyTable | null;
   /** The connected pieces of the foreground in each frame; null for trajectories without frames. */
-  readonly components;
+  readonly components: ComponentTable | null;
   /** The masks of all frames, one after the other; null where there are none. `labels(t)` copies one. */
-  readonly masks;
+  readonly masks: Uint8Array<ArrayBuffer> | null;
   /** The Delaunay edges of all frames; `edges(t)` gives those of one. */
-  readonly edgeTable;
+  readonly edgeTable: EdgeTable;
 
   constructor(raw: RawResult, ask: Ask) {
     this.width = raw.info.width;
@@ -294,7 +295,6 @@ export class Result {
     return this.#asked('explain', t, x, y);
   }
 
-  /** @param place the frame */
   async #map<N extends MapName>(name: N, ...place: Arguments<N>): Promise<Answer<N> & Grid> {
     wholeNumber('param', 't', place[0], 0, this.numFrames - 1);
     return onGrid(await this.#asked(name, ...place), this.width, this.height);

@@ -55,11 +55,7 @@ export function areasOf(runs: Runs): Uint32Array<ArrayBuffer> {
   return areas;
 }
 
-/**
- * Refuses runs that do not cover a frame.
- * @param name for the message
- * @param size number of pixels
- */
+/** Refuses runs that do not cover a frame. */
 export function checkRuns(name: string, runs: unknown, size: number): Runs {
   if (!(runs instanceof Uint32Array)) throw illegal('data', name, runs, 'runs of pixels, a Uint32Array');
   const covered = numPixels(runs as Runs);
@@ -72,10 +68,7 @@ export function joinRuns(frames: readonly Runs[]) {
   return joinWords(frames.flatMap((runs) => [Uint32Array.of(runs.length), runs]));
 }
 
-/**
- * Returns the runs of each frame, as `joinRuns` joined them.
- * @returns unchecked
- */
+/** Returns the runs of each frame, as `joinRuns` joined them. */
 export function splitRuns(words: Uint32Array, numFrames: number): Runs[] {
   let end = 0;
   return Array.from({ length: numFrames }, () => {

@@ -259,7 +259,6 @@ export class Session {
     return this.#map('saliencyMap', t);
   }
 
-  /** @param place the frame */
   async #map<N extends MapName>(name: N, ...place: Arguments<N>): Promise<Answer<N> & Grid> {
     this.#check(name);
     wholeNumber('param', 't', place[0], 0, Math.max(0, this.#info.numFrames - 1));

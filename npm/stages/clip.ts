@@ -42,13 +42,13 @@ export class Clip {
   #scene: Scene | undefined;
 
   /** Width in pixels. */
-  width;
+  width: number;
   /** Height in pixels. */
-  height;
+  height: number;
   /** Number of frames. */
-  numFrames;
+  numFrames: number;
   /** Number of objects, the background not counted. */
-  numObjects;
+  numObjects: number;
 
   constructor(
     owner: Instance,

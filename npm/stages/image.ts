@@ -167,7 +167,6 @@ export function createImageEngine(options?: ImageEngineOptions): Promise<ImageEn
   return opened(options, ['flow', 'contour', 'superpixel', 'still']);
 }
 
-/** @param groups of parameters that are legal */
 async function opened(options: ImageEngineOptions | undefined, groups: string[]) {
   const split = splitOptions(checked(options, [...groups, ...ALWAYS]));
   const engine = await openEngine({ ...split, threads: 1 });

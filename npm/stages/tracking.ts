@@ -102,7 +102,6 @@ const MAX_COUNT = 2 ** 31;
  * ```js
  * await session.setTrajectories(await fromTracksDat(text, { width: 640, height: 480 }));
  * ```
- * @param size of the frames in pixels
  */
 export async function fromTracksDat(
   text: string,

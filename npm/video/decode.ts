@@ -97,7 +97,7 @@ class FedPackets {
     this.#lastPacket = lastPacket;
   }
 
-  /** @returns those that can be read */
+  /** Yields the packets that can be read. */
   async *all(): AsyncGenerator<EncodedPacket, void, unknown> {
     try {
       for await (const packet of this.#packets) {
@@ -112,7 +112,6 @@ class FedPackets {
     }
   }
 
-  /** @param time of the last frame */
   forgetBefore(time: number) {
     const key = this.recent.findLastIndex((packet) => packet.type === 'key' && packet.timestamp <= time);
     if (key > 0) this.recent.splice(0, key);

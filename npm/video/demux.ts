@@ -295,7 +295,6 @@ class TrackReader implements Reader {
     return new TraceCutError('codec', `the codec ${codec} cannot be decoded by this browser; convert it to ${others}`);
   }
 
-  /** @param last time of the last frame before it */
   async #broken(error: unknown, last: number = -Infinity) {
     if (error instanceof TraceCutError) return error;
     const { times } = await this.#pictures().catch(() => ({ times: new Float64Array() }));
@@ -310,7 +309,6 @@ class TrackReader implements Reader {
 
 export type Size = { width: number; height: number };
 
-/** @returns upright */
 const sizeOf = ({ displayWidth, displayHeight }: VideoSample): Size => ({ width: displayWidth, height: displayHeight });
 
 /**

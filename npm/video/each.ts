@@ -83,7 +83,6 @@ export async function* segmentEach(
   }
 }
 
-/** @param controller aborted with it */
 function follow(signal: AbortSignal | undefined, controller: AbortController) {
   const abort = () => controller.abort(signal?.reason);
   if (signal?.aborted) abort();

@@ -139,7 +139,6 @@ function closeFrame(frame: unknown) {
 /** A frame of a folder, as `segmentVideo` and `videoFrames` take it: the bytes or the file, and its name. */
 export interface FrameFile {
   frame: Uint8Array<ArrayBuffer> | File;
-  /** Of the file. */
   name: string;
 }
 
@@ -150,7 +149,6 @@ const PICTURE = /\.(webp|gif|bmp|tiff?|avif|heic|p[pgn]m|exr)$/i;
 /**
  * The names of frames, in their order: numbers in them count as numbers, so that frame2 comes before frame10. Hidden
  * files and what is no picture are left out.
- * @param names of the files of a folder
  * @param folder what it is called, for errors
  */
 export function frameNames(names: readonly string[], folder: string): string[] {

@@ -34,10 +34,7 @@ export async function stretched(raw: ReadFrame, width: number, height: number): 
 /** Frames of more pixels are copied and reduced in a worker: it takes long enough to be felt where pages are drawn. */
 const LARGE = 2 ** 20;
 
-/**
- * The frame at no more than `size`, in memory: pixels, or a file that need not be reduced. An image is closed.
- * @param raw whose memory nobody else holds
- */
+/** The frame at no more than `size`, in memory: pixels, or a file that need not be reduced. An image is closed. */
 export async function atSize(raw: ReadFrame, size: number | undefined): Promise<RawFrame> {
   if (raw.kind === 'image') return readAndClose(raw.image, size);
   if (size === undefined) return raw;

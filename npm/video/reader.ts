@@ -250,7 +250,7 @@ export function splitTake(options: Record<string, unknown>): { take: Take; other
   return { take, others };
 }
 
-/** @returns `overlap` if it was given */
+/** Returns `overlap` if it was given. */
 export function splitWindow(options: Record<string, unknown>): {
   window: number;
   overlap: number | undefined;

@@ -32,25 +32,25 @@ const BATCH = 8;
 /** The masks, objects and trajectories of a whole clip; made by `collect`. Its masks lie run-length coded in memory. */
 export class VideoResult {
   /** Width of the masks in pixels. */
-  readonly width;
+  readonly width: number;
   /** Height of the masks in pixels. */
-  readonly height;
+  readonly height: number;
   /** Number of frames. */
-  readonly numFrames;
+  readonly numFrames: number;
   /** The time of each frame, in seconds. */
-  readonly times;
+  readonly times: Float64Array<ArrayBuffer>;
   /** When the last frame ends, in seconds; null where nothing says. */
-  readonly end;
+  readonly end: number | null;
   /** Whether the source was cut off or damaged: masks are of the frames before. Null for a whole clip. */
-  readonly truncated;
+  readonly truncated: Truncated | null;
   /** The shots of the clip, in order. */
   readonly shots: readonly Shot[];
   /** Point trajectories over the whole clip, in pixels of the masks, each with its object. */
-  readonly trajectories;
+  readonly trajectories: ClipTrajectories;
   /** The masks as runs of equal labels, row by row: the label in the lowest 8 bits, the length above. */
-  readonly runs;
+  readonly runs: Runs[];
   /** The objects, by their labels. */
-  readonly objects;
+  readonly objects: ObjectList;
 
   constructor(collected: Collected) {
     this.width = collected.width;

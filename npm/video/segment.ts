@@ -332,7 +332,6 @@ export class VideoSegmentation {
     throw this.#stop.signal.reason;
   }
 
-  /** @param info what the engine holds */
   #handOver(info: Info | undefined) {
     const [engine, { decoder, maxPixels }] = [this.#engine, this.#checked.engine];
     if (!engine) return;
@@ -341,7 +340,6 @@ export class VideoSegmentation {
     this.#session = new Session(engine, decoderLoader(decoder), maxPixels, info);
   }
 
-  /** @param reason what is awaited rejects with */
   #end(reason: unknown) {
     this.#closed = true;
     if (!this.#stop.signal.aborted) this.#stop.abort(reason);

@@ -96,7 +96,6 @@ function spread(times: number[], count: number): number[] {
 }
 
 /**
- * @param frames in order
  * @param times ascending
  * @returns those at these times
  */

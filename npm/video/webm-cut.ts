@@ -62,11 +62,7 @@ export async function declaredBytes(head: Blob): Promise<number> {
   return end < Infinity ? end : 0;
 }
 
-/**
- * @param elements of the file
- * @param at where the first element that is not whole begins
- * @param cut that element
- */
+/** @param at where the first element that is not whole begins */
 async function endingAt(elements: Elements, segment: Element, at: number, cut: Element | null) {
   const { file } = elements;
   const parts = [file.slice(0, segment.sizeAt), unknownSize(segment.sizeLength), file.slice(segment.body, at)];
@@ -102,7 +98,7 @@ class Elements {
     return segment?.id === SEGMENT ? segment : null;
   }
 
-  /** @returns null where the file ends before its header does */
+  /** Reads an element; null where the file ends before its header does. */
   async at(at: number): Promise<Element | null> {
     const bytes = await this.#bytes(at);
     const idLength = lengthOf(bytes[0]);

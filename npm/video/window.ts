@@ -35,24 +35,24 @@ export interface WindowFacts {
  */
 export class WindowResult extends Result {
   /** Number of this window, from 0. */
-  readonly index;
+  readonly index: number;
   /** The clip that its frames were said to be of; null where nothing was said. */
-  readonly clip;
+  readonly clip: string | null;
   /** Number of the shot that it lies in, from 0: labels of one shot say nothing about another. */
-  readonly shot;
+  readonly shot: number;
   /** Which of the clip's frames its first one is. */
-  readonly firstFrame;
+  readonly firstFrame: number;
   /** The time of each of its frames, in seconds. */
-  readonly times;
+  readonly times: Float64Array<ArrayBuffer>;
   /** When the last of them ends, in seconds; null where nothing says. */
-  readonly end;
+  readonly end: number | null;
   /**
    * The frames, `from <= t < to`, whose masks are settled by this window. Windows overlap; the masks of frames
    * outside of this range are better in the window before or after, which sees more of what goes on around them.
    */
-  readonly settled;
+  readonly settled: { from: number; to: number };
   /** Bytes of memory that the engine held at the end of this window. */
-  readonly memoryBytes;
+  readonly memoryBytes: number;
 
   constructor(raw: RawResult, ask: Ask, facts: WindowFacts) {
     super(raw, ask);
@@ -214,7 +214,6 @@ export class Driver {
     return this.#result(seen, undefined);
   }
 
-  /** @param time of the frame held back */
   async #beginShot(time: number) {
     await this.#advance(1);
     this.#times = [time];

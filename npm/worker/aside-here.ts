@@ -23,7 +23,7 @@ export type AsideTask =
 /** The first date that ZIP knows, in local time, as ZIP has it. */
 export const zipDate = () => new Date(1980, 0, 1);
 
-/** @returns a chunk of a PNG file, an archive, or pixels */
+/** Returns a chunk of a PNG file, an archive, or pixels. */
 export async function doHere(task: AsideTask): Promise<Uint8Array<ArrayBuffer>> {
   if (task.kind === 'pixels') return pixelChunk(task.pixels, (data) => zlibSync(data, { level: task.level }));
   if (task.kind === 'frame') return pixelsOf(task.frame, task.width, task.height);
@@ -34,7 +34,6 @@ export async function doHere(task: AsideTask): Promise<Uint8Array<ArrayBuffer>> 
   return zipSync(files, { mtime: zipDate() });
 }
 
-/** @param frame closed when it is read */
 async function pixelsOf(frame: VideoFrame, width: number, height: number) {
   try {
     const raw = await fromImage(frame);

@@ -31,10 +31,7 @@ async function here(task: AsideTask) {
   return (await part(import('./aside-here.js'))).doHere(task);
 }
 
-/**
- * A PNG file of one channel.
- * @param image `pixels` that nobody else holds
- */
+/** A PNG file of one channel. */
 export async function pngOf({
   pixels,
   width,

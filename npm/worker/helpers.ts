@@ -64,7 +64,6 @@ export class Crew {
     this.#workers.clear();
   }
 
-  /** Ends all for good. */
   dismiss() {
     this.#count = 0;
     for (const worker of this.#workers.values()) worker.end();
@@ -185,12 +184,10 @@ export class Pool {
     for (const { port } of this.#helpers.values()) port.unref?.();
   }
 
-  /** Wakes whoever waits. */
   wake() {
     this.#wake?.();
   }
 
-  /** Closes all channels. */
   close() {
     for (const { port } of this.#helpers.values()) port.close();
     this.#helpers.clear();

@@ -26,7 +26,6 @@ export class Pause {
     return this.#halt.signal;
   }
 
-  /** Whether the work is halted. */
   get on() {
     return this.#gate !== null;
   }

@@ -105,12 +105,10 @@ export class RemoteWorker {
     return this.#heard;
   }
 
-  /** Whether the worker is no more. */
   get ended() {
     return this.#ended !== undefined;
   }
 
-  /** The id of the next request. */
   get nextId() {
     return this.#nextId;
   }

@@ -53,10 +53,7 @@ export function serve(port: Port) {
   });
 }
 
-/**
- * Answers each piece that arrives at `port` with what became of it, or with `null` if that failed.
- * @param parameters those of the session that it helps
- */
+/** Answers each piece that arrives at `port` with what became of it, or with `null` if that failed. */
 export function help(port: HelperPort, module: WebAssembly.Module, parameters: Record<string, unknown>) {
   const open = async () => {
     const owner = await instance(module);

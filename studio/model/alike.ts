@@ -33,7 +33,7 @@ const LEAST = 0.2;
 type Sum = { n: number; x: number; y: number };
 type Pair = { both: number; near: number; moves: number; differ: number; a: number; b: number };
 
-/** @returns groups of two or more objects, the largest object of each first; the largest group first */
+/** Returns groups of two or more objects, the largest object of each first; the largest group first. */
 export function alikeObjects(seen: Seen): number[][] {
   const { width, height, numFrames, labels, scene } = seen;
   const near = Math.max(2, Math.round(NEAR * Math.max(width, height)));
@@ -110,7 +110,7 @@ function closePairs(mask: ArrayLike<number>, width: number, height: number, near
   return close;
 }
 
-/** @returns what each object moves to the next frame */
+/** Returns the motion of each object to the next frame. */
 function motions({ width, height, trajectories }: Seen, mask: ArrayLike<number>, t: number): Map<number, Sum> {
   const { count, startFrame, offset, x, y } = trajectories;
   const sums = new Map<number, Sum>();

@@ -37,7 +37,6 @@ const SETTLED_MS = 600;
 interface Platform {
   openSample: () => Promise<Source>;
   openFiles: (files: File[]) => Promise<Source>;
-  /** An empty list of frames. */
   createImages: () => Images;
 }
 
@@ -73,7 +72,6 @@ export class App {
     }, SETTLED_MS);
   }
 
-  /** Opens the sample and runs it. */
   async openSample() {
     await this.open('Sample clip', this.platform.openSample, () => this.start());
   }
@@ -154,7 +152,6 @@ export class App {
   /**
    * Ends whatever is going on.
    * @param kept what can be had back
-   * @returns the new visit
    */
   leave(kept: AnyJob | null = null): number {
     const { job, before, visit } = this.store.state;
@@ -292,7 +289,7 @@ export class App {
   }
 }
 
-/** @returns the objects of the new result that are not kept */
+/** Returns the objects of the new result that are not kept. */
 async function carriedOver(taken: Taken, job: ClipJob): Promise<ReadonlySet<number>> {
   const { carryOver } = await import('./carry-over.js');
   const { hidden, lost } = await carryOver(taken, job);

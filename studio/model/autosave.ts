@@ -38,7 +38,6 @@ export class Autosave {
     this.timer = setTimeout(() => this.keepSoon(), WAIT_MS);
   }
 
-  /** Keeps what is still to be kept. */
   keepSoon() {
     const { last } = this;
     if (last) this.keeping = this.keeping.then(() => this.keepNow(last));
@@ -61,7 +60,7 @@ export class Autosave {
   }
 }
 
-/** @returns whether there is work: masks of a clip of the user's own */
+/** Returns whether there is work: masks of a clip of the user's own. */
 function isWork({ phase, found, source, job }: State): boolean {
   return phase === 'done' && Boolean(found?.points && job?.corrections?.of.result && source?.files);
 }

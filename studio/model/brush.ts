@@ -21,7 +21,6 @@ type Offer = { regions: Region[]; at: number; t: number; painted: Pick<ToPaint, 
 interface Host {
   store: Store;
   corrector: () => Corrections | null;
-  /** The one that is meant. */
   object: () => number;
   choose: (object: number) => void;
   /** Whether what is painted goes to the other frames. */

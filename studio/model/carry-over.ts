@@ -43,10 +43,7 @@ export async function carryOver(
   return { hidden: left, lost };
 }
 
-/**
- * @param old masks that it was made in
- * @returns whether it applies; it is made then
- */
+/** @returns whether it applies; it is made then */
 async function remake(edit: Edit, old: MaskEditor, from: ClipJob, to: ClipJob): Promise<boolean> {
   const { corrections } = to;
   const match = await matchOf(old, from, to);
@@ -100,19 +97,15 @@ function isWhole(parts: [number, Region][]) {
   return Math.max(...frames) - Math.min(...frames) === frames.length - 1;
 }
 
-/**
- * @param counts of each label
- * @returns the one with most
- */
 function mostOf(counts: Uint32Array): number {
   return counts.indexOf(Math.max(...counts));
 }
 
 /** Places of one result in another, which may be of another size and of other frames. */
 class Placed {
-  size;
-  scale;
-  frame;
+  size: { width: number; height: number };
+  scale: number[];
+  frame: (t: number) => number | null;
 
   constructor(
     readonly old: { width: number; height: number },
@@ -144,7 +137,7 @@ class Placed {
     return { t: now, points: moved, radius: radius * Math.sqrt(this.scale[0] * this.scale[1]) };
   }
 
-  /** @returns none where that frame is not part of the other result */
+  /** Returns the region in the other result; none where it does not have that frame. */
   region(t: number, region: Region): [number, Region][] {
     const now = this.frame(t);
     if (now === null) return [];
@@ -155,14 +148,14 @@ class Placed {
   }
 }
 
-/** @returns the same frame of the clip */
+/** Returns the frame of `to` that is the same frame of the clip. */
 function frameIn(t: number, take: Take, to: ClipJob): number | null {
   const now = (take.start + t * take.step - to.take.start) / to.take.step;
   const isThere = Number.isInteger(now) && now >= 0 && now < (to.corrections.masks?.numFrames ?? 0);
   return isThere ? now : null;
 }
 
-/** @returns at that size, each as the nearest */
+/** Resizes labels by the nearest neighbour. */
 function resized(
   pixels: Uint8Array,
   from: { width: number; height: number },
@@ -178,7 +171,7 @@ function resized(
   return result;
 }
 
-/** @returns which objects of `to`, as it is now, those of `old` are */
+/** Matches the objects of `old` with those of `to`. */
 async function matchOf(old: MaskSource, from: ClipJob, to: ClipJob): Promise<Match> {
   const now = to.corrections.masks!;
   const counts = new Float64Array(256 * 256);
@@ -208,15 +201,11 @@ class Match {
     });
   }
 
-  /** @param label of the first result */
   isThere(label: number) {
     return this.before[label] > 0;
   }
 
-  /**
-   * @param label of the first result
-   * @returns of the object that overlaps it most; null where none does enough
-   */
+  /** @returns of the object that overlaps it most; null where none does enough */
   of(label: number): number | null {
     if (label === 0) return 0;
     let [best, most] = [0, 0];
@@ -228,17 +217,11 @@ class Match {
     return most >= LEAST_OVERLAP ? best : null;
   }
 
-  /**
-   * @param label of the first result
-   * @param now of the second
-   * @returns whether it is part of it
-   */
   isWithin(label: number, now: number): boolean {
     return this.counts[256 * label + now] >= LEAST_OVERLAP * this.before[label];
   }
 }
 
-/** @returns for a list of what no longer applies */
 function wordsOf(edit: Edit): string {
   if (edit.kind === 'merge') return joinWords(edit.into, edit.others);
   if (edit.kind === 'split') {

@@ -9,7 +9,7 @@ import { Corrections } from './corrections.js';
 import { Job, type Shown } from './job.js';
 import { type StagePlan, inSlices, untilAborted } from './stage-clock.js';
 import type { DecodedFrame, Result, Session, VideoResult, WindowResult } from './library.js';
-import type { Result as ResultType } from './points.js';
+import type { Result as ShownResult } from './points.js';
 import type { Take } from './source.js';
 
 /** Frames that are segmented together, and how many of them the next window shares. */
@@ -80,7 +80,6 @@ export class ClipJob extends Job {
   masks: VideoResult | null = null;
   /** Of a clip that is one window. */
   session: Session | null = null;
-  /** What that has found. */
   found: Result | undefined = undefined;
   /** Whether corrections of an earlier visit are in the masks themselves. */
   holdsOthers = false;
@@ -95,7 +94,7 @@ export class ClipJob extends Job {
     return !this.partial && (this.holdsOthers || this.corrections.edits.length > 0);
   }
 
-  /** @returns as corrected, but for what was done by hand */
+  /** Returns the result as corrected, without what was done by hand. */
   get result(): Result | VideoResult | null {
     return this.found ?? this.masks;
   }
@@ -163,7 +162,6 @@ export class ClipJob extends Job {
     }
   }
 
-  /** @param frame that goes into the engine next */
   async read({ pixels, time, duration }: DecodedFrame) {
     const { take, isTimed } = this;
     const end = isTimed && take.step === 1 && duration > 0 ? time + duration : null;
@@ -181,7 +179,6 @@ export class ClipJob extends Job {
     if (!this.stopped) this.report();
   }
 
-  /** All frames are there. */
   endReading() {
     const stage = this.stages.find(({ id }) => id === 'frames');
     if (stage) stage.total = stage.done;
@@ -259,7 +256,7 @@ export class ClipJob extends Job {
     return this.inWindows ? [this.extent, LONG.remark(WINDOW)] : [this.extent];
   }
 
-  /** @returns `120 frames of 480 × 270 in 3 windows and 2 shots` */
+  /** Returns `120 frames of 480 × 270 in 3 windows and 2 shots`. */
   get extent(): string {
     const shots = this.cuts.length + 1;
     const windows = plural(this.windows, 'window');
@@ -273,8 +270,8 @@ export class ClipJob extends Job {
     return some || !this.masks ? '' : LONG.nothing;
   }
 
-  /** @returns the masks, in the form that the page's layers look at; trajectories come with the whole result */
-  masksAsResult(): ResultType {
+  /** Returns the masks, in the form that the page's layers look at; trajectories come with the whole result. */
+  masksAsResult(): ShownResult {
     const { masks, video } = this;
     const { width, height } = masks ?? this.images;
     const trajectories = masks?.trajectories ?? NO_TRAJECTORIES;
@@ -301,8 +298,7 @@ export class ClipJob extends Job {
   }
 }
 
-/** @param found of a clip that is one window */
-function resultOf(found: Result): ResultType {
+function resultOf(found: Result): ShownResult {
   const { width, height, numFrames, trajectories, clusters } = found;
   const objectOf = clusters.object!;
   const label = Uint8Array.from(clusters.label, (cluster) => objectOf[cluster]);

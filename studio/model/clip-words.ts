@@ -21,12 +21,12 @@ export function wantedTake(
   return { ...typed, frames: toEnd ? source.count : number };
 }
 
-/** @returns its last frame */
+/** Returns the last frame of a take. */
 export function lastOf({ start, frames, step }: Take): number {
   return start + (frames - 1) * step;
 }
 
-/** @returns `1.2 s`, `image 13` */
+/** Returns `1.2 s`, `image 13`. */
 export function placeIn(source: Source): (frame: number) => string {
   return (frame) => (source.kind === 'video' ? `${timeOf(source, frame).toFixed(1)}\u00a0s` : `image ${frame + 1}`);
 }
@@ -60,7 +60,7 @@ export function clipFacts(source: Source): string {
   return `${size}, ${plural(source.count, source.kind === 'images' ? 'image' : 'frame')}`;
 }
 
-/** @returns `0.5–1.7 s of 3.0 s`, `images 7–30 of 30` */
+/** Returns `0.5–1.7 s of 3.0 s`, `images 7–30 of 30`. */
 export function partWords(source: Source, first: number, last: number): string {
   if (source.kind !== 'video') return `images ${first + 1}–${last + 1} of ${source.count}`;
   return `${timeOf(source, first).toFixed(1)}–${placeIn(source)(last)} of ${lengthOf(source)}`;

@@ -11,12 +11,12 @@ import type {
   Place,
   Region,
   SavedEdits,
-  Stroke as StrokeType,
+  Stroke as PackageStroke,
 } from './library.js';
 import type { Result } from './points.js';
 
 /** A stroke of the package, as it grows. */
-export type Stroke = StrokeType & { points: number[] };
+export type Stroke = PackageStroke & { points: number[] };
 
 /** What the corrections are of: `result` is the run's own as it is now, and takes what its session makes of it. */
 type Corrected = Pick<ClipJob, 'images' | 'result' | 'session'>;
@@ -72,7 +72,6 @@ export class Corrections {
     return this.changed(edit);
   }
 
-  /** @param edit that was done or undone */
   changed(edit: Edit | null): number[] | null {
     this.of.result = this.opened.masks as Corrected['result'];
     return edit ? framesOf(edit) : [];
@@ -111,12 +110,11 @@ export class Corrections {
     });
   }
 
-  /** @returns a label that nothing has */
+  /** Returns a label that nothing has. */
   newLabel(): number {
     return this.opened.newLabel();
   }
 
-  /** @returns over the masks */
   get opened(): MaskEditor {
     const { result, session } = this.of;
     if (!result) throw new PageError('unfinished');
@@ -128,16 +126,12 @@ export class Corrections {
     return this.editor;
   }
 
-  /** @returns that stays open */
   flows(): Promise<ImageEngine> {
     this.engine ??= createImageEngine();
     return this.engine;
   }
 
-  /**
-   * The masks that a correction was made in.
-   * @param edit in force
-   */
+  /** The masks that a correction was made in. */
   before(edit: Edit): MaskEditor {
     const earlier = this.earlier.get(edit);
     if (earlier) return editMasks(earlier);
@@ -166,7 +160,7 @@ export class Corrections {
     };
   }
 
-  /** @returns at the size of the masks */
+  /** Returns the frame at the size of the masks. */
   pixels(t: number): Promise<ImageData> {
     const { images, result } = this.of;
     if (!result) throw new PageError('unfinished');
@@ -185,12 +179,12 @@ export class Corrections {
   }
 
   /** Each stroke is a thing of its own. */
-  apart(strokes: StrokeType[]) {
+  apart(strokes: PackageStroke[]) {
     return this.step((editor) => editor.apart(strokes));
   }
 
   /** The objects that strokes lie on become one. */
-  together(strokes: StrokeType[]) {
+  together(strokes: PackageStroke[]) {
     return this.step((editor) => editor.together(strokes));
   }
 
@@ -221,7 +215,7 @@ export class Corrections {
   }
 }
 
-/** @returns the frames that it changes, null for all */
+/** Returns the frames that it changes, null for all. */
 function framesOf({ corrections, table, paints }: Edit): number[] | null {
   if (corrections > 0 || Object.keys(table).length > 0) return null;
   return [...new Set(paints.flatMap(({ parts }) => [...parts.keys()]))];

@@ -20,7 +20,6 @@ export class RunMemory {
     readonly locks?: Pick<LockManager, 'request'>,
   ) {}
 
-  /** @param state with a run */
   async remember(state: State) {
     const { name, take, changed } = state;
     this.own ??= this.hold(`${RUN}${crypto.randomUUID()}`);
@@ -37,7 +36,7 @@ export class RunMemory {
     await this.storage.forget(id);
   }
 
-  /** @returns the newest that was cut off; of others nothing stays */
+  /** Returns the newest that was cut off; of others nothing stays. */
   async cutOff(): Promise<Run | undefined> {
     const runs = (await this.storage.stored()).filter(({ id }) => id.startsWith(RUN));
     const isFree = await Promise.all(runs.map(({ id }) => this.canHold(id)));

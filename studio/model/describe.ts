@@ -22,7 +22,7 @@ const PHRASES = [
 /** Objects that the summary speaks of one by one. */
 const SPOKEN_OF = 3;
 
-/** @returns `Object 1 (orange)` */
+/** Returns `Object 1 (orange)`. */
 export function nameAndColour(object: number): string {
   return object === 0 ? 'Background (grey)' : `${objectName(object)} (${colourName(object)})`;
 }
@@ -39,7 +39,7 @@ function third(part: number) {
   return Math.min(2, Math.max(0, Math.floor(3 * part)));
 }
 
-/** @returns `at the upper left`, `in the middle`, … */
+/** Returns `at the upper left`, `in the middle`, … */
 function placePhrase(place: { x: number; y: number }): string {
   return PHRASES[third(place.y)][third(place.x)];
 }
@@ -49,7 +49,7 @@ function both(words: string[]): string {
   return words.length > 1 ? `${words[0]} and ${words[1]}` : (words[0] ?? '');
 }
 
-/** @returns `moves left`, `grows`, `stays in place`, against the scene; `moves right, followed by the camera` */
+/** Returns `moves left`, `grows`, `stays in place`, against the scene; `moves right, followed by the camera`. */
 export function moveOf({ moved, followed, growth }: Facts): string {
   const { x: right, y: down } = moved;
   const ways = [];
@@ -62,12 +62,12 @@ export function moveOf({ moved, followed, growth }: Facts): string {
   return move && followed ? `${words}, followed by the camera` : words;
 }
 
-/** @returns `0.0–1.6 s`, `frames 1–9` */
+/** Returns `0.0–1.6 s`, `frames 1–9`. */
 export function spanOf({ first, last }: Facts, times: Times): string {
   return first < 0 ? 'never' : times.span(first, last);
 }
 
-/** @returns `Object 1 (orange) at the top moves left` */
+/** Returns `Object 1 (orange) at the top moves left`. */
 function clause(facts: Facts, numFrames: number, times: Times): string {
   const when = facts.frames >= numFrames - 1 ? '' : `, ${spanOf(facts, times)}`;
   return `${nameAndColour(facts.object)} ${placePhrase(facts.from)} ${moveOf(facts)}${when}`;

@@ -15,7 +15,7 @@ const SLACK = 1e-6;
 /** Shorter sides are of no use. */
 export const LEAST_SIDE = 16;
 
-/** @returns what there is to choose from; sizes that are alike once */
+/** Returns the sizes to choose from, each once. */
 export function sizesOf(source: Source, working: Size): { name: SizeName; label: string; side: number }[] {
   const side = Math.max(source.width, source.height);
   const own = { name: 'own' as const, label: 'Other…', side };
@@ -44,7 +44,6 @@ export function framesOf(
   side: number,
 ) {
   return {
-    /** All of them, in order. */
     async *all(signal: AbortSignal) {
       let t = 0;
       for await (const { frame, time } of source.frames({ ...take, frames: numFrames, side }, signal)) {
@@ -54,7 +53,6 @@ export function framesOf(
         yield frame;
       }
     },
-    /** One of them. */
     one: (t: number) => source.preview(take.start + t * take.step, side, times?.[t]),
   };
 }

@@ -20,7 +20,6 @@ export interface Subject {
   };
   /** All frames, at the size that is wanted. */
   frames: (signal: AbortSignal) => AsyncIterable<ImageData>;
-  /** One of them. */
   image: (t: number) => Promise<ImageData>;
   /** Of the masks on screen. */
   look: Look;
@@ -35,11 +34,8 @@ export interface Subject {
   source: Source;
   /** The scene of a frame without the objects, which may be smaller; null where nobody knows. */
   plate: ((t: number) => Promise<Plate>) | null;
-  /** On screen. */
   frame: number;
-  /** Which are meant. */
   objects: (object: number) => boolean;
-  /** Of the clip. */
   name: string;
   /** Where frames have no times. */
   fps: number;
@@ -47,7 +43,6 @@ export interface Subject {
   tracks: () => string | Promise<string>;
   /** Of the trajectories, in pixels of the masks. */
   points: TrajectoryPoints;
-  /** Of the page. */
   state: State;
 }
 
@@ -79,7 +74,7 @@ export interface Choice {
 
 export type Export = { title: string; about: string; choices: Choice[] };
 
-/** @returns null without masks */
+/** Returns what an export is made of; null without masks. */
 export function subjectOf(state: State): Found | null {
   const { found, job, film, frame } = state;
   const points = found?.points;
@@ -107,46 +102,34 @@ export function subjectOf(state: State): Found | null {
   };
 }
 
-/**
- * @param numFrames of the result
- * @returns stretches without a cut
- */
+/** @returns stretches without a cut */
 export function shotsOf({ cuts }: Film, numFrames: number): { first: number; last: number }[] {
   const starts = [0, ...cuts.filter((cut) => cut < numFrames)];
   return starts.map((first, k) => ({ first, last: (starts[k + 1] ?? numFrames) - 1 }));
 }
 
-/**
- * @param numFrames of the result
- * @returns when the last of them ends, in seconds; null where nobody knows
- */
+/** @returns when the last of them ends, in seconds; null where nobody knows */
 function endOf({ times }: Film, numFrames: number): number | null {
   return times.seconds?.[numFrames] ?? times.end;
 }
 
-/** @returns all masks, at the size that is wanted */
+/** Returns all masks, at the size that is wanted. */
 export function masksOf({ masks, frames, edges }: Subject, work: Work): Promise<MaskSource> {
   return masksAtSize(masks, frames(work.signal), { ...work, edges });
 }
 
-/**
- * @param frame that frame, at the size that is wanted
- * @returns its labels at that size
- */
+/** @param frame that frame, at the size that is wanted */
 export async function labelsOf({ masks, edges }: Subject, t: number, frame: ImageData): Promise<Uint8Array> {
   const one = { ...masks, numFrames: 1, times: null, end: null, shots: [], labels: () => masks.labels(t) };
   return (await masksAtSize(one, [frame], { edges })).labels(0);
 }
 
-/** @returns the option that takes the place of times */
+/** Returns the option that replaces times. */
 export function rateOf({ masks, fps }: Subject): { frameRate?: number } {
   return masks.times ? {} : { frameRate: fps };
 }
 
-/**
- * @param name of a clip
- * @returns what files made of it begin with: no extension, nothing that a file system minds
- */
+/** @returns what files made of it begin with: no extension, nothing that a file system minds */
 export function stemOf(name: string): string {
   const stem = name
     .replace(/ … .*$/, '')

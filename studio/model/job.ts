@@ -52,7 +52,6 @@ let runs = 0;
 export class Job extends StageClock {
   /** Which run the result is of, in this page and others. */
   id = `${Date.now()}-${(runs += 1)}`;
-  /** The frames as they are shown. */
   images: Images;
   /** When they are shown, in seconds; none where nobody knows. */
   times: number[] = [];
@@ -69,7 +68,6 @@ export class Job extends StageClock {
   /** Where objects are, as far as that is counted. */
   presence: Presence | null = null;
 
-  /** @param images an empty list of frames */
   constructor(
     public source: Source,
     readonly take: Take,
@@ -112,7 +110,6 @@ export class Job extends StageClock {
   /**
    * After a correction: where each object is now.
    * @param frames those that changed; null for all
-   * @param points of the result before
    */
   recount(frames: number[] | null, points: Points) {
     this.presence = frames && points.presence;
@@ -120,12 +117,12 @@ export class Job extends StageClock {
     if (masks) frames?.forEach((t) => points.presence.addMask(masks.labels(t), t));
   }
 
-  /** @returns whether this is a run with these settings */
+  /** Returns whether this is a run with these settings. */
   isFor(take: Take, options: Options): boolean {
     return JSON.stringify([take, options]) === JSON.stringify([this.take, this.options]);
   }
 
-  /** @returns of its frames: `480 × 270` */
+  /** Returns the size of its frames: `480 × 270`. */
   get size(): string {
     return `${this.images.width} × ${this.images.height}`;
   }
@@ -147,7 +144,6 @@ export class Job extends StageClock {
     this.preview?.add(frame);
   }
 
-  /** Frees what it holds. */
   close() {
     this.preview?.close();
     this.images.close();

@@ -1,7 +1,7 @@
 // What was chosen for a result beside its masks: their edges and smoothing, what is kept, the ground. Kept with the
 // work.
 
-import { type Ground as GroundType, type MaskEdges, SCREEN_GREEN } from './library.js';
+import { type Ground as CutoutGround, type MaskEdges, SCREEN_GREEN } from './library.js';
 import { DEFAULT_EDGES, type Ground, type State } from './store.js';
 
 /**
@@ -13,10 +13,6 @@ export type EdgeChoice = { smallest: number; grow: number; feather: number; smoo
 /** A project file's extension. */
 export const EXTENSION = '.tracecut';
 
-/**
- * @param size of the masks
- * @returns as the package takes it
- */
 export function edgesOf(
   { smallest, grow, feather }: EdgeChoice,
   { width, height }: { width: number; height: number },
@@ -46,11 +42,7 @@ export function lookOf({ edges, hidden, ground: { name, colour } }: Pick<State, 
   return { edges: { ...edges }, hidden: [...hidden], ground: { name: known, colour } };
 }
 
-/**
- * What a file says is looked at closely: anyone may have written it.
- * @param look undefined in works of earlier versions
- * @returns what of it can be taken
- */
+/** What a file says is looked at closely: anyone may have written it. */
 export function lookPatch(look: unknown, { ground }: State): Partial<State> {
   if (!look) return {};
   const found = look as { edges?: Record<string, unknown>; hidden?: unknown; ground?: unknown };
@@ -79,8 +71,7 @@ export type GroundName = 'transparent' | 'green' | 'colour' | 'blurred' | 'desat
 
 export type View = 'overlay' | 'beside' | 'slider' | 'cutout';
 
-/** @returns as the package takes it */
-export function groundOf({ name, colour, picture }: Ground): GroundType {
+export function groundOf({ name, colour, picture }: Ground): CutoutGround {
   if (name === 'green') return SCREEN_GREEN;
   if (name === 'colour') return colour;
   return name === 'picture' && picture ? picture : name;

@@ -33,10 +33,10 @@ const MASKS = 64;
 export class Points {
   masks = new Map<number, Uint8Array>();
   /** One more than the highest label. */
-  count;
+  count: number;
   /** How the scene moves in the picture. */
-  scene;
-  presence;
+  scene: ReturnType<typeof sceneMotion>;
+  presence: Presence;
 
   /** @param presence where that is known already */
   constructor(
@@ -49,7 +49,7 @@ export class Points {
     for (let t = this.presence.frames.length; t < result.numFrames; t++) this.presence.addMask(result.labels(t));
   }
 
-  /** @returns the object of each pixel; null of frames that are not settled yet */
+  /** Returns the object of each pixel; null of frames that are not settled yet. */
   mask(frame: number): Uint8Array | null {
     if (frame >= this.result.numFrames) return null;
     const mask = this.masks.get(frame) ?? this.result.labels(frame);

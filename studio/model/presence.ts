@@ -4,7 +4,7 @@ import type { SceneMotion } from './library.js';
 
 /** When the frames of a clip are shown. */
 export class Times {
-  end;
+  end: number | null;
 
   /**
    * @param seconds of each frame since the beginning of the clip; null where nobody knows
@@ -29,13 +29,13 @@ export class Times {
     return this.seconds && from >= 0 ? this.seconds[from + 1] - this.seconds[from] : 1 / fps;
   }
 
-  /** @returns `0.8 s`, `frame 13` */
+  /** Returns `0.8 s`, `frame 13`. */
   at(frame: number): string {
     const seconds = this.seconds?.[frame];
     return seconds === undefined ? `frame ${frame + 1}` : `${clock(seconds)}\u00a0s`;
   }
 
-  /** @returns `0.0–1.6 s`, `frames 1–9` */
+  /** Returns `0.0–1.6 s`, `frames 1–9`. */
   span(first: number, last: number): string {
     if (!this.seconds) return first === last ? this.at(first) : `frames ${first + 1}–${last + 1}`;
     return `${clock(this.seconds[first])}–${clock(this.seconds[last])}\u00a0s`;
@@ -83,20 +83,16 @@ const ENDS = 3;
 const FOLLOWED = 0.4;
 
 export class Presence {
-  width;
-  height;
+  width: number;
+  height: number;
   frames: FrameCount[] = [];
 
-  /** @param size of the clip */
   constructor({ width, height }: { width: number; height: number }) {
     this.width = width;
     this.height = height;
   }
 
-  /**
-   * @param mask of the next frame
-   * @param at or of this one, which was counted before
-   */
+  /** @param at or of this one, which was counted before */
   addMask(mask: Uint8Array, at: number = this.frames.length) {
     const { width, height } = this;
     const n = new Float64Array(256);
@@ -132,12 +128,11 @@ export class Presence {
     };
   }
 
-  /** @returns pixels */
   size(object: number, frame: number): number {
     return this.frames[frame]?.n[object] ?? 0;
   }
 
-  /** @returns its part of the frame, in 0..1 */
+  /** Returns the share of the frame that it covers, 0 to 1. */
   part(object: number, frame: number): number {
     const all = this.frames[frame]?.n.reduce((sum, n) => sum + n, 0) ?? 0;
     return all > 0 ? this.size(object, frame) / all : 0;

@@ -14,7 +14,7 @@ export const COVERED = STEP * (TAKEN - 1) + 1;
 /** Pixels of all frames together from which on a run takes so long that it is worth a preview: about three seconds. */
 const WORTH = 3.2e6;
 
-/** @returns whether the masks of a run take so long that a preview comes well before them */
+/** Returns whether the masks of a run take so long that a preview comes well before them. */
 export function isWorth({ kind, width, height }: Source, { frames, side }: Take): boolean {
   const reduced = Math.min(1, side / Math.max(width, height));
   // The masks of the first window are waited for.
@@ -24,18 +24,13 @@ export function isWorth({ kind, width, height }: Source, { frames, side }: Take)
 
 export class Preview {
   masks: VideoResult | null;
-  /** Those that were looked at. */
   seen: Map<number, Uint8Array>;
-  /** Called when they are there. */
-  onMasks;
-  added;
-  life;
+  onMasks: () => void;
+  added: number;
+  life: AbortController;
   frames: ReadableStreamDefaultController<ImageData> | undefined;
 
-  /**
-   * Begins at once: the worker is ready when the frames are.
-   * @param options those of the run
-   */
+  /** Begins at once: the worker is ready when the frames are. */
   constructor(options: SessionOptions) {
     const { clip: { maxSide: _, ...clip } = {}, threads: __, ...others } = options;
     this.masks = null;
@@ -56,7 +51,6 @@ export class Preview {
     );
   }
 
-  /** @param frame the next of the clip */
   add(frame: ImageData) {
     if (this.life.signal.aborted || this.added === COVERED) return;
     this.added += 1;
@@ -68,7 +62,7 @@ export class Preview {
     }
   }
 
-  /** @returns the last one up to it that has a mask */
+  /** Returns the last frame up to this one that has a mask. */
   shownAt(frame: number): number {
     return Math.min(COVERED - 1, frame - (frame % STEP));
   }

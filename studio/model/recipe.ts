@@ -3,11 +3,7 @@
 import type { Job } from './job.js';
 import type { Settings } from './settings.js';
 
-/**
- * @param changed parameters
- * @param href the page's address
- * @returns the page's address with what differs from the defaults
- */
+/** @returns the page's address with what differs from the defaults */
 export function linkOf(changed: ReadonlyMap<string, unknown>, href: string): string {
   const query = new URLSearchParams([...changed].sort().map(([name, value]) => [name, String(value)]));
   return `${href.replace(/#.*/, '')}${changed.size > 0 ? `#${query}` : ''}`;
@@ -26,10 +22,7 @@ export function readLink(settings: Settings, hash: string) {
   }
 }
 
-/**
- * @param run.version of the package
- * @returns as JSON
- */
+/** @param run.version of the package */
 export async function recipeOf({
   version,
   job,
@@ -56,7 +49,7 @@ export async function recipeOf({
   );
 }
 
-/** @returns the SHA-256 of the SHA-256 of each frame's labels; null where the browser offers none */
+/** Returns the SHA-256 of the SHA-256 of each frame's labels; null where the browser offers none. */
 async function digest(masks: { numFrames: number; labels: (t: number) => Uint8Array }): Promise<string | null> {
   if (!globalThis.crypto?.subtle) return null;
   const all = new Uint8Array(32 * masks.numFrames);

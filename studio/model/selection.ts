@@ -3,20 +3,17 @@
 import type { Facts } from './presence.js';
 import type { Store } from './store.js';
 
-/** @returns of the background and of the objects that are there at all */
+/** Returns the facts of the background and of the objects that are there at all. */
 export function listed(facts: readonly Facts[]): Facts[] {
   return facts.filter(({ object, first }) => object === 0 || first >= 0);
 }
 
-/** @returns one more than the highest number among those listed */
+/** Returns one more than the highest number among those listed. */
 function countOf(facts: readonly Facts[]): number {
   return listed(facts).reduce((most, { object }) => Math.max(most, object + 1), 0);
 }
 
-/**
- * @param facts of a new result
- * @returns what is hidden stays hidden, if it is there
- */
+/** @returns what is hidden stays hidden, if it is there */
 export function hiddenAmong(hidden: ReadonlySet<number>, facts: readonly Facts[]): ReadonlySet<number> {
   const count = countOf(facts);
   return new Set([...hidden].filter((object) => object < count));
@@ -25,7 +22,6 @@ export function hiddenAmong(hidden: ReadonlySet<number>, facts: readonly Facts[]
 export class Selection {
   constructor(readonly store: Store) {}
 
-  /** Shows all. */
   reset() {
     this.store.set({ hidden: new Set() });
   }
@@ -50,7 +46,7 @@ export class Selection {
     return this.count > 1 && this.has(object) && this.store.state.hidden.size === this.count - 1;
   }
 
-  /** @returns the objects that are kept, and how many there are */
+  /** Returns the objects that are kept, and how many there are. */
   get objects(): { kept: number[]; all: number } {
     const objects = listed(this.store.state.found?.facts ?? []).flatMap(({ object }) => (object > 0 ? [object] : []));
     return { kept: objects.filter((object) => this.has(object)), all: objects.length };

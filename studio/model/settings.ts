@@ -105,7 +105,7 @@ export class Settings {
     return this.changed.get(name) ?? this.parameters.get(name)?.default ?? 0;
   }
 
-  /** @returns false where it is not legal; then nothing changes */
+  /** Returns false where it is not legal; then nothing changes. */
   set(name: string, value: Value): boolean {
     const parameter = this.parameters.get(name);
     if (!parameter || !isLegal(parameter, value)) return false;
@@ -126,16 +126,12 @@ export class Settings {
   }
 }
 
-/**
- * @param name of a parameter
- * @returns whether it counts for that
- */
 export function counts(source: Source | null, name: string): boolean {
   const [group] = name.split('.');
   return kindOf(source) === 'still' ? STILL_GROUPS.includes(group) : group !== 'still';
 }
 
-/** @returns what differs from the defaults and counts for this source */
+/** Returns what differs from the defaults and counts for this source. */
 export function optionsOf({ changed, source }: Pick<State, 'changed' | 'source'>): SessionOptions {
   const tree: Record<string, Record<string, Value | undefined>> = {};
   for (const name of [...changed.keys()].filter((one) => counts(source, one)).sort()) {

@@ -86,7 +86,7 @@ export function showCorrected(store: Store, frames: number[] | null = null) {
   store.set({ ...patch, ...words });
 }
 
-/** @returns what is found, and the phase `done` in words */
+/** Returns what is found, and the phase `done` in words. */
 function resultPatch(state: State, job: AnyJob, film: Film): { patch: Partial<State>; words: Partial<State> } {
   const { headline, numbers, summary, patch } = foundPatch(state, job, film);
   const facts = [...numbers, `computed in ${seconds(job.ms)}`].join(' · ');

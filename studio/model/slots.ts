@@ -10,7 +10,6 @@ import type { Take } from './source.js';
 export interface Saved {
   /** Of the clip: kept again it takes its own place. */
   id: string;
-  /** Of the clip. */
   name: string;
   /** When it was kept, milliseconds since 1970. */
   at: number;
@@ -58,7 +57,7 @@ export const RUN = 'run-';
 const MOST_WORKS = 8;
 const MOST_BYTES = 2 ** 31;
 
-/** @returns whether it is kept: not where only corrected works could make room */
+/** Keeps a work, unless only corrected works could make room; returns whether it did. */
 export async function keep(storage: Storage, saved: Saved): Promise<boolean> {
   const works = await kept(storage);
   const before = works.find(({ id }) => id === saved.id);
@@ -92,7 +91,6 @@ function inPlaceOf({ at, project, edits, about, corrected, picture, earlier }: S
 }
 
 /**
- * @param work that is to be kept
  * @param others the newest first
  * @returns those that make room; null where that would have to be a corrected one
  */
@@ -113,7 +111,7 @@ function holdsCorrections({ corrected, earlier }: Saved) {
   return corrected || earlier.length > 0;
 }
 
-/** @returns the newest first; none where there is no storage */
+/** Returns what is stored, the newest first; nothing where there is no storage. */
 export async function kept(storage: Storage): Promise<Saved[]> {
   const works = (await storage.stored()).filter(({ id }) => !id.startsWith(RUN));
   // Earlier versions of the page kept less.

@@ -20,7 +20,6 @@ export type Smoothed = {
 const SETTLED_MS = 250;
 
 export class Smoothing {
-  /** What is smoothed. */
   of: { reach: number; points: unknown } = { reach: 0, points: null };
   abort = new AbortController();
   engine: Promise<ImageEngine> | null = null;

@@ -6,7 +6,6 @@ import type { VideoOptions } from './library.js';
 export interface Take {
   /** Index of the first frame. */
   start: number;
-  /** How many. */
   frames: number;
   /** 1 takes every frame, 2 every second one, …. */
   step: number;
@@ -56,30 +55,30 @@ export interface Source {
 /** What is taken when nobody chooses, of as many frames as there are. */
 export const DEFAULT_TAKE: Take = { start: 0, frames: 2, step: 1, side: 480 };
 
-/** @returns whether it has motion */
+/** Returns whether the source has motion. */
 export function kindOf(source: Source | null): 'clip' | 'still' {
   return source?.kind === 'still' ? 'still' : 'clip';
 }
 
-/** @returns what is taken of it when nobody chooses */
+/** Returns the default take of a source. */
 export function usualTake(source: Source): Take {
   const side = source.kind === 'sample' ? source.width : DEFAULT_TAKE.side;
   return fitTake({ ...DEFAULT_TAKE, frames: source.count, side }, source);
 }
 
-/** @returns within what the source has */
+/** Clamps a take to what the source has. */
 export function fitTake(take: Take, source: Source): Take {
   const start = Math.max(0, Math.min(take.start, source.count - 2));
   const room = Math.floor((source.count - 1 - start) / take.step) + 1;
   return { ...take, start, frames: Math.max(1, Math.min(take.frames, room)) };
 }
 
-/** @returns when it begins, in seconds */
+/** Returns the time at which a take begins, in seconds. */
 export function timeOf({ times, fps }: Source, frame: number): number {
   return times?.[frame] ?? frame / fps;
 }
 
-/** @returns when its last frame ends, in seconds */
+/** Returns the time at which the last frame of a take ends, in seconds. */
 export function endOf({ count, fps, end = count / fps }: Source): number {
   return end;
 }

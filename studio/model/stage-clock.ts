@@ -33,12 +33,12 @@ export class StageClock {
     this.markedAt = now;
   }
 
-  /** @returns the stage under way: the first that is not through */
+  /** Returns the stage under way: the first that is not through. */
   get current(): StageState | undefined {
     return this.stages.find((stage) => stage.total === 0 || stage.done < stage.total);
   }
 
-  /** @returns in 0..1 */
+  /** Returns the share that is done, 0 to 1. */
   get share(): number {
     const whole = this.stages.reduce((sum, stage) => sum + stage.share, 0);
     const sum = this.stages.reduce((s, { share, done, total }) => s + (total > 0 ? (share * done) / total : 0), 0);
@@ -54,13 +54,13 @@ export class StageClock {
     return this.stages.map(({ id, ms }) => ({ id, share: Math.max(0.005, ms / whole) }));
   }
 
-  /** @returns milliseconds of all stages */
+  /** Returns milliseconds of all stages. */
   get ms(): number {
     return this.stages.reduce((sum, stage) => sum + stage.ms, 0);
   }
 }
 
-/** @returns settles with the promise, or rejects with the signal's reason if that comes first */
+/** Settles with the promise, or rejects with the signal's reason if that comes first. */
 export function untilAborted<T>(promise: Promise<T>, signal: AbortSignal): Promise<T> {
   return new Promise((resolve, reject) => {
     if (signal.aborted) return reject(signal.reason);

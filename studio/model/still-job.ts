@@ -22,7 +22,6 @@ export class StillJob extends Job {
   }
 
   pixels: ImageData | null = null;
-  /** What has been found. */
   found: Finds = {};
   /** What is being looked for, a cancelled run's too. */
   asked = new Map<string, Promise<unknown>>();
@@ -68,7 +67,7 @@ export class StillJob extends Job {
     return pixels;
   }
 
-  /** @returns of the first call, unless that failed */
+  /** Returns the answer of the first call, unless that failed. */
   async once<T>(id: string, make: () => Promise<T>): Promise<T> {
     const answer = (this.asked.get(id) as Promise<T> | undefined) ?? make();
     this.asked.set(id, answer);

@@ -55,9 +55,7 @@ export interface State {
   notice: string;
   /** What screen readers are told. */
   live: string;
-  /** Of the phase `error`. */
   error: unknown;
-  /** Of the clip. */
   name: string;
   source: Source | null;
   take: Take;
@@ -76,12 +74,10 @@ export interface State {
   streaming: boolean;
   picture: Picture;
   found: Found | null;
-  /** Objects. */
   hidden: ReadonlySet<number>;
   /** Objects that are to be joined, into the first. */
   chosen: ReadonlySet<number>;
   film: Film;
-  /** On screen. */
   frame: number;
   playing: boolean;
   loop: boolean;
@@ -97,7 +93,6 @@ export interface State {
   smoothed: Smoothed | null;
   /** Where the original ends under the slider, in percent. */
   split: number;
-  /** Under the pointer. */
   spot: Spot;
   correcting: boolean;
   /** Whether the result was made with other settings than those chosen now. */
@@ -189,7 +184,7 @@ export function errorPatch(error: unknown): Partial<State> {
   return { ...phasePatch('error', 'Nothing to show', ''), live: '', error };
 }
 
-/** @returns within the film */
+/** Clamps a frame to the film. */
 export function withinFilm({ film }: Pick<State, 'film'>, frame: number): number {
   return Math.max(0, Math.min(film.numFrames - 1, frame));
 }

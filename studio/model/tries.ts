@@ -27,7 +27,6 @@ export function whereWords({ numFrames, trajectories, coverage, speed, cameraMov
   return `${followed}; ${camera}. ${groundWords(motions)}`;
 }
 
-/** @param motions parts of the points, the largest first */
 function groundWords(motions: number[] | null) {
   if (!motions || motions.length < 1) return 'All of it was taken as background.';
   if (motions.length === 1) return 'All points move alike: they were taken as background.';

@@ -108,7 +108,6 @@ const DOING: Record<string, string> = {
   other: 'Finding what moves together',
 };
 
-/** @param stage its id */
 export const doing = (stage: string) => DOING[stage] ?? DOING.other;
 
 /** What the page says about an image that is alone. */
@@ -162,31 +161,31 @@ export function explain(
   };
 }
 
-/** @returns with narrow spaces between thousands: `1 234` */
+/** Writes a number with narrow spaces between thousands: `1 234`. */
 export function count(n: number): string {
   return Math.round(n)
     .toString()
     .replace(/\B(?=(\d{3})+$)/g, '\u202f');
 }
 
-/** @returns `1 frame`, `2 frames` */
+/** Returns `1 frame`, `2 frames`. */
 export function plural(n: number, one: string, many = `${one}s`): string {
   return `${count(n)} ${n === 1 ? one : many}`;
 }
 
-/** @returns `840 KB`, `12.3 MB` */
+/** Returns `840 KB`, `12.3 MB`. */
 export function bytes(n: number): string {
   return n < 1e6 ? `${Math.max(1, Math.round(n / 1e3))}\u00a0KB` : `${(n / 1e6).toFixed(1)}\u00a0MB`;
 }
 
-/** @returns `0.4 s`, `12.3 s`, `2 min 5 s` */
+/** Returns `0.4 s`, `12.3 s`, `2 min 5 s`. */
 export function seconds(ms: number): string {
   const s = ms / 1000;
   if (s < 100) return `${s.toFixed(1)}\u00a0s`;
   return `${Math.floor(s / 60)}\u00a0min ${Math.round(s % 60)}\u00a0s`;
 }
 
-/** @returns `about 12 s left`: coarser, the more there is */
+/** Returns `about 12 s left`: coarser, the more there is. */
 export function remaining(ms: number): string {
   const s = ms / 1000;
   if (s < 1.5) return 'almost done';
@@ -194,7 +193,7 @@ export function remaining(ms: number): string {
   return `about ${s > 20 ? 5 * Math.round(s / 5) : Math.round(s)}\u00a0s left`;
 }
 
-/** @returns `, 0.8 s`; empty where frames have no time */
+/** Returns `, 0.8 s`; empty where frames have no time. */
 export function atTime(times: Times, frame: number): string {
   return times.seconds ? `, ${times.at(frame)}` : '';
 }

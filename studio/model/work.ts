@@ -11,7 +11,6 @@ import type { State } from './store.js';
 /** Clips that are larger are not kept with the work, in bytes. */
 const MOST_BYTES = 2 ** 30;
 
-/** @param state with work */
 function aboutOf(state: State): About {
   const { changed, name } = state;
   const { take, id, holdsOthers, corrections } = state.job as ClipJob;
@@ -31,10 +30,6 @@ export class Packer {
     ) => Promise<Blob | null> = async () => null,
   ) {}
 
-  /**
-   * @param state with work
-   * @param id of the work
-   */
   async pack(state: State, id: string): Promise<Saved> {
     const { job, film } = state;
     const corrections = job?.corrections!;
@@ -61,7 +56,7 @@ export class Packer {
   }
 }
 
-/** @returns of the clip, unless they are too large to be kept */
+/** Returns the files of the clip, unless they are too large to be kept. */
 export function filesOf({ source, name }: State): File[] {
   const files = (source?.files ?? []).filter(Boolean);
   const bytes = files.reduce((sum, { size }) => sum + size, 0);

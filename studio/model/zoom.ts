@@ -13,7 +13,6 @@ export class Zoom {
   x = 0;
   y = 0;
 
-  /** The whole clip again. */
   reset() {
     this.to(1, 0.5, 0.5);
   }

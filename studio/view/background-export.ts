@@ -47,10 +47,7 @@ function numbered(frame: number) {
   return String(frame + 1).padStart(4, '0');
 }
 
-/**
- * A frame at its own size, with the plate, which may be smaller, where objects are and close around them.
- * @param own the frame
- */
+/** A frame at its own size, with the plate, which may be smaller, where objects are and close around them. */
 async function withoutObjects(subject: Subject, t: number, own: ImageData) {
   const { plate } = subject;
   if (!plate) throw new Error('there is no background');

@@ -29,9 +29,9 @@ function plays(type?: string) {
 
 /** The browser's own player: it keeps up with large videos. */
 class VideoPlayer implements ClipPlayer {
-  url;
+  url: string;
   element = h('video', { playsinline: true, preload: 'auto', 'aria-label': 'The clip as it is' });
-  ticking;
+  ticking: number;
 
   constructor(
     public source: Source,
@@ -82,7 +82,7 @@ class VideoPlayer implements ClipPlayer {
 /** Frames as the page reads them, for images. */
 class FramePlayer implements ClipPlayer {
   element = h('canvas', { role: 'img', 'aria-label': 'The clip as it is' });
-  ctx;
+  ctx: CanvasRenderingContext2D | null;
   /** Ends what is shown or played; what was awaited before is void. */
   going = new AbortController();
 

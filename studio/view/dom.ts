@@ -22,14 +22,13 @@ export function h<K extends keyof HTMLElementTagNameMap>(
   return element;
 }
 
-/** @returns the element of index.html with this id */
+/** Returns the element of index.html with this id. */
 export function byId<T extends HTMLElement = HTMLElement>(id: string): T {
   const element = document.getElementById(id);
   if (!element) throw new Error(`index.html has no element #${id}`);
   return element as T;
 }
 
-/** @param symbol id of a `<symbol>` in index.html */
 export function icon(symbol: string): SVGSVGElement {
   const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
   const use = document.createElementNS('http://www.w3.org/2000/svg', 'use');

@@ -18,7 +18,6 @@ export class FrameStore {
   /** In the order in which they were last looked at. */
   pictures = new Map<number, ImageBitmap>();
   files = new Map<number, Blob>();
-  /** On their way. */
   opening = new Map<number, Promise<ImageBitmap | null>>();
   /** Called when a frame that was asked for has come. */
   onReady = () => {};
@@ -27,7 +26,6 @@ export class FrameStore {
   /** @param most frames kept as pictures */
   constructor(public most: number = PICTURES) {}
 
-  /** @param frame the next; copied */
   async add(frame: ImageData) {
     const picture = await createImageBitmap(frame);
     const at = this.length;
@@ -99,7 +97,6 @@ export class FrameStore {
     return picture;
   }
 
-  /** @returns of that size */
   async pixels(at: number, { width, height }: { width: number; height: number }): Promise<ImageData> {
     const picture = await this.open(at);
     const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
@@ -116,7 +113,6 @@ export class FrameStore {
     }
   }
 
-  /** Forgets all frames. */
   clear() {
     for (const at of [...this.pictures.keys()]) this.drop(at);
     this.files.clear();

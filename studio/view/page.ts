@@ -53,7 +53,6 @@ export function openPage(store: Store): Page {
 
 export interface Page {
   store: Store;
-  /** What can be done. */
   app: App;
   keys: Keys;
   settings: Settings;
@@ -121,7 +120,6 @@ function expose({ store, layers, viewer }: Page) {
   Object.defineProperty(globalThis, 'tracecutStudio', { value });
 }
 
-/** @param job of a still image has none */
 function resultOf(job: object | null) {
   return job && 'result' in job ? job.result : null;
 }

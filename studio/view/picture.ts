@@ -34,7 +34,7 @@ export async function smallPicture(
   return canvas.convertToBlob({ type: 'image/jpeg', quality: 0.85 });
 }
 
-/** @returns the frame, of some, in which objects cover most */
+/** Returns the frame, of a sample, in which objects cover most. */
 function fullest(masks: MaskSource, hidden: readonly number[]): number {
   const step = Math.max(1, Math.floor(masks.numFrames / LOOKED_AT));
   let [best, most] = [0, -1];

@@ -40,7 +40,6 @@ export class Sharp {
     return known?.picture ?? null;
   }
 
-  /** @returns it is not there yet */
   want(wanted: Wanted | null): null {
     const { next, reading } = this;
     const isSame = (one: Wanted | null) => one?.frame === wanted?.frame && one?.side === wanted?.side;
@@ -95,7 +94,7 @@ export class Sharp {
   }
 }
 
-/** @returns the working size, doubled until it is enough; at most the source's */
+/** Returns the working size, doubled until it is enough; at most the source's. */
 function sideFor({ source, take }: AnyJob, side: number): number {
   const whole = Math.max(source.width, source.height);
   let found = Math.min(whole, take.side);

@@ -9,7 +9,7 @@ import type { Source } from '../model/source.js';
 /** The sample: small enough to be through in seconds, large enough to look at. */
 export const SAMPLE = { width: 480, height: 270, frames: 24, seed: 0 };
 
-/** @returns the library's own scene, with its known masks under `clip` */
+/** Returns the library's own scene, with its known masks under `clip`. */
 export async function sampleSource(): Promise<Source & { clip: Clip }> {
   const clip = await synthClip(SAMPLE);
   const imageOf = (t: number) => {

@@ -10,7 +10,7 @@ export async function put(record: Saved | Run) {
   await request('readwrite', (table) => table.put(record, record.id));
 }
 
-/** @returns works, and runs that go on or were cut off */
+/** Returns the works, and the runs that go on or were cut off. */
 export async function stored(): Promise<Saved[]> {
   try {
     const [works, keys] = await Promise.all([
@@ -29,7 +29,6 @@ export async function forget(id: string) {
   await request('readwrite', (table) => table.delete(id));
 }
 
-/** @returns when it is on the disk */
 async function request<T>(mode: IDBTransactionMode, ask: (table: IDBObjectStore) => IDBRequest<T>): Promise<T> {
   const database = await new Promise((resolve: (opened: IDBDatabase) => void, reject) => {
     const opening = indexedDB.open(DATABASE, 1);

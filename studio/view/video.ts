@@ -8,7 +8,7 @@ import type { Source, Take } from '../model/source.js';
 /** Reads pixels of whatever the browser can draw. */
 export class Grabber {
   canvas = new OffscreenCanvas(1, 1);
-  ctx;
+  ctx: OffscreenCanvasRenderingContext2D;
 
   constructor() {
     this.ctx = this.canvas.getContext('2d', { willReadFrequently: true, alpha: false })!;

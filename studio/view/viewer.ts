@@ -20,12 +20,11 @@ export class Viewer {
   canvas = byId<HTMLCanvasElement>('canvas');
   /** The element that the canvas is fitted into. */
   box = byId('pane-result');
-  ctx;
+  ctx: CanvasRenderingContext2D;
   /** Shows the frame as it came. */
-  compare;
+  compare: Compare;
   /** Draw over the layers, in clip pixels. */
   painters: ((ctx: CanvasRenderingContext2D, view: View) => void)[] = [];
-  /** Which part of the clip is shown. */
   zoom = new Zoom();
   /** CSS pixels for a pixel of the clip, when the whole of it is shown. */
   fitted = 1;
@@ -129,7 +128,6 @@ export class Viewer {
     this.queued ||= requestAnimationFrame(() => this.draw());
   }
 
-  /** Draws now. */
   draw() {
     cancelAnimationFrame(this.queued);
     this.queued = 0;
@@ -223,10 +221,7 @@ export class Viewer {
     return [this.zoom.x * width + offsetX * unit - 0.5, this.zoom.y * height + offsetY * unit - 0.5];
   }
 
-  /**
-   * @param place in CSS pixels of the canvas
-   * @returns what is there
-   */
+  /** @param place in CSS pixels of the canvas */
   spotAt(place: { offsetX: number; offsetY: number }): Spot {
     const { points, frame } = this.view;
     const [x, y] = this.placeAt(place);

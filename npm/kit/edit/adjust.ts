@@ -69,7 +69,6 @@ export function checkedEdges(edges: MaskEdges | undefined = {}): Required<MaskEd
   return { smallest, grow, feather };
 }
 
-/** @param chosen 1 for each label that is meant */
 export function withoutSpecks(
   { labels, width, height }: Mask,
   chosen: Uint8Array,
@@ -91,7 +90,6 @@ export function withoutSpecks(
 /**
  * @param seen set for the pixels of the piece
  * @param piece filled with them
- * @returns how many they are
  */
 export function fillPiece(
   { labels, width, height }: Mask,

@@ -79,8 +79,6 @@ const SHAPE_TOLERANCE = 2;
 /**
  * A mask at the size of a picture, its edges as they are wanted: specks are left out first, so that they grow nowhere;
  * borders come to where the picture has them; lengths are scaled with the mask.
- * @param chosen 1 for each label that is meant
- * @param decoder of what enlarges
  */
 export async function maskAtSize(
   mask: Mask,
@@ -200,7 +198,7 @@ async function fromPixels(frame: unknown, t: number): Promise<Drawable> {
   return { image, width: image.width, height: image.height, close: () => image.close() };
 }
 
-/** @returns RGBA; what already is that is not copied */
+/** Returns the pixels as RGBA; those that are RGBA already are not copied. */
 export async function pixelsOf(item: EncodeItem, t: number): Promise<PixelFrame> {
   const frame = unwrapped(item);
   const { data, width, height } = (frame ?? {}) as Partial<PixelFrame>;

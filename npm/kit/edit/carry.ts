@@ -34,10 +34,7 @@ const SAME_COLOUR = 24;
 /** A region that grows or shrinks by more from one frame to the next has lost its way. */
 const MOST_CHANGE = 1.6;
 
-/**
- * Carries what an edit paints to the frames before and after it, as parts of the same edit.
- * @param open gives an engine that stays open
- */
+/** Carries what an edit paints to the frames before and after it, as parts of the same edit. */
 export async function carry(
   editor: MaskEditor,
   edit: Edit,

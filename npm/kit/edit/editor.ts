@@ -73,17 +73,17 @@ export class MaskEditor {
   #below: Set<number> | undefined;
 
   /** Width of the masks in pixels. */
-  width;
+  width: number;
   /** Height of the masks in pixels. */
-  height;
+  height: number;
   /** Number of frames. */
-  numFrames;
+  numFrames: number;
   /** Stretches of frames without a cut, where they are known. */
-  shots;
+  shots: readonly { first: number; last: number }[] | undefined;
   /** The time of each frame in seconds, where known. */
-  times;
+  times: ArrayLike<number> | null;
   /** When the last frame ends, in seconds, where known. */
-  end;
+  end: number | null;
 
   constructor(masks: MaskSource, options: EditOptions) {
     checkMasks(masks);
@@ -231,7 +231,6 @@ export class MaskEditor {
    * @param painted.t or the pixels of this frame
    * @param painted.region that are meant, as `encodeRuns` makes it of 1 inside and 0 outside
    * @param painted.over only pixels that have one of these labels; all where it is left out
-   * @returns for `carry`
    */
   async paint(painted: {
     label: number;
@@ -252,7 +251,6 @@ export class MaskEditor {
   /**
    * Carries what an edit paints to the frames before and after it, within the shot, along the optical flow, as long as the
    * picture there looks like what it came from. It stays one step.
-   * @param edit in force
    */
   async carry(edit: Edit, options: CarryOptions = {}): Promise<Carried> {
     const { picture, engine } = this.#options;
@@ -263,7 +261,6 @@ export class MaskEditor {
 
   /**
    * Adds another frame to an edit that is in force: part of the same step, undone with it.
-   * @param edit that paints
    * @param evidence 0 to 1
    * @param paint which of its paints; the first if not given
    */
@@ -377,16 +374,12 @@ export class MaskEditor {
     return edit;
   }
 
-  /** @returns checked */
   #copied(kind: 'together' | 'apart', strokes: readonly Stroke[]): Stroke[] {
     strokesOf(kind, strokes, this);
     return strokes.map(({ t, points, radius }) => ({ t, points: Array.from(points), radius }));
   }
 
-  /**
-   * Asks the session; what it refuses on the way leaves nothing half done.
-   * @returns how many corrections of it that is
-   */
+  /** Asks the session; what it refuses on the way leaves nothing half done. */
   async #ask(correction: Correction): Promise<number> {
     let count = 0;
     try {
@@ -402,7 +395,6 @@ export class MaskEditor {
     return count;
   }
 
-  /** @param corrections the last ones of the session */
   async #takeBack(corrections: number) {
     for (let k = 0; k < corrections; k += 1) this.#masks = await this.#options.session!.undo();
     if (corrections > 0) this.#below = undefined;
@@ -447,7 +439,6 @@ async function* answers(session: Session, correction: Correction) {
     yield await session[correction.kind](correction.strokes);
 }
 
-/** @param list of saved edits, which may come from anywhere */
 function savedList<T>(name: string, list: readonly T[]): readonly T[] {
   if (!Array.isArray(list) || !list.every(isPlainObject)) throw illegal('data', name, list, 'a list of objects');
   return list;

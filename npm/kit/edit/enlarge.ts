@@ -89,7 +89,7 @@ function copied(mask: FrameMask) {
 /** They are shared by all calls. */
 const workers = new TaskWorkers(enlargedAtOnce);
 
-/** @returns how many masks workers enlarge at once; 0 where none do it if nobody asks for one */
+/** Returns the number of masks that workers enlarge at once; 0 where none do. */
 export function enlargedAtOnce(): number {
   return workerStarter(undefined) ? Math.min(MOST_WORKERS, platform.cores() ?? 1) : 0;
 }

@@ -112,10 +112,7 @@ function linksOf({ borders, count }: Grounds['superpixels'], pieces: Piece[]): L
   return links;
 }
 
-/**
- * Grows until half of the frame is taken: the superpixels in their order, and what the region was like after each.
- * @param pixels of the frame
- */
+/** Grows until half of the frame is taken: the superpixels in their order, and what the region was like after each. */
 function growth(seed: number, pieces: Piece[], links: Link[][], pixels: number) {
   const region = { area: 0, rim: 0, motion: [0, 0] };
   /** The region's own border, without the frame's rim: its length, and weight times length. */

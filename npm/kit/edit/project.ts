@@ -49,7 +49,6 @@ const BATCH = 8;
 /**
  * Masks, and what was changed in them, as a file. The same masks and edits give the same bytes.
  * @param masks without edits
- * @returns for `openProject`
  */
 export async function saveProject(masks: MaskSource, options: ProjectOptions = {}): Promise<Uint8Array<ArrayBuffer>> {
   const {

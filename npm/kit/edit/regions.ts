@@ -15,7 +15,6 @@ const FARTHEST = 1e6;
 /**
  * Measures a stroke in its frame, as sessions do: for each pixel the square of its distance to the stroke's way,
  * Infinity beyond `reach`.
- * @param name for the message
  * @param reach in pixels; the radius of the brush if not given
  */
 async function distances(
@@ -37,11 +36,7 @@ async function distances(
   return callDecoder(module, () => strokeDistances(points, far, width, height), 'a stroke cannot be measured');
 }
 
-/**
- * Marks the pixels that a round brush covers: all within its radius of its way.
- * @param name for the message
- * @returns 1 for each of them
- */
+/** Marks the pixels that a round brush covers: all within its radius of its way. */
 export async function strokePixels(
   stroke: Stroke,
   name: string,
@@ -66,7 +61,6 @@ export function pieceRegion(mask: Mask, { x, y }: Place): Region {
 
 /**
  * Divides the object that strokes lie on most among them: each of its pixels goes to the nearest stroke.
- * @param labels of the strokes' frame
  * @param strokes two or more in this frame
  * @returns a region for each stroke
  */

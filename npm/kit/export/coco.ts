@@ -196,7 +196,7 @@ function framesOf({ numFrames, settled }: MaskSource & { settled?: { from: numbe
 
 /** Categories by name, numbered from 1 as they come up. */
 class Categories {
-  name;
+  name: (label: number) => string;
   list: { id: number; name: string }[];
 
   constructor(category: string | ((label: number) => string)) {

@@ -84,10 +84,7 @@ export async function maskPng(
   return pngOf({ pixels: Uint8Array.from(labels), width, height, ...table(palette, transparent) });
 }
 
-/**
- * Refuses an object that no frame has; one that this frame alone does not have gives an empty mask.
- * @param labels of the frame at hand
- */
+/** Refuses an object that no frame has; one that this frame alone does not have gives an empty mask. */
 async function checkThere(masks: MaskSource, labels: Uint8Array, object: number) {
   if (object === 0 || labels.includes(object)) return;
   const present = await presentLabels(masks, chosenLabels(undefined));
@@ -220,7 +217,7 @@ function objectFile(label: number, t: number) {
   return `object-${label}/${pngName(t)}`;
 }
 
-/** @returns the chosen labels that are in any frame, 0 left out */
+/** Returns the chosen labels that are in any frame, 0 left out. */
 async function presentLabels(masks: MaskSource, chosen: Uint8Array): Promise<number[]> {
   const seen = new Uint8Array(MAX_LABEL + 1);
   for (let t = 0; t < masks.numFrames; t += 1) {

@@ -37,7 +37,7 @@ const CUTOUT = 0.4;
 /** Small pictures need more for each of their pixels. */
 const LEAST_BITRATE = 500_000;
 
-/** @returns bits a second */
+/** Returns the bitrate, in bits per second. */
 export function bitrateOf(
   quality: VideoQuality,
   codec: Codec,
@@ -62,7 +62,6 @@ export interface VideoEstimate {
 /**
  * About how large a file `encodeVideo` makes, in bytes. What is in the picture decides, so it may be three times as much
  * or a third.
- * @returns bytes
  */
 export function estimateVideoSize(video: VideoEstimate): number {
   const legal = ['width', 'height', 'numFrames', 'style', 'quality'];

@@ -40,7 +40,7 @@ export async function conversionOf(track: InputAudioTrack): Promise<Conversion |
   return supported.length > 0 && supported.every((one) => one.supported) ? { decoder, encoder } : null;
 }
 
-/** @returns whose `close` leaves the track's file open */
+/** Returns a reader whose `close` leaves the file of the track open. */
 export function converted(
   media: typeof import('../../vendor/media.js'),
   track: InputAudioTrack,
@@ -141,7 +141,7 @@ async function* packetsOf(
 
 /** Decoded sound as one line of samples from the start on: gaps are silent, and what lies outside is left out. */
 class Line {
-  most;
+  most: number;
   /** Of the source, once it is known. */
   rate = 0;
   filter = filterOf(RATE);
@@ -150,7 +150,7 @@ class Line {
   gone = 0;
   /** Samples given. */
   given = 0;
-  waiting;
+  waiting: Float32Array<ArrayBuffer>[];
 
   /**
    * @param channels of what is given
@@ -182,7 +182,6 @@ class Line {
     this.run(BLOCK);
   }
 
-  /** Gives what is left. */
   end() {
     if (this.rate === 0) return;
     this.most = Math.min(this.most, Math.floor((this.length * RATE) / this.rate));

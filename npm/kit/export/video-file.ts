@@ -25,7 +25,6 @@ export type VideoFile = {
   cancel: () => Promise<void>;
 };
 
-/** @param painter that has painted the first frame */
 export async function openFile(painter: Painter, plan: Plan): Promise<VideoFile> {
   const media = await part(import('../../vendor/media.js'));
   // A page in WebKitGTK dies where an encoder is the first to wake its media library; players wake it well.
@@ -135,8 +134,8 @@ class AlphaEncoder {
   written: Promise<void> = Promise.resolve();
   colors: [EncodedVideoChunk, EncodedVideoChunkMetadata | undefined][] = [];
   alphas: EncodedVideoChunk[] = [];
-  color;
-  alpha;
+  color: VideoEncoder;
+  alpha: VideoEncoder;
 
   /** @param config bitrate of each of the two, in bits a second */
   constructor(
@@ -332,10 +331,7 @@ async function* packetsOf(
   }
 }
 
-/**
- * @param packet of plain samples
- * @param rate samples a second
- */
+/** @param rate samples a second */
 function cutTo(packet: EncodedPacket, rate: number, start: number, end: number) {
   const count = Math.round(packet.duration * rate);
   const [from, to] = [start, end].map((at) => Math.min(count, Math.max(0, Math.round((at - packet.timestamp) * rate))));

@@ -32,9 +32,8 @@ async function kept({ image, close }: Drawable): Promise<Picture> {
 /** One canvas for all frames. */
 export class Painter {
   canvas = new OffscreenCanvas(1, 1);
-  context;
+  context: OffscreenCanvasRenderingContext2D;
   aside = context2d(new OffscreenCanvas(1, 1));
-  /** The objects' shape. */
   shape: OffscreenCanvasRenderingContext2D | undefined = undefined;
   size = { width: 0, height: 0 };
   /** That of the frame painted last, at the video's size. */
@@ -92,7 +91,6 @@ export class Painter {
     return maskAtSize(mask, frame, plan.chosen, plan.edges, plan.decoder);
   }
 
-  /** @param picture as it was taken */
   paint(picture: Picture | null, mask: MaskAtSize, t: number) {
     const { context, plan } = this;
     this.mask = mask;
@@ -194,7 +192,7 @@ export class Painter {
     lay(0, 0);
   }
 
-  /** @returns how opaque each pixel of the frame painted last is, 0 to 255 */
+  /** Returns how opaque each pixel of the frame painted last is, 0 to 255. */
   alpha(): Uint8Array<ArrayBuffer> {
     return this.mask?.alpha ?? new Uint8Array(this.size.width * this.size.height);
   }

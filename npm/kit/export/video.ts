@@ -109,7 +109,6 @@ const FRAME_RATE = 25;
  * size, and masks that are smaller are enlarged by the frames (`enlargeMask`); MP4 wants even numbers, so an odd side
  * gets one more row or column, a copy of the last. Frames are neither kept nor closed.
  * @param frames null for the style `masks`, which needs none
- * @returns the file
  */
 export async function encodeVideo(
   masks: MaskSource,

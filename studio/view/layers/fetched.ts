@@ -74,7 +74,6 @@ export class LastPicture {
     this.canvas = null;
   }
 
-  /** @param key says what it is of */
   get(key: string, make: () => OffscreenCanvas) {
     if (key !== this.key || !this.canvas) this.canvas = make();
     this.key = key;

@@ -6,7 +6,7 @@ import { boundaryLayer, contourLayer, superpixelLayer } from './frame.js';
 import { stillLayer } from './still.js';
 import type { Canvas2D, Layer, View } from './layer.js';
 
-/** @returns in the order of the panel */
+/** Returns the layers, in the order of the panel. */
 export function createLayers(): Layer[] {
   return [maskLayer(), superpixelLayer(), contourLayer(), boundaryLayer(), stillLayer(), imageLayer()];
 }

@@ -10,7 +10,7 @@ export class AboutDialog {
   list = h('dl', { class: 'keys about-hashes' });
   status = h('p', { class: 'export-status', id: 'about-status', role: 'status' });
   start = h('button', { type: 'button', id: 'about-check', click: () => this.check() }, 'Check this browser');
-  dialog;
+  dialog: HTMLDialogElement;
 
   constructor() {
     this.dialog = h('dialog', { class: 'dialog', id: 'about', 'aria-labelledby': 'about-title' }, ...this.content());

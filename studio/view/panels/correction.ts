@@ -19,10 +19,10 @@ import type { Page } from '../page.js';
 type Tool = 'pick' | 'together' | 'apart' | BrushTool;
 
 export class Correction {
-  app;
-  store;
-  viewer;
-  selection;
+  app: Page['app'];
+  store: Page['store'];
+  viewer: Page['viewer'];
+  selection: Page['selection'];
   busy = false;
   /** The object that is meant. */
   object = 1;
@@ -31,8 +31,8 @@ export class Correction {
   /** Where it was clicked. */
   place: { t: number; x: number; y: number } | null = null;
   tool: Tool = 'pick';
-  brush;
-  strokes;
+  brush: Brush;
+  strokes: Strokes;
   list = byId<HTMLSelectElement>('correct-object');
   into = byId<HTMLSelectElement>('correct-into');
   tools: HTMLInputElement[] = [...byId('correct-tools').querySelectorAll('input')];
@@ -107,7 +107,6 @@ export class Correction {
     return found?.points ? (job?.corrector ?? null) : null;
   }
 
-  /** What the button and the key do. */
   open() {
     this.toggle();
   }
@@ -328,7 +327,7 @@ function disable(id: string, disabled: boolean) {
   byId<HTMLButtonElement>(id).disabled = disabled;
 }
 
-/** @returns where it is in the frame, in pixels */
+/** Returns the place in the frame, in pixels. */
 export function boxOf(
   { points, frame, width, height, mask: edged, visible }: View,
   object: number,

@@ -25,22 +25,20 @@ const LOOKS: Record<string, string> = { transparent: 'Cut-out', green: 'Green', 
 const TICK_MS = 200;
 
 export class ExportDialog {
-  store;
-  selection;
-  viewer;
+  store: Page['store'];
+  selection: Page['selection'];
+  viewer: Page['viewer'];
   options = new ExportOptions();
   dialog = byId<HTMLDialogElement>('export');
   recipeBox = byId<HTMLDetailsElement>('recipe-box');
   /** What it takes to get the same result again. */
   recipe = '';
   abort: AbortController | null = null;
-  /** What was saved last. */
   saved: File | null = null;
-  first;
-  preview;
-  named;
-  /** The choices, with their buttons. */
-  choices;
+  first: { choice: Choice; button: HTMLButtonElement }[];
+  preview: SavePreview;
+  named: { title: string; choice: Choice; button: HTMLButtonElement }[];
+  choices: { choice: Choice; button: HTMLButtonElement }[];
 
   constructor({ store, selection, viewer }: Pick<Page, 'store' | 'selection' | 'viewer'>) {
     this.store = store;
@@ -129,10 +127,7 @@ export class ExportDialog {
     this.look(this.first[0].choice);
   }
 
-  /**
-   * @param one with one choice
-   * @param isNext whether it is what most would save
-   */
+  /** @param isNext whether it is what most would save */
   card({ title, about, choices: [choice] }: Export, isNext: boolean) {
     const button = h(
       'button',
@@ -178,7 +173,7 @@ export class ExportDialog {
     }
   }
 
-  /** @returns as it is chosen to be saved */
+  /** Returns the choice as it is to be saved. */
   subjectNow(): Subject | null {
     const found = this.subject();
     const { job } = this.store.state;
@@ -255,7 +250,7 @@ export class ExportDialog {
     }
   }
 
-  /** @returns the masks as they are on screen, when all of them are smoothed; null where none are to be */
+  /** Returns the masks as they are on screen, when all of them are smoothed; null where none are to be. */
   async smoothed(signal: AbortSignal, timeLeft: TimeLeft): Promise<MaskSource | null> {
     const { smoothed } = this.store.state;
     const tick = setInterval(() => {
@@ -301,7 +296,7 @@ export class ExportDialog {
   }
 }
 
-/** @returns which of them are saved */
+/** Returns which objects are saved, in words. */
 function keptWords({ kept, all }: { kept: number[]; all: number }): string {
   if (kept.length === all) return '';
   const names = kept.length > 0 ? kept.map(objectName).join(', ') : 'No object';
@@ -311,10 +306,7 @@ function keptWords({ kept, all }: { kept: number[]; all: number }): string {
     : `${names} of ${of} are kept: what is saved has no other.`;
 }
 
-/**
- * @param progress a total of 0 before the first step
- * @param timeLeft of the work
- */
+/** @param progress a total of 0 before the first step */
 function showProgress({ done, total }: { done: number; total: number }, timeLeft?: TimeLeft) {
   const share = total > 0 ? done / total : 0;
   byId('export-bar').style.setProperty('--share', String(share));

@@ -67,12 +67,11 @@ export class ExportOptions {
     return Math.min(chosen.side, Math.max(LEAST_SIDE, Number.isFinite(typed) ? typed : LEAST_SIDE));
   }
 
-  /** What an export is told. */
   get chosen() {
     return { side: this.side, quality: this.quality.value as VideoQuality };
   }
 
-  /** @returns what is kept of the sound; null for nothing */
+  /** Returns what is kept of the sound; null for nothing. */
   soundFor(format: 'webm' | 'mp4'): SoundOptions | null {
     const { known, sound, withSound } = this;
     if (!known?.source.file || !known.masks.times || !withSound.checked || !sound?.formats.includes(format))
@@ -99,7 +98,7 @@ export class ExportOptions {
     byId('export-facts').textContent = `${facts.join(', ')}.`;
   }
 
-  /** @returns which files can have the sound */
+  /** Returns which files can have the sound, in words. */
   get soundWords(): string {
     const { sound } = this;
     if (!sound) return '';

@@ -12,8 +12,8 @@ import type { Page } from '../page.js';
 const WAIT_MS = 200;
 
 export class JoinBar {
-  store;
-  viewer;
+  store: Page['store'];
+  viewer: Page['viewer'];
   /** Groups that look like one thing. */
   alike: number[][] = [];
   /** Groups that the user does not want. */
@@ -42,13 +42,13 @@ export class JoinBar {
     store.watch(['found', 'phase', 'chosen'], () => this.show());
   }
 
-  /** @returns the objects that would be joined */
+  /** Returns the objects that would be joined. */
   get meant(): number[] {
     const { chosen } = this.store.state;
     return chosen.size > 0 ? [...chosen] : (this.proposal ?? []);
   }
 
-  /** @returns those that are marked in the picture */
+  /** Returns the objects that are marked in the picture. */
   get marked(): number[] {
     return this.store.state.chosen.size > 0 || this.pointed ? this.meant : [];
   }

@@ -9,7 +9,6 @@ import type { Facts } from '../../model/presence.js';
 export class Lanes {
   strips: { canvas: HTMLCanvasElement; object: number }[] = [];
 
-  /** @param list that the lanes are in */
   constructor(
     readonly store: Store,
     list: HTMLElement,
@@ -21,10 +20,7 @@ export class Lanes {
     this.store.set({ playing: false, frame: withinFilm(this.store.state, frame) });
   }
 
-  /**
-   * @param facts of an object that is there
-   * @returns its lane, which is drawn by `draw`
-   */
+  /** @returns its lane, which is drawn by `draw` */
   add(facts: Facts): HTMLElement {
     const { object, peak } = facts;
     const { times } = this.store.state.film;

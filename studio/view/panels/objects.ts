@@ -87,7 +87,7 @@ function keepOf(object: number, selection: Selection) {
   return { element, update };
 }
 
-/** @returns `top, moves left` */
+/** Returns `top, moves left`. */
 function factsOf(facts: Facts): string {
   if (facts.first < 0) return 'not seen';
   return facts.object > 0 ? `${placeName(facts.from)}, ${moveOf(facts)}` : '';

@@ -104,7 +104,7 @@ export function nothingPanel(page: Pick<Page, 'app' | 'store'>) {
   });
 }
 
-/** @returns whether a run has ended in which no object was found, nor made by hand, and nobody is at work on one */
+/** Returns whether a run has ended in which no object was found, nor made by hand, and nobody is at work on one. */
 function foundNothing({ phase, found, job, correcting }: State): boolean {
   if (phase !== 'done' || correcting || !found?.points || !job || job.partial) return false;
   return !found.facts.some(({ object, first }) => object > 0 && first >= 0);

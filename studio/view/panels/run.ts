@@ -33,7 +33,7 @@ export function runPanel({ app, store, keys }: Pick<Page, 'app' | 'store' | 'key
   addEventListener('paste', (event) => open(event.clipboardData?.files));
 }
 
-/** @returns asks whether to run again, though corrections are not part of that */
+/** Connects the dialog that asks whether to run again, without the corrections. */
 function connectQuestion(): () => Promise<boolean> {
   const dialog = byId<HTMLDialogElement>('ask');
   connectDialog(dialog);

@@ -12,17 +12,12 @@ const DRAG_PX = 4;
 
 export class SavePreview {
   box = byId('export-preview');
-  /** What is to be shown. */
   choice: Choice | null = null;
   /** What was made of this frame; null where that failed. */
   made = new Map<Choice, Shown | null>();
   /** Of what is being made. */
   abort: AbortController | null = null;
 
-  /**
-   * @param choices that have a preview
-   * @param subject what is saved
-   */
   constructor(
     public choices: Choice[],
     readonly subject: () => Subject | null,
@@ -97,7 +92,7 @@ export class SavePreview {
     if (this.abort === work) this.abort = null;
   }
 
-  /** @returns what is to be made next */
+  /** Returns the preview that is to be made next. */
   next(): Choice | null {
     return [this.choice, ...this.choices].find((one) => one && !this.made.has(one)) ?? null;
   }
@@ -144,7 +139,6 @@ export async function warmUp() {
   await encodeVideo(mask, [new ImageData(16, 16)], { style: 'cutout' });
 }
 
-/** @param subject one frame */
 async function made(choice: Choice, subject: Subject, signal: AbortSignal): Promise<Shown | null> {
   if (choice.there?.(subject) === false) return null;
   const file = await choice.make(subject, { signal, onProgress() {} });

@@ -104,7 +104,6 @@ export class Strokes {
     this.onChange();
   }
 
-  /** @returns clip pixels */
   at(event: PointerEvent): [x: number, y: number] {
     return this.viewer.placeAt(event);
   }

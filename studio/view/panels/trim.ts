@@ -142,7 +142,6 @@ class TrimPanel {
     this.showPlaying();
   }
 
-  /** Puts the clip over the picture. */
   reveal() {
     const { source } = this.store.state;
     const player = (this.player ??= openPlayer(source!));

@@ -4,7 +4,7 @@
 import { byId } from '../dom.js';
 import { drawCutout } from '../../model/library.js';
 import { type GroundName, type View, groundOf } from '../../model/look.js';
-import { type View as ViewType, fromCorner } from '../layers/layer.js';
+import { type View as LayerView, fromCorner } from '../layers/layer.js';
 import { type Ground, type Store, errorPatch } from '../../model/store.js';
 import { PageError } from '../../model/words.js';
 import type { Zoom } from '../../model/zoom.js';
@@ -40,7 +40,6 @@ export class Compare {
     for (const radio of this.radios) radio.checked = radio.value === view;
   }
 
-  /** The next view, for the keyboard. */
   next() {
     const { view } = this.store.state;
     this.store.set({ view: VIEWS[(VIEWS.indexOf(view) + 1) % VIEWS.length] });
@@ -115,7 +114,7 @@ export function groundPanel({ store, viewer }: Pick<Page, 'store' | 'viewer'>) {
 }
 
 /** Draws the frame's objects that are kept on their ground. */
-export function drawKept(ctx: CanvasRenderingContext2D, { image, mask }: ViewType, ground: Ground) {
+export function drawKept(ctx: CanvasRenderingContext2D, { image, mask }: LayerView, ground: Ground) {
   const edged = mask();
   if (!image || !edged) return;
   fromCorner(ctx, () => drawCutout(ctx, image, edged, { background: groundOf(ground) }));

@@ -25,8 +25,8 @@ export function runMemory() {
 }
 
 export class Works {
-  store;
-  app;
+  store: Page['store'];
+  app: Page['app'];
   packer = new Packer(smallPicture);
   /** Whether there was no room for what was to be kept last. */
   isFull = false;
@@ -50,17 +50,13 @@ export class Works {
     store.watch(['source'], () => void this.tellCorrected());
   }
 
-  /** @returns of its clip */
   idOf(source: Source): Promise<string> {
     const id = this.ids.get(source) ?? clipId(source.files ?? []);
     this.ids.set(source, id);
     return id;
   }
 
-  /**
-   * @param state with work
-   * @returns whether there was room for it
-   */
+  /** @returns whether there was room for it */
   async keep(state: State): Promise<boolean> {
     filesOf(state);
     const id = await this.idOf(state.source!);
