@@ -278,7 +278,7 @@ export class App {
     if (phase !== 'running' || !job) return;
     this.abort?.abort();
     if (job.stop()) return void this.conclude(job);
-    const advice = 'Continue where it stopped, change the settings, or open something else.';
+    const advice = 'Continue, change the settings, or open another file.';
     this.store.set(phasePatch('stopped', 'Cancelled', advice));
   }
 
@@ -293,8 +293,7 @@ export class App {
 async function carriedOver(taken: Taken, job: ClipJob): Promise<ReadonlySet<number>> {
   const { carryOver } = await import('./carry-over.js');
   const { hidden, lost } = await carryOver(taken, job);
-  if (lost.length > 0)
-    job.lost = `These corrections no longer apply; undo brings back the result that has them: ${lost.join('; ')}.`;
+  if (lost.length > 0) job.lost = `These corrections no longer apply (undo restores them): ${lost.join('; ')}.`;
   // It has all that the one before had, and takes its place.
   else job.id = taken.job.id;
   return hidden;

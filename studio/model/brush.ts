@@ -124,7 +124,7 @@ export class Brush {
   }
 
   refuse(error: unknown) {
-    this.host.tell(`That is not possible here: ${error instanceof Error ? error.message : error}.`, true);
+    this.host.tell(`Not possible here: ${error instanceof Error ? error.message : error}.`, true);
   }
 
   async work(painted: ToPaint) {
@@ -144,7 +144,7 @@ export class Brush {
       host.show(edit.frames);
       if (label > 0) host.choose(label);
       if (host.carries()) await this.carry(corrector, edit, same);
-      else host.tell(`In frame ${edit.frames[0] + 1}.`);
+      else host.tell(`Applied to frame ${edit.frames[0] + 1}.`);
     } catch (error) {
       if (same()) this.refuse(error);
     }
@@ -156,9 +156,12 @@ export class Brush {
     const carrying = new AbortController();
     this.carrying = carrying;
     host.tellCarrying(true);
-    const reach = () => plural(edit.frames.length, 'frame');
     try {
-      await corrector.carry(edit, carrying.signal, () => same() && host.tell(`Carried to ${reach()}…`));
+      await corrector.carry(
+        edit,
+        carrying.signal,
+        () => same() && host.tell(`Applied to ${plural(edit.frames.length, 'frame')}…`),
+      );
     } catch (error) {
       if (!carrying.signal.aborted) throw error;
     } finally {
@@ -169,8 +172,8 @@ export class Brush {
         const [first, last] = [Math.min(...edit.frames), Math.max(...edit.frames)];
         host.tell(
           first === last
-            ? `In frame ${first + 1} alone: the picture changes too much.`
-            : `In ${reach()}, ${first + 1} to ${last + 1}.`,
+            ? `Applied to frame ${first + 1} only: the picture changes too much.`
+            : `Applied to frames ${first + 1}–${last + 1}.`,
         );
       }
     }

@@ -25,7 +25,7 @@ export async function carryOver(
   to: ClipJob,
 ): Promise<{ hidden: Set<number>; lost: string[] }> {
   const { corrections } = job;
-  const lost: string[] = job.holdsOthers ? ['what was corrected before the clip was opened again'] : [];
+  const lost: string[] = job.holdsOthers ? ['earlier corrections'] : [];
   for (const edit of corrections.edits) {
     const applies = await remake(edit, corrections.before(edit), job, to).catch(() => false);
     if (!applies) lost.push(wordsOf(edit));
@@ -38,7 +38,7 @@ export async function carryOver(
   for (const object of hidden) {
     const now = object === 0 ? 0 : (match?.of(object) ?? null);
     if (now !== null) left.add(now);
-    else if (match?.isThere(object)) lost.push(`leaving out ${objectName(object)}`);
+    else if (match?.isThere(object)) lost.push(`removing ${objectName(object)}`);
   }
   return { hidden: left, lost };
 }
@@ -226,15 +226,15 @@ function wordsOf(edit: Edit): string {
   if (edit.kind === 'merge') return joinWords(edit.into, edit.others);
   if (edit.kind === 'split') {
     if (edit.label > 0) return `splitting ${objectName(edit.label)}`;
-    return edit.at ? `the object made in frame ${edit.at.t + 1}` : 'a new object';
+    return edit.at ? `the object added in frame ${edit.at.t + 1}` : 'a new object';
   }
   if (edit.kind !== 'paint') {
     const frame = (edit.strokes[0]?.t ?? 0) + 1;
-    return edit.kind === 'apart' ? `what is apart in frame ${frame}` : `what belongs together in frame ${frame}`;
+    return edit.kind === 'apart' ? `split strokes in frame ${frame}` : `join strokes in frame ${frame}`;
   }
   const [{ label, parts }] = edit.paints;
   const frame = Number([...parts.keys()][0]) + 1;
-  return label === 0 ? `what was wiped away in frame ${frame}` : `what was painted in frame ${frame}`;
+  return label === 0 ? `erasing in frame ${frame}` : `painting in frame ${frame}`;
 }
 
 function joinWords(into: number, others: readonly number[]) {

@@ -41,14 +41,11 @@ export function takeText(source: Source, take: Take, pace: number): string {
   const at = placeIn(source);
   const what =
     kindOf(source) === 'still'
-      ? `Seen at ${size}`
+      ? `Processed at ${size}`
       : `${plural(take.frames, 'frame')} of ${size}, ${at(take.start)} to ${at(lastOf(take))}`;
   const ms = pace * width * height * take.frames;
   const time = ms > 0 ? `About ${Math.max(1, Math.round(ms / 1000))}\u00a0s on this computer` : '';
-  const windows =
-    take.frames > WINDOW
-      ? `More than ${WINDOW} frames are taken in windows; the first are shown while the others are computed`
-      : '';
+  const windows = take.frames > WINDOW ? 'First results appear while the rest is computed' : '';
   return `${[what, time, windows].filter(Boolean).join('. ')}.`;
 }
 

@@ -97,6 +97,6 @@ export function frameText(presence: Presence, count: number, frame: number, time
     if (part > 0)
       there.push(`${nameAndColour(object)} ${placeName(presence.middle(object, [frame]))}, ${percent(part)}`);
   }
-  const seen = there.length > 0 ? there.join('; ') : 'background alone';
+  const seen = there.length > 0 ? there.join('; ') : 'background only';
   return `Frame ${frame + 1} of ${presence.frames.length}${atTime(times, frame)}: ${seen}.`;
 }

@@ -20,9 +20,9 @@ export function sizesOf(source: Source, working: Size): { name: SizeName; label:
   const side = Math.max(source.width, source.height);
   const own = { name: 'own' as const, label: 'Other…', side };
   const named: [SizeName, string, number][] = [
-    ['source', 'As the source', side],
-    ['half', 'Half of it', Math.round(side / 2)],
-    ['working', 'As computed', Math.max(working.width, working.height)],
+    ['source', 'Same as source', side],
+    ['half', 'Half', Math.round(side / 2)],
+    ['working', 'Working size', Math.max(working.width, working.height)],
   ];
   const there = named.filter(
     ([, , one], k) => one >= LEAST_SIDE && named.findIndex(([, , other]) => other === one) === k,

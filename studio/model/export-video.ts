@@ -8,23 +8,22 @@ import type { GroundName } from './look.js';
 const GROUNDS: Record<GroundName, string> = {
   transparent: 'Transparent',
   green: 'Green',
-  colour: 'Coloured',
+  colour: 'Colour',
   blurred: 'Blurred',
-  desaturated: 'Grey around',
+  desaturated: 'Grey',
   dimmed: 'Spotlight',
   picture: 'Picture',
 };
 
 export const overlayVideo: Export = {
   title: 'Overlay video',
-  about: 'The clip with the masks drawn over it.',
+  about: 'The clip with the masks on top.',
   choices: [video('overlay-webm', 'WebM', 'overlay', 'webm'), video('overlay-mp4', 'MP4', 'overlay', 'mp4')],
 };
 
 export const cutoutVideo: Export = {
   title: 'Cut-out video',
-  about:
-    'The objects alone, for an editor, on the ground of the view “Cut-out”. MP4 cannot be transparent: it is green then.',
+  about: 'The objects on the backdrop of the “Cut-out” view. MP4 has no transparency: green is used instead.',
   choices: [
     video('cutout-webm', (ground) => `${GROUNDS[ground]} WebM`, 'cutout', 'webm'),
     video('cutout-mp4', (ground) => `${GROUNDS[ground === 'transparent' ? 'green' : ground]} MP4`, 'cutout', 'mp4'),
@@ -33,7 +32,7 @@ export const cutoutVideo: Export = {
 
 export const transparentVideo: Export = {
   title: 'Transparent cut-out',
-  about: 'WebM, for editors',
+  about: 'WebM, for editing',
   choices: [video('transparent', 'WebM', 'cutout', 'webm', 'transparent')],
 };
 
@@ -45,13 +44,13 @@ export const greenVideo: Export = {
 
 export const blurredVideo: Export = {
   title: 'Blurred background',
-  about: 'MP4, to be shared',
+  about: 'MP4, for sharing',
   choices: [video('blurred', 'MP4', 'cutout', 'mp4', 'blurred')],
 };
 
 export const maskVideo: Export = {
   title: 'Mask video',
-  about: 'White where objects are, black elsewhere, grey in between: a track matte for an editor.',
+  about: 'White objects on black: a track matte for editing.',
   choices: [video('alpha-webm', 'WebM', 'alpha', 'webm'), video('alpha-mp4', 'MP4', 'alpha', 'mp4')],
 };
 

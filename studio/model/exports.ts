@@ -11,8 +11,7 @@ import type { TrajectoryPoints } from './library.js';
 
 export const data: Export = {
   title: 'Data',
-  about:
-    'COCO run lengths for annotation tools; a table of objects; trajectories with their labels for the Moseg benchmark.',
+  about: 'COCO masks for annotation tools, a table of objects, and labelled trajectories for the Moseg benchmark.',
   choices: [
     {
       id: 'coco',
@@ -27,7 +26,7 @@ export const data: Export = {
     {
       id: 'table',
       label: 'objects.csv',
-      says: 'objects.csv: place, size and motion of the objects in each frame',
+      says: 'objects.csv: position, size and motion of each object in each frame',
       file: () => 'objects.csv',
       make: async (subject, work) => {
         const { objects, points } = subject;
@@ -55,19 +54,19 @@ function enlarged({ startFrame, offset, x, y }: TrajectoryPoints, across: number
 
 export const masks: Export = {
   title: 'Masks',
-  about: 'PNG files, in colours',
+  about: 'Coloured PNG files',
   choices: [{ id: 'zip', label: 'ZIP', file: () => 'masks.zip', make: zip(false) }],
 };
 
 const objectMasks: Export = {
   title: 'Masks by object',
-  about: 'A ZIP with a folder of black and white PNG files for each object. Times are in masks.json.',
+  about: 'A folder of black and white PNG files per object; times are in masks.json.',
   choices: [{ id: 'zip-objects', label: 'ZIP', file: () => 'objects.zip', make: zip(true) }],
 };
 
 const frameMask: Export = {
   title: 'Mask of this frame',
-  about: 'One PNG in the colours of the page.',
+  about: 'One PNG, in the colours shown here.',
   choices: [
     {
       id: 'png',
@@ -100,13 +99,12 @@ function zip(perObject: boolean): Choice['make'] {
 }
 
 export const images: Export = {
-  title: 'Cut-out pictures',
-  about:
-    'The objects alone on nothing, for editors that want pictures. An animated PNG plays in browsers and chats as a GIF does.',
+  title: 'Cut-out images',
+  about: 'Transparent images for editing. An animated PNG plays like a GIF.',
   choices: [
     stream('cutout-zip', 'ZIP of PNG files', 'cutout.zip', 'cutout', 'zip'),
     stream('cutout-apng', 'Animated PNG', 'cutout.png', 'cutout', 'apng'),
-    stream('alpha-zip', 'Alpha alone, ZIP', 'alpha.zip', 'alpha', 'zip'),
+    stream('alpha-zip', 'Alpha only, ZIP', 'alpha.zip', 'alpha', 'zip'),
   ],
 };
 
@@ -126,7 +124,7 @@ function stream(id: string, label: string, file: string, style: 'cutout' | 'alph
 
 export const project: Export = {
   title: 'Project',
-  about: 'Masks, corrections and the clip itself in one file, which this page opens again.',
+  about: 'Masks, corrections and the clip in one file, to open again here.',
   choices: [
     {
       id: 'project',

@@ -41,6 +41,6 @@ export class SavedJob extends ClipJob {
   }
 
   get extent() {
-    return `${this.masks?.numFrames ?? 0} frames of ${this.size}, opened again`;
+    return `${this.masks?.numFrames ?? 0} frames of ${this.size}, reopened`;
   }
 }

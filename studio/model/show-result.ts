@@ -11,8 +11,7 @@ import { hiddenAmong } from './selection.js';
 import { Times } from './presence.js';
 import type { AnyJob } from './job.js';
 
-const NOISE_REMARK =
-  'This browser alters pixels that a page reads, against tracking. Results may differ a little from run to run.';
+const NOISE_REMARK = 'This browser adds noise to pixels to prevent tracking, so results may vary slightly.';
 
 /**
  * A run that has ended. What was shown window by window stays at the frame on screen. What is found is shown first, and

@@ -21,16 +21,16 @@ const WEAK = { 'trajectory.structureFloor': 0.005, 'trajectory.structureMean': 0
 const LARGEST_STEP = 3;
 
 export function whereWords({ numFrames, trajectories, coverage, speed, cameraMoves, motions }: SearchReport): string {
-  if (trajectories === 0) return `Looked at ${plural(numFrames, 'frame')} and found no point to follow.`;
-  const followed = `Followed ${plural(trajectories, 'point')} over ${percent(coverage)} of the picture, through ${plural(numFrames, 'frame')}`;
-  const camera = cameraMoves ? `the camera moves, about ${speed.toFixed(1)} px a frame` : 'the camera stands still';
+  if (trajectories === 0) return `No points to track in ${plural(numFrames, 'frame')}.`;
+  const followed = `Tracked ${plural(trajectories, 'point')} over ${percent(coverage)} of the picture in ${plural(numFrames, 'frame')}`;
+  const camera = cameraMoves ? `the camera moves about ${speed.toFixed(1)} px/frame` : 'the camera is still';
   return `${followed}; ${camera}. ${groundWords(motions)}`;
 }
 
 function groundWords(motions: number[] | null) {
-  if (!motions || motions.length < 1) return 'All of it was taken as background.';
-  if (motions.length === 1) return 'All points move alike: they were taken as background.';
-  return `Of ${motions.length} motions the largest has ${percent(motions[0])} of the points; all were taken as background.`;
+  if (!motions || motions.length < 1) return 'Nothing stands out.';
+  if (motions.length === 1) return 'Everything moves together, so nothing stands out.';
+  return `There are ${motions.length} motions, the largest with ${percent(motions[0])} of the points; none stands out.`;
 }
 
 /**
@@ -54,15 +54,15 @@ export function triesOf(
   }
   if (isOwn && (take.start > 0 || take.start + take.frames * take.step < source.count)) {
     const whole = fitTake({ ...take, start: 0, frames: source.count }, source);
-    tries.push({ id: 'whole', label: 'The whole clip', patch: { take: whole } });
+    tries.push({ id: 'whole', label: 'Whole clip', patch: { take: whole } });
   }
   const side = SIDES.find((one) => one > take.side);
   if (isOwn && side && Math.max(source.width, source.height) > take.side)
-    tries.push({ id: 'side', label: `Finer, at ${side} px`, patch: { take: { ...take, side } } });
+    tries.push({ id: 'side', label: `Larger, at ${side} px`, patch: { take: { ...take, side } } });
   if (coverage < LITTLE && Object.keys(WEAK).some((name) => !changed.has(name)))
     tries.push({
       id: 'weak',
-      label: 'Follow weaker texture too',
+      label: 'Track weaker texture',
       patch: { changed: new Map([...changed, ...Object.entries(WEAK)]) },
     });
   return tries;

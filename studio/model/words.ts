@@ -21,119 +21,104 @@ export class PageError extends Error {
 /** Title and advice for each error code, from the page and from the library. */
 const ADVICE: Record<string, [string, string]> = {
   'unreadable-video': [
-    'This file cannot be played as a video here',
+    'Can’t play this video',
     'The browser has no decoder for it, or the file is damaged. Convert it to MP4 (H.264) or WebM, or try another browser.',
   ],
-  'unreadable-image': [
-    'One of these images cannot be read',
-    'Use whole PNG, JPEG, WebP or GIF files, and leave the damaged one out.',
-  ],
+  'unreadable-image': ['Can’t read one of these images', 'Use PNG, JPEG, WebP or GIF files, without the damaged one.'],
   'unknown-file': [
-    'This is neither a video nor an image',
-    'Open a video (MP4, WebM, …), an animated GIF, several images of one sequence, or one image.',
+    'Not a video or an image',
+    'Open a video (MP4, WebM, …), an animated GIF, an image sequence or one image.',
   ],
-  'mixed-files': ['These files do not go together', 'Open one video, or several images of one sequence, but not both.'],
+  'mixed-files': ['Videos and images together', 'Open one video or one image sequence, not both.'],
   'many-videos': [
-    'This page takes one video at a time',
-    'Open them one by one. The command line takes several: “tracecut segment a.mp4 b.mp4 --out masks”.',
+    'One video at a time',
+    'Open them one by one, or use the command line: “tracecut segment a.mp4 b.mp4 --out masks”.',
   ],
-  'other-frames': ['The clip gives other frames than before', 'Run it again, then save it.'],
+  'other-frames': ['The clip has changed', 'Run again, then save.'],
   'one-frame': [
-    'There is only one frame',
-    'Motion needs at least two pictures of the same scene. Open a longer video, or choose all images of a sequence.',
+    'Only one frame',
+    'Motion needs at least two frames of the same scene. Open a longer video or a whole image sequence.',
   ],
   animated: [
-    'This browser cannot take animated images apart',
+    'This browser can’t read animated images',
     'Convert it to MP4 (H.264) or WebM, or open its frames as images.',
   ],
-  'mixed-sizes': [
-    'These images differ in size',
-    'All images of a sequence must have the same width and height. Leave out the ones that differ.',
-  ],
-  'no-project': [
-    'This is no project of TraceCut',
-    'Open the video itself, or a file that was saved here as a project.',
-  ],
-  'too-large-to-keep': ['The clip is too large to keep', 'Save the project as a file before you leave.'],
+  'mixed-sizes': ['Images of different sizes', 'Use images of the same width and height.'],
+  'no-project': ['Not a TraceCut project', 'Open the video itself, or a project file saved here.'],
+  'too-large-to-keep': ['The clip is too large to store', 'Save the project as a file before you leave.'],
   'no-frames': ['No frame could be read', 'Choose an earlier start, or convert the video to MP4 (H.264) or WebM.'],
   unsupported: [
-    'This browser is too old for TraceCut',
-    'It needs WebAssembly with SIMD: Chrome or Edge 91, Firefox 89, Safari 16.4, or newer.',
+    'This browser is too old',
+    'TraceCut needs WebAssembly SIMD: Chrome or Edge 91, Firefox 89, Safari 16.4, or newer.',
   ],
   'wasm-load': [
-    'The segmentation code did not load',
-    'Reload the page. If that does not help, the site is incomplete: the folder “dist” must lie beside the page.',
+    'TraceCut did not load',
+    'Reload the page. If that doesn’t help, the site is incomplete: the folder “dist” must be next to the page.',
   ],
   'too-few-frames': [
-    'There are too few frames',
-    'Motion needs at least two pictures of the same scene. Choose more frames, or an earlier start.',
+    'Too few frames',
+    'Motion needs at least two frames of the same scene. Choose more frames or an earlier start.',
   ],
-  'frame-size': ['These frames have a size that cannot be processed', 'Choose another working size under “Clip”.'],
-  'too-large': ['There is more than can be processed at once', 'Choose fewer frames, or smaller pictures.'],
-  'frame-size-changed': ['The frames change size on the way', 'Use a video or images of one size.'],
-  param: ['A setting has a value that does not work', 'Reset it under “Settings”, then run again.'],
-  data: ['The computation met values that it cannot use', 'Reset the settings, or choose other frames, and run again.'],
-  state: ['Something was asked for that is not there any more', 'Run it again.'],
-  busy: ['Something else is still under way', 'Wait a moment, then run it again.'],
-  closed: ['The run was ended', 'Run it again.'],
-  'frame-bytes': ['A frame is incomplete', 'Convert the video to MP4 (H.264) or WebM, or choose other frames.'],
-  decode: ['A file cannot be decoded', 'Use whole PNG or JPEG files.'],
-  codec: ['This browser cannot decode this video', 'Convert it to MP4 (H.264) or WebM, or try another browser.'],
-  'no-video': ['There is no picture in this file', 'Open a video file: MP4, WebM, MOV or MKV.'],
-  truncated: ['This file is cut off or damaged', 'Choose frames before the damage, or copy or convert the file again.'],
-  fetch: ['The file cannot be read', 'Copy it to this device, and open it again.'],
-  'no-place': [
-    'No part was chosen',
-    'Click the part of the object that is another thing, then split; what was missed is added by “Add”.',
-  ],
-  unfinished: ['The clip was not segmented to its end', 'Run it again, to the end.'],
-  poisoned: [
-    'The computation broke down',
-    'Run it again; if it happens again, choose fewer frames or a smaller working size. Other clips are not affected.',
-  ],
-  memory: ['The computation ran out of memory', 'Choose fewer frames or a smaller working size under “Clip”.'],
+  'frame-size': ['Unsupported frame size', 'Choose another working size under “Clip”.'],
+  'too-large': ['Too much to process at once', 'Choose fewer or smaller frames.'],
+  'frame-size-changed': ['The frame size changes midway', 'Use a video or images of one size.'],
+  param: ['Invalid setting', 'Reset it under “Settings”, then run again.'],
+  data: ['Invalid values in the computation', 'Reset the settings or choose other frames, then run again.'],
+  state: ['No longer available', 'Run again.'],
+  busy: ['Still busy', 'Wait a moment, then try again.'],
+  closed: ['The run was stopped', 'Run again.'],
+  'frame-bytes': ['Incomplete frame', 'Convert the video to MP4 (H.264) or WebM, or choose other frames.'],
+  decode: ['Can’t decode this file', 'Use intact PNG or JPEG files.'],
+  codec: ['This browser can’t decode this video', 'Convert it to MP4 (H.264) or WebM, or try another browser.'],
+  'no-video': ['No video in this file', 'Open a video file: MP4, WebM, MOV or MKV.'],
+  truncated: ['The file is damaged', 'Choose frames before the damage, or copy or convert the file again.'],
+  fetch: ['Can’t read the file', 'Copy it to this device and open it again.'],
+  'no-place': ['No part selected', 'Click the part to split off first. Use “Add” for missing objects.'],
+  unfinished: ['The run is not finished', 'Run it to the end.'],
+  poisoned: ['The computation failed', 'Run again. If it fails again, choose fewer frames or a smaller working size.'],
+  memory: ['Out of memory', 'Choose fewer frames or a smaller working size under “Clip”.'],
 };
 
 /** What a run does, in the words of the headline, by stages. */
 const DOING: Record<string, string> = {
   frames: 'Reading frames',
-  windows: 'Finding what moves',
-  flow: 'Following what moves',
-  trajectories: 'Following what moves',
-  superpixels: 'Drawing the outlines',
-  cut: 'Drawing the outlines',
-  masks: 'Drawing the outlines',
-  boundaries: 'Drawing the outlines',
-  imageEdges: 'Drawing the outlines',
-  other: 'Finding what moves together',
+  windows: 'Finding objects',
+  flow: 'Tracking motion',
+  trajectories: 'Tracking motion',
+  superpixels: 'Drawing outlines',
+  cut: 'Drawing outlines',
+  masks: 'Drawing outlines',
+  boundaries: 'Drawing outlines',
+  imageEdges: 'Drawing outlines',
+  other: 'Grouping motion',
 };
 
 export const doing = (stage: string) => DOING[stage] ?? DOING.other;
 
 /** What the page says about an image that is alone. */
 export const STILL = {
-  headline: 'A still image, and its boundaries',
-  remark: 'One picture shows no motion. To see what moves, open a video, or all images of a sequence.',
+  headline: 'Still image',
+  remark: 'One image has no motion. Open a video or an image sequence.',
 };
 
 /** What the page says about the first look at a clip. */
 export const PREVIEW = {
-  live: 'A coarse preview of the first frames is shown until their masks are there.',
+  live: 'Coarse preview of the first frames.',
 };
 
 /** What the page says about a clip that was taken window by window. */
 export const LONG = {
-  remark: (window: number) => `Taken in windows of ${window} frames; objects keep their numbers.`,
-  nothing: 'Nothing in this clip moves differently from the background.',
+  remark: (window: number) => `windows of ${window} frames`,
+  nothing: 'Nothing stands out from the background.',
   partial: (done: number, all: number) =>
-    `Stopped early: ${done} of ${all} frames have masks, and can be saved. “Continue” goes on from there.`,
+    `Stopped early: ${done} of ${all} frames are ready to save. Continue to finish.`,
 };
 
 /** A file that ends in damage, and what was taken of it. */
 export function damageWords({ frames, total }: { frames: number; total: number | null }): string {
   return total !== null && total > frames
-    ? `The file is cut off or damaged. ${count(frames)} of ${count(total)} frames come before that: these were taken.`
-    : `The file is cut off or damaged. ${count(frames)} frames come before that: these were taken.`;
+    ? `The file is damaged: the first ${count(frames)} of ${count(total)} frames were used.`
+    : `The file is damaged: the first ${count(frames)} frames were used.`;
 }
 
 /** What files are to be converted to. */
@@ -156,16 +141,16 @@ export function explain(
   return {
     code: typeof code === 'string' ? code : 'unknown',
     title: 'Something went wrong',
-    advice: 'Run it again, or open the sample. The browser’s console has the details.',
+    advice: 'Run again or open the sample. The browser console has details.',
     detail,
   };
 }
 
-/** Writes a number with narrow spaces between thousands: `1 234`. */
+/** Writes a number with commas between thousands: `1,234`. */
 export function count(n: number): string {
   return Math.round(n)
     .toString()
-    .replace(/\B(?=(\d{3})+$)/g, '\u202f');
+    .replace(/\B(?=(\d{3})+$)/g, ',');
 }
 
 /** Returns `1 frame`, `2 frames`. */
@@ -200,11 +185,11 @@ export function atTime(times: Times, frame: number): string {
 
 /**
  * @param share in 0..1
- * @returns `62 %`, `0.4 %`
+ * @returns `62%`, `0.4%`
  */
 export function percent(share: number): string {
   const p = share * 100;
-  return `${p > 0 && p < 9.95 ? p.toFixed(1) : Math.round(p)}\u00a0%`;
+  return `${p > 0 && p < 9.95 ? p.toFixed(1) : Math.round(p)}%`;
 }
 
 /** What the page sees, in one sentence. */
@@ -212,14 +197,14 @@ export function headline(
   result: { objects: readonly object[] | null; clusters: { count: number }; trajectories: { count: number } },
   facts: Facts[],
 ): string {
-  if (result.trajectories.count === 0) return 'Nothing to follow';
+  if (result.trajectories.count === 0) return 'Nothing to track';
   return countObjects(facts);
 }
 
 export function countObjects(facts: Facts[]): string {
   const objects = facts.filter(({ object, first }) => object > 0 && first >= 0).length;
-  if (objects < 1) return 'No motion that differs from the background';
-  return `${plural(objects, 'moving object')} and the background`;
+  if (objects < 1) return 'No moving objects';
+  return plural(objects, 'moving object');
 }
 
 /**
@@ -231,13 +216,13 @@ export function remark(result: {
   trajectories: { count: number };
 }): string {
   if (result.trajectories.count === 0) {
-    return 'The pictures have no texture that could be followed.';
+    return 'The frames have too little texture to track.';
   }
   if (result.clusters.count < 2) {
-    return 'Everything moves alike, or nothing moves.';
+    return 'Everything moves together, or nothing moves.';
   }
   if (result.objects?.length === 0) {
-    return 'There are several motions, but each goes with the background.';
+    return 'There are several motions, but none stands out.';
   }
   return '';
 }

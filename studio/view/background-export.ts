@@ -7,8 +7,7 @@ const MARGIN = 2;
 
 export const background: Export = {
   title: 'Background',
-  about:
-    'The scene without any of the objects, for an editor: other frames show what is behind them. What none of them shows is transparent.',
+  about: 'The scene without objects, filled in from other frames. What no frame shows is transparent.',
   choices: [
     {
       id: 'background-png',

@@ -30,7 +30,7 @@ function plays(type?: string) {
 /** The browser's own player: it keeps up with large videos. */
 class VideoPlayer implements ClipPlayer {
   url: string;
-  element = h('video', { playsinline: true, preload: 'auto', 'aria-label': 'The clip as it is' });
+  element = h('video', { playsinline: true, preload: 'auto', 'aria-label': 'Original clip' });
   ticking: number;
 
   constructor(
@@ -81,7 +81,7 @@ class VideoPlayer implements ClipPlayer {
 
 /** Frames as the page reads them, for images. */
 class FramePlayer implements ClipPlayer {
-  element = h('canvas', { role: 'img', 'aria-label': 'The clip as it is' });
+  element = h('canvas', { role: 'img', 'aria-label': 'Original clip' });
   ctx: CanvasRenderingContext2D | null;
   /** Ends what is shown or played; what was awaited before is void. */
   going = new AbortController();

@@ -43,7 +43,7 @@ async function stayOffline() {
       registration.installing?.addEventListener('statechange', () => offer(registration));
     });
   } catch (error) {
-    console.info('This page is not kept for use without a network.', error);
+    console.info('This page is not available offline.', error);
   }
 }
 
@@ -60,7 +60,7 @@ function offer(registration: ServiceWorkerRegistration) {
   workers.onmessage = ({ data }) => {
     if (data !== 'other-pages') return;
     button.textContent = 'Close other tabs first';
-    button.title = 'TraceCut is open in another tab, whose result would be lost. Close it, then click here again.';
+    button.title = 'TraceCut is open in another tab. Close it, then click again.';
   };
   button.onclick = () => {
     workers.oncontrollerchange = () => location.reload();

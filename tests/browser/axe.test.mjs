@@ -147,7 +147,7 @@ describe('the help', () => {
     // As in an engine that rounds otherwise.
     await page.evaluate(() => (Math.round = Math.floor));
     await page.click('#about-check');
-    await page.waitForFunction(() => /please report/.test(document.querySelector('#about-status').textContent));
+    await page.waitForFunction(() => /Please report/.test(document.querySelector('#about-status').textContent));
     assert.equal((await page.locator('#about .hash-differs').count()) > 0, true);
     assert.match(await text(page, '#about .hash-differs >> nth=0'), /differs from [0-9a-f]{16}/);
     assert.deepEqual(faults, []);

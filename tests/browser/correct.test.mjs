@@ -39,7 +39,9 @@ function hands(page) {
   };
   const said = async () => {
     await page.waitForFunction(() =>
-      /^(In .*[.]|Corrected|Undone|Done again|That is not)/.test(document.querySelector('#correct-status').textContent),
+      /^(Applied to .*[.]|Corrected|Undone|Redone|Not possible)/.test(
+        document.querySelector('#correct-status').textContent,
+      ),
     );
     return text(page, '#correct-status');
   };
@@ -84,7 +86,7 @@ describe('a result is corrected', () => {
   const status = () =>
     page
       .waitForFunction(() =>
-        /^(Corrected|Undone|That is not)/.test(document.querySelector('#correct-status').textContent),
+        /^(Corrected|Undone|Not possible)/.test(document.querySelector('#correct-status').textContent),
       )
       .then(() => text(page, '#correct-status'));
 
@@ -141,11 +143,11 @@ describe('a result is corrected', () => {
     await page.selectOption('#correct-into', '1');
     const words = await corrected(() => page.click('#correct-merge'));
     console.log(`a merge on the page: ${words}`);
-    assert.match(words, /^Corrected in \d+\.\d\ss\. 2 moving objects and the background\.$/);
+    assert.match(words, /^Corrected in \d+\.\d\ss\. 2 moving objects\.$/);
     const merged = await counts();
     assert.deepEqual(merged, { 0: found[0], 1: found[1] + found[2], 3: found[3] });
     assert.equal(await page.evaluate(() => globalThis.tracecutStudio.app.timeline.frame), FRAME, 'the frame stays');
-    assert.equal(await text(page, '#headline'), '2 moving objects and the background');
+    assert.equal(await text(page, '#headline'), '2 moving objects');
     assert.equal(await page.locator('.lane').count(), 2);
     await corrected(() => page.keyboard.press('Control+z'));
     assert.equal(await masks(), original);
@@ -191,7 +193,7 @@ describe('a result is corrected', () => {
     await page.click('#canvas', { position: { x: 5, y: 5 } });
     const words = await corrected(() => page.click('#correct-split'));
     if (/^Corrected/.test(words)) await corrected(() => page.click('#correct-undo'));
-    else assert.match(words, /^That is not possible here: .{20}/);
+    else assert.match(words, /^Not possible here: .{20}/);
     assert.equal(await masks(), original);
     assert.deepEqual(faults, []);
   });
@@ -214,14 +216,14 @@ describe('a result is corrected', () => {
     const then = await unit();
     await paint(first, { x: first.x + 3, y: first.y });
     await paint(second, { x: second.x + 3, y: second.y });
-    assert.equal(await text(page, '#strokes-count'), '2 painted');
+    assert.equal(await text(page, '#strokes-count'), '2 strokes');
     await page.evaluate(() => globalThis.tracecutStudio.app.viewer.draw());
     await screenshot(page, 'strokes');
     const words = await corrected(() => page.click('#strokes-apply'));
     console.log(`strokes on the page: ${words}`);
     assert.match(words, /^Corrected in .* 2 moving objects/);
     assert.equal((await counts())[3], undefined);
-    assert.equal(await text(page, '#strokes-count'), '0 painted');
+    assert.equal(await text(page, '#strokes-count'), '0 strokes');
     await page.check('#correct-tools [value="apart"]', { force: true });
     await settled();
     const zoom = then / (await unit());
@@ -251,7 +253,7 @@ describe('a result is corrected', () => {
 
     await use('paint');
     await page.selectOption('#correct-object', '2');
-    assert.match(await paint(14, 21, 28, 24), /^In \d+ frames/);
+    assert.match(await paint(14, 21, 28, 24), /^Applied to frames /);
     assert.equal(await labelAt(12, 21, 22), 2);
     const painted = await masks();
     await screenshot(page, 'brush');
@@ -260,7 +262,7 @@ describe('a result is corrected', () => {
     await use('erase');
     assert.equal(await page.inputValue('#correct-object'), '2');
     await page.uncheck('#brush-carry');
-    assert.equal(await paint(14, 21, 28, 24), 'In frame 13.');
+    assert.equal(await paint(14, 21, 28, 24), 'Applied to frame 13.');
     assert.equal(await labelAt(12, 21, 22), 0);
     await page.check('#brush-carry');
 
@@ -268,7 +270,7 @@ describe('a result is corrected', () => {
     assert.equal(await page.inputValue('#correct-object'), '-1');
     await click(175, 14);
     assert.equal(await labelAt(12, 175, 14), 4);
-    assert.equal(await text(page, '#headline'), '4 moving objects and the background');
+    assert.equal(await text(page, '#headline'), '4 moving objects');
     const all = await masks();
 
     for (const _ of [0, 1]) await press('#correct-undo');
@@ -315,7 +317,7 @@ describe('a result is corrected', () => {
 
     await use('add');
     const start = performance.now();
-    assert.match(await click(thing.x, thing.y), /^In \d+ frames/);
+    assert.match(await click(thing.x, thing.y), /^Applied to frames /);
     const first = await added();
     assert.ok(
       first.overlap > 0.6,
@@ -328,7 +330,7 @@ describe('a result is corrected', () => {
       ['#add-smaller', -1],
     ]) {
       if (await page.locator(button).isDisabled()) continue;
-      assert.match(await press(button), /^In \d+ frames?|^In frame/);
+      assert.match(await press(button), /^Applied to frame/);
       const { own } = await added();
       assert.ok(sign * (own - sizes.at(-1)) > 0, `${button}: ${sizes.at(-1)} to ${own} pixels`);
       assert.equal(await labelAt(12, thing.x, thing.y), label, 'it is the same object');
@@ -341,7 +343,7 @@ describe('a result is corrected', () => {
     await page.keyboard.down('Alt');
     await page.mouse.click(u, v);
     await page.keyboard.up('Alt');
-    await page.waitForFunction(() => /^In /.test(document.querySelector('#correct-status').textContent));
+    await page.waitForFunction(() => /^Applied to /.test(document.querySelector('#correct-status').textContent));
     assert.equal(await labelAt(12, thing.x, thing.y), 0);
     for (const _ of [0, 1]) await press('#correct-undo');
     assert.equal(await masks(), missed, 'a change of size is no step of its own');
@@ -392,7 +394,7 @@ describe('five objects are joined and corrected', () => {
     assert.equal(await page.locator('#show-all').isVisible(), false, 'it is not shown alone');
     await page.click('[data-object="4"] .object-main', { modifiers: ['Control'] });
     await page.click('#canvas', { modifiers: ['Shift'], position: await placeOf(page, 5) });
-    assert.equal(await text(page, '#join-words'), 'Object 2\nObject 4\nObject 5\n3 objects chosen');
+    assert.equal(await text(page, '#join-words'), 'Object 2\nObject 4\nObject 5\n3 objects selected');
     assert.equal(await page.locator('.is-meant').count(), 3);
     await screenshot(page, 'join');
     assert.deepEqual(await accessibilityFaults(page), []);
@@ -425,7 +427,7 @@ describe('five objects are joined and corrected', () => {
     await until(page, '0,1,2,3,4,5');
     await page.keyboard.press('?');
     await page.waitForSelector('#help[open]');
-    assert.match(await text(page, '#help-keys'), /Shift Enter\s+on an object of the list: choose it with others/);
+    assert.match(await text(page, '#help-keys'), /Shift Enter\s+on a listed object: select several/);
     await page.click('#help-close');
     await page.click('#correct-done');
     assert.deepEqual(faults, []);
@@ -434,7 +436,7 @@ describe('five objects are joined and corrected', () => {
   test('those that touch and move alike are proposed, until they are refused', async () => {
     await open({ ...WIDE, parts: 3 });
     await page.waitForSelector('#join', { state: 'visible' });
-    assert.match(await text(page, '#join-words'), /These 3 look like one: join\?$/);
+    assert.match(await text(page, '#join-words'), /These 3 move together\. Join\?$/);
     assert.deepEqual(await accessibilityFaults(page), []);
     await page.locator('#join').scrollIntoViewIfNeeded();
     await screenshot(page, 'join-proposed');
@@ -442,7 +444,7 @@ describe('five objects are joined and corrected', () => {
     await until(page, '0,1,4,5');
     await page.click('#join-undo');
     await until(page, '0,1,2,3,4,5');
-    await page.waitForFunction(() => /join\?/.test(document.querySelector('#join-words').textContent));
+    await page.waitForFunction(() => /Join\?/.test(document.querySelector('#join-words').textContent));
     await page.click('#join-no');
     await page.waitForSelector('#join', { state: 'hidden' });
     // A change of the result does not bring it back.
@@ -515,7 +517,7 @@ describe('five objects are joined and corrected', () => {
     assert.match(await text(page, '#correct-status'), /^Undone\. 5 moving objects/);
     await page.click('#correct-redo');
     await page.waitForFunction(() => document.querySelectorAll('.object').length === 5);
-    assert.match(await text(page, '#correct-status'), /^Done again\. 4 moving objects/);
+    assert.match(await text(page, '#correct-status'), /^Redone\. 4 moving objects/);
     await page.click('#correct-done');
   });
 });

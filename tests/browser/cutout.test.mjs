@@ -223,7 +223,7 @@ describe('the cut-out view', () => {
     assert.deepEqual(one.shown, [0, 0xb1, 0x40, 255]);
     assert.ok(near(two.shown, two.own));
     await openSave(page);
-    assert.match(await text(page, '#export-kept'), /^Object 2, Object 3 of 3 objects are kept/);
+    assert.match(await text(page, '#export-kept'), /^Only Object 2, Object 3 will be saved/);
     assert.equal(await text(page, '[data-export="cutout-webm"]'), 'Green WebM');
     const coming = page.waitForEvent('download');
     await page.click('[data-export="cutout-webm"]');

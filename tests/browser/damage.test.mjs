@@ -29,7 +29,7 @@ describe('the page runs with the frames before the damage', () => {
     const files = movingClip(10, [96, 64]);
     files[6] = { ...files[6], buffer: files[6].buffer.subarray(0, 60) };
     assert.equal(await run(page, files), 'done');
-    assert.match(await text(page, '#notice'), /^The file is cut off or damaged\. 6 of 10 frames come before that/);
+    assert.match(await text(page, '#notice'), /^The file is damaged: the first 6 of 10 frames/);
     assert.match(await text(page, '#counter'), /\/ 6$/);
     assert.deepEqual(await accessibilityFaults(page), []);
     await screenshot(page, 'damage');
@@ -41,7 +41,7 @@ describe('the page runs with the frames before the damage', () => {
     );
     const gif = gifFile('cut.gif', frames);
     assert.equal(await run(page, [{ ...gif, buffer: gif.buffer.subarray(0, 0.65 * gif.buffer.length) }]), 'done');
-    assert.match(await text(page, '#notice'), /^The file is cut off or damaged\. [567] frames come before that/);
+    assert.match(await text(page, '#notice'), /^The file is damaged: the first [567] frames/);
     assert.deepEqual(faults, []);
   });
 
@@ -52,7 +52,7 @@ describe('the page runs with the frames before the damage', () => {
       'done',
       await text(page, 'main'),
     );
-    assert.match(await text(page, '#notice'), /^The file is cut off or damaged\. 8 of 16 frames/);
+    assert.match(await text(page, '#notice'), /^The file is damaged: the first 8 of 16 frames/);
     await openSave(page);
     const [download] = await Promise.all([page.waitForEvent('download'), page.click('[data-export="coco"]')]);
     assert.equal(JSON.parse(await bytesOf(download)).images.length, 8);

@@ -1,4 +1,4 @@
-// Cut-out pictures and mask videos, saved by the page and opened again; files that are written while they are made.
+// Cut-out images and mask videos, saved by the page and opened again; files that are written while they are made.
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';

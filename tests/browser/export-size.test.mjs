@@ -37,7 +37,7 @@ before(async () => {
 async function save(page, id) {
   const coming = page.waitForEvent('download');
   await page.click(`[data-export="${id}"]`);
-  await page.waitForFunction(() => !/^Making/.test(document.querySelector('#export-status').textContent));
+  await page.waitForFunction(() => !/^Saving/.test(document.querySelector('#export-status').textContent));
   const said = await text(page, '#export-status');
   assert.match(said, /^Saved/, `${id}: ${said}`);
   return bytesOf(await coming);
@@ -52,7 +52,7 @@ describe('exports of a clip whose sound WebM cannot hold', () => {
     assert.equal(await run(page, [file]), 'done', await text(page, 'main'));
     await openSave(page);
     await page.waitForFunction(() => !document.querySelector('#export-with-sound').hidden);
-    assert.match(await text(page, '#export-sound-facts'), /^pcm-s16, as it is; in WebM as Opus\.$/);
+    assert.match(await text(page, '#export-sound-facts'), /^pcm-s16, unchanged; Opus in WebM\.$/);
     for (const [id, codec] of [
       ['transparent', 'opus'],
       ['overlay-webm', 'opus'],
@@ -84,7 +84,7 @@ describe('exports at the size of the source', () => {
         await text(page, '#export-facts'),
         new RegExp(`^${width} × ${height}, ${count} frames, 0\\.\\d\\ss, a video takes roughly [\\d.]+\\s[KM]B\\.$`),
       );
-      assert.match(await text(page, '#export-sound-facts'), /^Opus, as it is\.$/);
+      assert.match(await text(page, '#export-sound-facts'), /^Opus, unchanged\.$/);
       await screenshot(page, `export-${height}`);
       const clear = await page.evaluate(readClip, (await save(page, 'cutout-webm')).toString('base64'));
       assert.deepEqual(clear.size, [width, height]);
@@ -113,7 +113,7 @@ describe('exports at the size of the source', () => {
     const { page, faults } = sample;
     await openSave(page);
     assert.deepEqual(await page.locator('#export-size option').allTextContents(), [
-      `As the source, ${WIDTH} × ${HEIGHT}`,
+      `Same as source, ${WIDTH} × ${HEIGHT}`,
       `Half of it, ${WIDTH / 2} × ${HEIGHT / 2}`,
       'As computed, 480 × 270',
       'Other…',

@@ -81,7 +81,7 @@ describe('faults around the page', { timeout: 300_000 }, () => {
     await page.context().route('**/view/*.js', (route) => route.abort());
     const found = await page.evaluate(() => [...globalThis.tracecutStudio.result.labels(3)].join(''));
     await page.keyboard.press('e');
-    await page.waitForFunction(() => /network does not answer/.test(document.querySelector('#notice').textContent));
+    await page.waitForFunction(() => /offline/.test(document.querySelector('#notice').textContent));
     await page.context().unroute('**/view/*.js');
     assert.equal(await page.evaluate(() => document.body.dataset.state), 'done');
     assert.equal(await page.evaluate(() => [...globalThis.tracecutStudio.result.labels(3)].join('')), found);

@@ -291,7 +291,7 @@ describe('a clip of more than one window', () => {
     for (const id of ids) {
       const coming = page.waitForEvent('download');
       await page.click(`[data-export="${id}"]`);
-      await page.waitForFunction(() => !/^Making/.test(document.querySelector('#export-status').textContent));
+      await page.waitForFunction(() => !/^Saving/.test(document.querySelector('#export-status').textContent));
       const said = await text(page, '#export-status');
       assert.match(said, /^Saved/, `${id}: ${said}`);
       const bytes = await bytesOf(await coming);

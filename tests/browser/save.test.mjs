@@ -136,7 +136,7 @@ describe('exports', () => {
     await page.click('#export-close');
     await page.click('[data-object="1"] .keep');
     await openSave(page);
-    assert.match(await text(page, '#export-kept'), /^Object 2.* of 3 objects are kept/);
+    assert.match(await text(page, '#export-kept'), /^Only Object 2.* will be saved/);
     const coco = JSON.parse((await save('coco')).bytes);
     assert.ok(coco.annotations.length > 0 && coco.annotations.every(({ track_id }) => track_id !== 1));
     await page.click('#export-close');
@@ -200,7 +200,7 @@ describe('exports', () => {
     await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
     await openSave(page);
     await page.click('#copy-link');
-    await page.waitForFunction(() => /clipboard/.test(document.querySelector('#export-status').textContent));
+    await page.waitForFunction(() => /copied/.test(document.querySelector('#export-status').textContent));
     const link = await page.evaluate(() => navigator.clipboard.readText());
     assert.match(link, /#trajectory\.gridStep=12$/);
     const { page: other } = await site.open();
@@ -217,7 +217,7 @@ describe('exports', () => {
     await page.click('#export-close');
     await run(page, [pngFile('plain.png', plainFrame(40, 30))]);
     assert.equal(await page.locator('#export-open').isVisible(), false);
-    assert.match(await text(page, '#headline'), /still image/);
+    assert.match(await text(page, '#headline'), /still image/i);
   });
 });
 
@@ -246,7 +246,7 @@ describe('words', () => {
     await page.waitForSelector('#cancel', { state: 'visible' });
     await ended(page);
     const heads = await page.evaluate(() => [...globalThis.heads]);
-    assert.ok(heads.includes('Finding what moves together'), heads.join(' | '));
+    assert.ok(heads.includes('Grouping motion'), heads.join(' | '));
     for (const head of heads)
       assert.doesNotMatch(head, /window|flow|trajector|affinit|embedding|discontin|saliency|superpixel|cut/i);
     await openFive(page);

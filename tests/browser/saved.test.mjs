@@ -70,7 +70,7 @@ describe('work', () => {
     await page.mouse.down();
     await page.mouse.move(box.x + 0.9 * box.width, box.y + 0.1 * box.height, { steps: 4 });
     await page.mouse.up();
-    await page.waitForFunction(() => /^In .*[.]/.test(document.querySelector('#correct-status').textContent));
+    await page.waitForFunction(() => /^Applied to .*[.]/.test(document.querySelector('#correct-status').textContent));
     await keptAfter(page, then);
   }
 
@@ -109,7 +109,7 @@ describe('work', () => {
     const again = await context.newPage();
     await again.goto(address);
     await again.waitForSelector('#saved:not([hidden])', { timeout: 180_000 });
-    assert.match(await text(again, '#saved-text'), /^Your work on .* was kept\.$/);
+    assert.match(await text(again, '#saved-text'), /^Recent project: ./);
     await ended(again);
     await screenshot(again, 'saved');
     assert.deepEqual(await accessibilityFaults(again), []);
@@ -222,7 +222,7 @@ describe('work', () => {
     // The first clip once more, as new files: its work is there, and stays.
     await open(clip(12, 96, 64));
     await page.waitForSelector('#saved', { state: 'visible' });
-    assert.match(await text(page, '#saved-text'), /^Your corrected work on frame000.* was kept\.$/);
+    assert.match(await text(page, '#saved-text'), /^You have a corrected project of frame000/);
     assert.deepEqual(await facts(page), ['false 1', 'false 0']);
     assert.notEqual(await masks(page), corrected);
     await addThing(page);
@@ -245,7 +245,7 @@ describe('work', () => {
     // The earlier one, by keyboard.
     await page.focus('.versions [data-open]');
     await page.keyboard.press('Enter');
-    await page.waitForFunction(() => /opened again/.test(document.querySelector('#facts, #subline').textContent));
+    await page.waitForFunction(() => /reopened/.test(document.querySelector('#facts, #subline').textContent));
     assert.equal(await ended(page), 'done');
     for (let tries = 0; tries < 50 && (await masks(page)) !== corrected; tries += 1) await page.waitForTimeout(200);
     assert.ok((await masks(page)) === corrected, 'the corrected masks are back');
@@ -256,7 +256,7 @@ describe('work', () => {
     const remove = page.locator('.works > .work:nth-child(2) > button').last();
     await remove.focus();
     await page.keyboard.press('Enter');
-    assert.equal(await remove.innerText(), 'Delete for good?');
+    assert.equal(await remove.innerText(), 'Delete forever?');
     await page.keyboard.press('Enter');
     await page.waitForFunction(() => document.querySelectorAll('.works > .work').length === 1);
     await page.keyboard.press('Escape');
@@ -321,7 +321,7 @@ describe('work', () => {
     await inPhase(page, 'running');
     assert.equal(await ended(page), 'done');
     await page.waitForSelector('#saved', { state: 'visible' });
-    assert.match(await text(page, '#saved-text'), /^There is no room to keep this work/);
+    assert.match(await text(page, '#saved-text'), /^Storage is full/);
     assert.equal(await page.evaluate(() => 'unkept' in document.body.dataset), true, 'leaving is asked about');
     assert.deepEqual(await accessibilityFaults(page), []);
     await screenshot(page, 'works-full');
@@ -385,7 +385,7 @@ describe('a run that was cut off', () => {
     const again = await anew(page);
     await again.waitForSelector('#saved', { state: 'visible' });
     assert.equal(await text(again, '#saved-open'), 'Run again: frame000.png … frame169.png');
-    assert.equal(await text(again, '#saved-text'), 'The run of frame000.png … frame169.png was cut off.');
+    assert.equal(await text(again, '#saved-text'), 'The run of frame000.png … frame169.png was interrupted.');
     await ended(again);
     await screenshot(again, 'cut-off');
     assert.deepEqual(await accessibilityFaults(again), []);
@@ -398,7 +398,7 @@ describe('a run that was cut off', () => {
 
     const third = await anew(again);
     await third.waitForSelector('#saved', { state: 'visible' });
-    assert.match(await text(third, '#saved-text'), /^Your work on .* was kept\.$/);
+    assert.match(await text(third, '#saved-text'), /^Recent project: ./);
     assert.deepEqual(faults, []);
     await third.context().close();
   });

@@ -169,7 +169,7 @@ describe('the picture', () => {
     await page.mouse.down();
     await page.mouse.move(box.x + 320, box.y + 260, { steps: 6 });
     await page.mouse.up();
-    await page.waitForFunction(() => /^In .*[.]$/.test(document.querySelector('#correct-status').textContent));
+    await page.waitForFunction(() => /^Applied to .*[.]$/.test(document.querySelector('#correct-status').textContent));
     await page.waitForTimeout(200);
     assert.deepEqual(await page.evaluate(() => globalThis.shifts), []);
     assert.equal(await page.evaluate(() => globalThis.places.size), 1);
@@ -266,7 +266,7 @@ describe('a phone', () => {
     await screenshot(page, 'share');
     await page.evaluate(() => (navigator.share = () => Promise.reject(new DOMException('no', 'NotAllowedError'))));
     await page.click('#export-share');
-    await page.waitForFunction(() => /did not work/.test(document.querySelector('#export-status').textContent));
+    await page.waitForFunction(() => /Couldn’t share/.test(document.querySelector('#export-status').textContent));
     await page.click('#export-close');
   });
 
@@ -427,7 +427,7 @@ test('a cut-out moves before anything is computed, in every window', async () =>
     );
     assert.equal(await page.evaluate(() => document.body.dataset.phase), 'opening');
     const line = page.locator('#welcome p');
-    assert.match(await line.innerText(), /^Open or drop a video: what moves is cut out/);
+    assert.match(await line.innerText(), /^Drop a video\. We cut out whatever moves/);
     const [box, place] = [await line.boundingBox(), await page.locator('.welcome-picture').boundingBox()];
     assert.ok(place.width > 200 && place.y + place.height <= box.y, JSON.stringify([place, box]));
     assert.ok(box.y + box.height <= height, 'all of it is in view');

@@ -85,7 +85,7 @@ function inEngine(name, start) {
   test('the page segments its sample', async () => {
     await visit(page, server.url);
     assert.equal(await ended(page), 'done', await words(page, '#error'));
-    assert.equal(await words(page, '#headline'), '3 moving objects and the background');
+    assert.equal(await words(page, '#headline'), '3 moving objects');
     sameInAll('the sample', await maskHash(page), name);
     const folder = join(root, 'out', 'screens');
     mkdirSync(folder, { recursive: true });
@@ -125,7 +125,7 @@ function inEngine(name, start) {
     if (plays) assert.equal(state, 'done', await words(page, '#error'));
     else {
       assert.equal(state, 'error');
-      assert.equal(await words(page, '#error-title'), 'This browser cannot decode this video');
+      assert.equal(await words(page, '#error-title'), 'This browser can’t decode this video');
       assert.equal(await words(page, '#error-advice'), 'Convert it to WebM, or try another browser.');
       assert.match(await words(page, '#error-detail'), /the codec avc1\S* cannot be decoded .*; convert it to WebM$/);
     }

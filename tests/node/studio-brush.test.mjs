@@ -33,7 +33,7 @@ test('in a clip of three windows things are added, painted and parted, and each 
   store.set({ frame: 55 });
   await brush.add({ x: 76, y: 14 }, 0, false);
   await brush.working;
-  assert.equal(told.at(-1), 'In 110 frames, 1 to 110.');
+  assert.equal(told.at(-1), 'Applied to frames 1–110.');
   assert.equal(labelAt(55, 76, 14), object);
   for (const t of [0, 30, 109]) assert.equal(labelAt(t, 76, 14), object, `frame ${t}`);
   const added = masks();

@@ -51,7 +51,7 @@ test('where the browser gives less room, others make it', async () => {
   assert.deepEqual(await ids(storage), ['w4', 'w3', 'w2']);
 });
 
-test('work is packed, kept, opened again as it was, and saved as a project file', async () => {
+test('work is packed, kept, reopened as it was, and saved as a project file', async () => {
   const { app, store } = await openSampleWork();
   const storage = memoryStorage();
   const packer = new Packer();

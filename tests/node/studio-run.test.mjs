@@ -27,9 +27,9 @@ test('the sample is opened, run, cancelled, resumed and corrected; other files a
   const said = headlines(store);
   await app.openSample();
   assert.equal(store.state.phase, 'done');
-  assert.equal(store.state.headline, '3 moving objects and the background');
+  assert.equal(store.state.headline, '3 moving objects');
   assert.match(store.state.subline, /^16 frames of 192 × 108 · computed in \d/);
-  for (const words of ['Reading frames', 'Following what moves', 'Drawing the outlines'])
+  for (const words of ['Reading frames', 'Tracking motion', 'Drawing outlines'])
     assert.ok(said.includes(words), said.join());
   const before = masksOf(store.state);
 
@@ -47,7 +47,7 @@ test('the sample is opened, run, cancelled, resumed and corrected; other files a
   const { corrections } = store.state.job;
   const change = async (promise) => showCorrected(store, await promise);
   await change(corrections.join(1, [2]));
-  assert.equal(store.state.headline, '2 moving objects and the background');
+  assert.equal(store.state.headline, '2 moving objects');
   const joined = masksOf(store.state);
   await change(corrections.split(1));
   assert.notEqual(masksOf(store.state), joined);
@@ -85,7 +85,7 @@ test('kept work is told, chosen of and painted in, and nothing is segmented for 
   assert.match(store.state.summary, /^Object 1 \(orange\) at the upper left moves right; Object 2 \(light blue\) /);
   assert.match(
     frameText(found.points.presence, found.points.count, 11, film.times),
-    /^Frame 12 of 16, 0\.7\u00a0s: Object 1 \(orange\) [a-z ]+, [\d.]+\u00a0%; Object 2/,
+    /^Frame 12 of 16, 0\.7\u00a0s: Object 1 \(orange\) [a-z ]+, [\d.]+%; Object 2/,
   );
   selection.isolate(2);
   assert.deepEqual(selection.objects, { kept: [2], all: 3 });
@@ -107,11 +107,11 @@ test('kept work is told, chosen of and painted in, and nothing is segmented for 
   const painted = await corrections.paint({ label: corrections.newLabel(), stroke });
   await corrections.carry(painted, new AbortController().signal, () => {});
   showCorrected(store, painted.frames);
-  assert.equal(store.state.headline, '4 moving objects and the background');
+  assert.equal(store.state.headline, '4 moving objects');
   assert.ok(painted.frames.length > 1, 'it is carried');
   await corrections.join(4, [1]);
   showCorrected(store);
-  assert.equal(store.state.headline, '3 moving objects and the background');
+  assert.equal(store.state.headline, '3 moving objects');
   for (let step = 0; step < 2; step += 1) showCorrected(store, await corrections.undo());
   assert.equal(masksOf(store.state), before);
   assert.deepEqual([...store.state.hidden], [3], 'what is left out stays so');

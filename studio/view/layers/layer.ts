@@ -66,7 +66,7 @@ export interface Layer {
 
 /** @param value in 0..1 */
 export function opacity(value = 1): Setting {
-  return { name: 'Opacity', value, min: 0, max: 1, step: 0.05, text: (v) => `${Math.round(v * 100)} %` };
+  return { name: 'Opacity', value, min: 0, max: 1, step: 0.05, text: (v) => `${Math.round(v * 100)}%` };
 }
 
 export function toggle(name: string, on: boolean): Setting {

@@ -15,10 +15,10 @@ const STRETCH = { white: 0.4, black: 0.98 };
 
 /** What can be chosen, and its word in the readout. */
 const KINDS: [Kind, string, string][] = [
-  ['combined', 'Pb and discontinuities together', 'combined'],
-  ['discontinuity', 'Discontinuities of the embedding', 'discontinuity'],
-  ['spectral', 'Gradients of the eigenvectors', 'spectral'],
-  ['pb', 'Pb alone', 'Pb'],
+  ['combined', 'Pb and discontinuities', 'combined'],
+  ['discontinuity', 'Embedding discontinuities', 'discontinuity'],
+  ['spectral', 'Eigenvector gradients', 'spectral'],
+  ['pb', 'Pb only', 'Pb'],
 ];
 
 export function stillLayer(): Layer {
@@ -35,8 +35,7 @@ export function stillLayer(): Layer {
     name: 'Embedding discontinuities',
     key: '6',
     only: 'still',
-    about:
-      'Pixels that look connected lie close together in the embedding; boundaries are where its density breaks off.',
+    about: 'Similar pixels lie close together in the embedding; boundaries are where it changes abruptly.',
     z: 16,
     on: true,
     settings: { opacity: opacity(), kind },

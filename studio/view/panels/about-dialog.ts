@@ -34,9 +34,9 @@ export class AboutDialog {
       h(
         'p',
         { class: 'about' },
-        'The same clip gives the same result in every browser, to the last bit. This browser is checked by computing made clips, which takes some seconds; each line below is then a part of the program and what it came to.',
+        'The same clip gives the same result in every browser, bit for bit. The check computes test clips for a few seconds and compares the hash of each part.',
         ' ',
-        h('a', more, 'What is promised'),
+        h('a', more, 'Learn more'),
       ),
       h('div', { class: 'saves' }, this.start),
       this.status,
@@ -66,7 +66,7 @@ export class AboutDialog {
   }
 
   add({ name, what, hash, expected, same }: SelftestCheck) {
-    const words = same ? 'the same' : `differs from ${expected}`;
+    const words = same ? 'same' : `differs from ${expected}`;
     // Names and meanings are those that the programs print, in English everywhere.
     const term = h('dt');
     const title = h('code');
@@ -80,7 +80,7 @@ export class AboutDialog {
 }
 
 function verdict({ same, checks }: Selftest) {
-  if (same) return `All ${checks.length} parts came to what they come to everywhere.`;
+  if (same) return `All ${checks.length} parts match.`;
   const different = checks.filter((check) => !check.same).length;
-  return `${different} of ${checks.length} parts came to something else: please report this browser, its version and this list.`;
+  return `${different} of ${checks.length} parts differ. Please report this browser, its version and this list.`;
 }

@@ -7,7 +7,7 @@ import { moveOf, nameAndColour, placeName } from '../../model/describe.js';
 import { objectName } from '../../model/palette.js';
 import { listed } from '../../model/selection.js';
 import { showCorrected } from '../../model/show-result.js';
-import { explain, percent, seconds } from '../../model/words.js';
+import { explain, percent, plural, seconds } from '../../model/words.js';
 import { Brush, type BrushTool, NEW_OBJECT } from '../../model/brush.js';
 import { BRUSH_HELP, Strokes, isBrush } from './strokes.js';
 import type { Spot } from '../../model/answers.js';
@@ -205,7 +205,7 @@ export class Correction {
     into.value = String(this.other);
     this.list.value = String(object);
     byId('correct-facts').textContent =
-      object === 0 ? 'Everything that is no object.' : factsText(facts.find((one) => one.object === object));
+      object === 0 ? 'Everything that is not an object.' : factsText(facts.find((one) => one.object === object));
     byId('correct-split').textContent =
       object === 0 ? 'Make an object here' : this.place ? 'Split off this part' : 'Split';
   }
@@ -223,9 +223,9 @@ export class Correction {
     byId('stroke-help').textContent = isBrush(tool)
       ? BRUSH_HELP[tool]
       : tool === 'together'
-        ? 'Paint over what is one thing.'
-        : 'Paint over each of the things that are not one: a stroke for each.';
-    byId('strokes-count').textContent = `${strokes.list.length} painted`;
+        ? 'Paint over the parts of one object.'
+        : 'Paint one stroke on each object to separate.';
+    byId('strokes-count').textContent = plural(strokes.list.length, 'stroke');
   }
 
   enable(corrector: Corrections) {
@@ -237,8 +237,7 @@ export class Correction {
     const lacksPlace = !this.place && (object === 0 || corrector.splitsAtPlace);
     const noPart = object === 0 && corrector.splitsAtPlace;
     disable('correct-split', busy || lacksPlace || noPart);
-    byId('correct-split').title =
-      lacksPlace || noPart ? 'Click the part of the object that is another thing first' : '';
+    byId('correct-split').title = lacksPlace || noPart ? 'Click the part to split off first' : '';
     disable('correct-undo', busy || (corrector.count() === 0 && !this.store.state.before));
     disable('correct-redo', busy || corrector.redoable() === 0);
   }
@@ -258,7 +257,7 @@ export class Correction {
 
   async redo() {
     await this.brush.settled();
-    if ((this.corrector?.redoable() ?? 0) > 0) await this.apply((c) => c.redo(), 'Done again');
+    if ((this.corrector?.redoable() ?? 0) > 0) await this.apply((c) => c.redo(), 'Redone');
   }
 
   /**
@@ -283,7 +282,7 @@ export class Correction {
       this.tell(`${words}. ${store.state.headline}.`);
     } catch (error) {
       const { title, detail } = explain(error);
-      if (visit === store.state.visit) this.tell(`That is not possible here: ${detail || title}.`, true);
+      if (visit === store.state.visit) this.tell(`Not possible here: ${detail || title}.`, true);
     } finally {
       if (visit === store.state.visit) {
         this.busy = false;

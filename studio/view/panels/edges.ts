@@ -6,8 +6,8 @@ import type { EdgeChoice } from '../../model/look.js';
 import type { Page } from '../page.js';
 
 const WORDS: { [Name in keyof EdgeChoice]: (value: number) => string } = {
-  smallest: (value) => (value > 0 ? `${value.toFixed(2)}\u00a0%` : 'kept'),
-  grow: (value) => (value === 0 ? 'as found' : `${value > 0 ? '+' : '−'}${Math.abs(value)}\u00a0px`),
+  smallest: (value) => (value > 0 ? `${value.toFixed(2)}%` : 'off'),
+  grow: (value) => (value === 0 ? '0\u00a0px' : `${value > 0 ? '+' : '−'}${Math.abs(value)}\u00a0px`),
   feather: (value) => (value > 0 ? `${value}\u00a0px` : 'hard'),
   smooth: (value) => (value > 0 ? `±${value}` : 'off'),
 };
@@ -28,7 +28,7 @@ export function edgesPanel({ store, viewer }: Pick<Page, 'store' | 'viewer'>) {
       input.setAttribute('aria-valuetext', WORDS[name](value));
       byId(`edge-${name}-text`).textContent = WORDS[name](value);
       if (name === 'smooth' && smoothed && smoothed.done < smoothed.total)
-        byId('edge-smooth-text').textContent += ` · ${Math.floor((100 * smoothed.done) / smoothed.total)}\u00a0%`;
+        byId('edge-smooth-text').textContent += ` · ${Math.floor((100 * smoothed.done) / smoothed.total)}%`;
     }
     byId('edges-reset').hidden = names.every((name) => edges[name] === DEFAULT_EDGES[name]);
     viewer.redraw();

@@ -13,7 +13,7 @@ import { linkOf, recipeOf } from '../../model/recipe.js';
 import { download, placeFor } from '../save-file.js';
 import { TimeLeft } from '../../model/time-left.js';
 import { untilAborted } from '../../model/stage-clock.js';
-import { bytes, count, explain, plural, remaining } from '../../model/words.js';
+import { bytes, count, explain, remaining } from '../../model/words.js';
 import { ExportOptions } from './export-options.js';
 import { SavePreview } from './save-preview.js';
 import type { Page } from '../page.js';
@@ -64,9 +64,9 @@ export class ExportDialog {
     byId('export-cancel').addEventListener('click', () => this.abort?.abort());
     byId('export-share').addEventListener('click', () => this.share());
     byId('copy-link').addEventListener('click', () =>
-      this.copy(linkOf(this.store.state.changed, location.href), 'The link is on the clipboard.'),
+      this.copy(linkOf(this.store.state.changed, location.href), 'Link copied.'),
     );
-    byId('copy-recipe').addEventListener('click', () => this.copy(this.recipe, 'The recipe is on the clipboard.'));
+    byId('copy-recipe').addEventListener('click', () => this.copy(this.recipe, 'Recipe copied.'));
     this.recipeBox.addEventListener('toggle', () => this.showRecipe());
     byId('export-more').addEventListener('change', () => {
       const { choice } = this.preview;
@@ -113,7 +113,7 @@ export class ExportDialog {
     const found = this.subject();
     if (!found || this.dialog.open) return;
     this.options.open(found);
-    byId('export-kept').textContent = keptWords(this.selection.objects);
+    byId('export-kept').textContent = describeKept(this.selection.objects);
     this.nameChoices();
     this.tell('');
     this.offer(null);
@@ -205,7 +205,7 @@ export class ExportDialog {
     const pressed = document.activeElement as HTMLElement | null;
     const timeLeft = new TimeLeft(performance.now());
     this.setBusy(true);
-    this.tell(`Making ${file}…`);
+    this.tell(`Saving ${file}…`);
     try {
       // Asked first, while the click is fresh.
       const place = choice.type ? await placeFor(file, choice.type) : null;
@@ -223,7 +223,7 @@ export class ExportDialog {
       if (made instanceof Blob) this.offer(new File([made], file, { type: made.type }));
       this.tell(`Saved ${file}, ${bytes(size)}.`);
     } catch (error) {
-      if (signal.aborted || isCancel(error)) this.tell('Cancelled; nothing was saved.');
+      if (signal.aborted || isCancel(error)) this.tell('Cancelled.');
       else this.tell(wordsOf(error), true);
     } finally {
       this.abort = null;
@@ -245,8 +245,7 @@ export class ExportDialog {
       await navigator.share({ files: [this.saved], title: this.saved.name });
     } catch (error) {
       // Whoever thinks better of it needs no words.
-      if ((error as { name?: string })?.name !== 'AbortError')
-        this.tell('Sharing did not work here; the file is saved.', true);
+      if ((error as { name?: string })?.name !== 'AbortError') this.tell('Couldn’t share; the file is saved.', true);
     }
   }
 
@@ -291,19 +290,16 @@ export class ExportDialog {
       await navigator.clipboard.writeText(text);
       this.tell(done);
     } catch {
-      this.tell(`The browser does not let the page write to the clipboard. Copy it yourself: ${text}`, true);
+      this.tell(`Clipboard access is blocked. Copy it here: ${text}`, true);
     }
   }
 }
 
-/** Returns which objects are saved, in words. */
-function keptWords({ kept, all }: { kept: number[]; all: number }): string {
+/** Returns which objects are saved; empty for all of them. */
+function describeKept({ kept, all }: { kept: number[]; all: number }): string {
   if (kept.length === all) return '';
-  const names = kept.length > 0 ? kept.map(objectName).join(', ') : 'No object';
-  const of = plural(all, 'object');
-  return kept.length < 2
-    ? `${names} of ${of} is kept: what is saved has no other.`
-    : `${names} of ${of} are kept: what is saved has no other.`;
+  if (kept.length === 0) return 'Nothing is selected: the file would be empty.';
+  return `Only ${kept.map(objectName).join(', ')} will be saved.`;
 }
 
 /** @param progress a total of 0 before the first step */

@@ -93,7 +93,7 @@ export class ExportOptions {
       `${width} × ${height}`,
       plural(numFrames, 'frame'),
       `${durationOf(known.masks, known.fps).toFixed(1)}\u00a0s`,
-      `a video takes roughly ${bytes(size)}`,
+      `about ${bytes(size)} as video`,
     ];
     byId('export-facts').textContent = `${facts.join(', ')}.`;
   }
@@ -105,9 +105,9 @@ export class ExportOptions {
     const name = CODECS[sound.codec] ?? sound.codec;
     const without = Object.keys(FORMATS).filter((format) => !sound.formats.includes(format as 'mp4'));
     const names = (without.length > 0 ? without : sound.converted).map((format) => FORMATS[format as 'mp4']);
-    if (names.length === 0) return `${name}, as it is.`;
+    if (names.length === 0) return `${name}, unchanged.`;
     const said = names.length > 1 ? `${names[0]} and ${names[1]}` : String(names[0]);
-    if (without.length === 0) return `${name}, as it is; in ${said} as Opus.`;
-    return `${name}, as it is. ${said} cannot hold it: such files are silent.`;
+    if (without.length === 0) return `${name}, unchanged; Opus in ${said}.`;
+    return `${name}, unchanged; no sound in ${said}.`;
   }
 }

@@ -8,15 +8,15 @@ const KEYS: [keys: string[], what: string][] = [
   [['Home', 'End'], 'first or last frame'],
   [['V'], 'overlay, side by side, slider, cut-out'],
   [['1', '9'], 'masks, source image'],
-  [['+', '−', '0'], 'closer, farther, all; the wheel does it too'],
-  [['Shift', '←', '→', '↑', '↓'], 'move about; dragging does it too'],
-  [['W'], 'fill the screen'],
-  [['P'], 'play the clip as it is'],
+  [['+', '−', '0'], 'zoom in, zoom out, fit; or use the wheel'],
+  [['Shift', '←', '→', '↑', '↓'], 'pan; or drag'],
+  [['W'], 'full screen'],
+  [['P'], 'play the original clip'],
   [['O'], 'open a file'],
   [['M'], 'fix the result'],
-  [['Shift', 'Enter'], 'on an object of the list: choose it with others; Shift and a click does it too'],
+  [['Shift', 'Enter'], 'on a listed object: select several; or Shift-click'],
   [['Ctrl', 'Z'], 'undo'],
-  [['Ctrl', 'Y'], 'do it again'],
+  [['Ctrl', 'Y'], 'redo'],
   [['E'], 'save'],
   [['Esc'], 'cancel a run, close a dialog'],
   [['Tab'], 'next control'],
@@ -25,11 +25,11 @@ const KEYS: [keys: string[], what: string][] = [
 
 /** What fingers do. */
 const TOUCHES: [touches: string, what: string][] = [
-  ['Tap an object', 'it alone; again, or the background, for all'],
-  ['Two fingers', 'closer, farther, move about'],
-  ['One finger, when closer', 'move about'],
-  ['Fix, then one finger', 'pick, paint, wipe away, draw strokes'],
-  ['Drag below the picture', 'go through the clip; the handles of the filmstrip choose a part'],
+  ['Tap an object', 'show only it; tap again to show all'],
+  ['Two fingers', 'zoom and pan'],
+  ['One finger, when zoomed in', 'pan'],
+  ['Fix, then one finger', 'pick, paint, erase, draw strokes'],
+  ['Drag below the picture', 'scrub; the handles of the filmstrip trim the clip'],
 ];
 
 export class Help {

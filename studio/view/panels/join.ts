@@ -88,15 +88,15 @@ export class JoinBar {
     const button = byId<HTMLButtonElement>('join-do');
     button.hidden = byId('join-no').hidden = isDone;
     button.disabled = meant.length < 2;
-    byId('join-no').textContent = chosen.size > 0 ? 'Choose none' : 'Dismiss';
+    byId('join-no').textContent = chosen.size > 0 ? 'Clear selection' : 'Dismiss';
     byId('join-undo').hidden = !isDone;
   }
 
   words(isDone: boolean) {
     const { chosen } = this.store.state;
     if (isDone) return `${plural(this.joined?.count ?? 0, 'object')} joined.`;
-    if (chosen.size === 0) return `These ${this.meant.length} look like one: join?`;
-    return chosen.size > 1 ? `${plural(chosen.size, 'object')} chosen` : 'Choose another one too.';
+    if (chosen.size === 0) return `These ${this.meant.length} move together. Join?`;
+    return chosen.size > 1 ? `${plural(chosen.size, 'object')} selected` : 'Select one more object to join.';
   }
 
   async join() {

@@ -25,7 +25,7 @@ export class Lanes {
     const { object, peak } = facts;
     const { times } = this.store.state.film;
     const span = spanOf(facts, times);
-    const where = `${nameAndColour(object)}, ${span}, ${moveOf(facts)}; go to where it is largest, ${times.at(peak)}`;
+    const where = `${nameAndColour(object)}, ${span}, ${moveOf(facts)}; go to its largest frame, ${times.at(peak)}`;
     const canvas = h('canvas', { class: 'lane-canvas', 'aria-hidden': 'true' });
     this.strips.push({ canvas, object });
     return h(

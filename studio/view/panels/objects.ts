@@ -46,7 +46,7 @@ function objectRow(facts: Facts, selection: Selection, lanes: Lanes) {
   const alone = h(
     'button',
     {
-      ...{ type: 'button', class: 'object-main', title: `Show ${name} alone` },
+      ...{ type: 'button', class: 'object-main', title: `Show only ${name}` },
       click: (event: MouseEvent) => (choosesMore(event) ? choose(event) : selection.isolate(object)),
       // Not every browser says of the click by a key that shift is held.
       keydown: (event: KeyboardEvent) => event.key === 'Enter' && event.shiftKey && choose(event),
@@ -70,7 +70,7 @@ function objectRow(facts: Facts, selection: Selection, lanes: Lanes) {
     const shown = selection.has(object);
     element.classList.toggle('is-hidden', !shown);
     alone.setAttribute('aria-pressed', String(selection.isAlone(object)));
-    chosen.textContent = selection.isChosen(object) ? ', chosen' : '';
+    chosen.textContent = selection.isChosen(object) ? ', selected' : '';
     keep?.update(shown);
   };
   return { element, update };
@@ -82,7 +82,7 @@ function keepOf(object: number, selection: Selection) {
     'aria-label': `Keep ${objectName(object)}`,
     change: () => selection.toggle(object),
   });
-  const element = h('label', { class: 'keep', title: 'Keep it on screen, and in what is saved' }, box, 'Keep');
+  const element = h('label', { class: 'keep', title: 'Keep on screen and when saving' }, box, 'Keep');
   const update = (shown: boolean) => (box.checked = shown);
   return { element, update };
 }

@@ -29,7 +29,7 @@ function onDemand(
     } catch {
       fetched = undefined;
       if (!isWanted()) return;
-      store.set({ notice: 'The network does not answer, so this could not be opened. Please try again.' });
+      store.set({ notice: 'You’re offline. Try again when you’re connected.' });
     }
     (await fetched)?.open();
   };

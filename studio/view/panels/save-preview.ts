@@ -101,14 +101,14 @@ export class SavePreview {
     this.box.toggleAttribute('data-waits', false);
     if (!shown) {
       this.box.replaceChildren();
-      byId('export-preview-text').textContent = 'No preview of this one.';
+      byId('export-preview-text').textContent = 'No preview.';
       return;
     }
     const { width, height } = sizeOf(shown);
     this.box.dataset.shows = choice.id;
     this.box.replaceChildren(shown);
     shown.style.setProperty('--true', `${width / devicePixelRatio}px`);
-    byId('export-preview-text').textContent = `As it is saved, ${width} × ${height}`;
+    byId('export-preview-text').textContent = `Saved at ${width} × ${height}`;
   }
 
   /**

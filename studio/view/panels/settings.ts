@@ -46,7 +46,7 @@ function row(settings: Settings, { name, label, about, range: [min, max, step], 
       type: 'button',
       class: 'icon-button reset',
       'aria-label': `Reset ${label}`,
-      title: `Back to ${settings.parameters.get(name)?.default}`,
+      title: `Reset to ${settings.parameters.get(name)?.default}`,
       click: () => {
         settings.reset(name);
         input.focus();

@@ -7,11 +7,11 @@ import type { View } from '../layers/layer.js';
 import type { Viewer } from '../viewer.js';
 
 export const BRUSH_HELP = {
-  paint: 'Paint what belongs to the object.',
-  erase: 'Wipe away what does not belong to the object.',
+  paint: 'Paint over the object.',
+  erase: 'Erase what is not part of the object.',
   add: TOUCH
-    ? 'Tap a thing that was missed; a tap beside it adds to it.'
-    : 'Click a thing that was missed; a click beside it adds to it, with Alt it takes away.',
+    ? 'Tap a missing object; tap beside it to extend it.'
+    : 'Click a missing object; click beside it to extend it, Alt-click to remove.',
 };
 
 export function isBrush(tool: string): tool is BrushTool {

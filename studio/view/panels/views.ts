@@ -57,7 +57,7 @@ export class Compare {
   showSplit(percent: number) {
     this.split.value = String(percent);
     this.box.style.setProperty('--split', String(percent / 100));
-    this.split.setAttribute('aria-valuetext', `Original up to ${percent} %`);
+    this.split.setAttribute('aria-valuetext', `Original up to ${percent}%`);
   }
 
   /**

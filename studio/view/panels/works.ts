@@ -64,8 +64,8 @@ export class Works {
     const isKept = await keep(storage, saved).finally(() => void this.update());
     if (!isKept)
       this.ask({
-        text: 'There is no room to keep this work: all others are corrected, and none of those goes by itself.',
-        goes: 'Choose what to delete…',
+        text: 'Storage is full. Delete a project to save this one.',
+        goes: 'Manage projects…',
         go: () => this.list(),
         lists: false,
       });
@@ -87,7 +87,7 @@ export class Works {
     const found = slot && (slot.corrected ? slot : slot.earlier[0]);
     if (!found || source !== state.source || state.job instanceof SavedJob) return;
     this.ask({
-      text: `Your corrected work on ${slot.name} was kept.`,
+      text: `You have a corrected project of ${slot.name}.`,
       go: () => this.open(slot, found),
       lists: true,
     });
@@ -145,7 +145,7 @@ export class Works {
     const last = run ?? works[0];
     if (!last || this.store.state.source?.files) return;
     this.ask({
-      text: run ? `The run of ${run.name} was cut off.` : `Your work on ${last.name} was kept.`,
+      text: run ? `The run of ${run.name} was interrupted.` : `Recent project: ${last.name}`,
       goes: run && `Run again: ${run.name}`,
       go: () => (run ? this.again(run) : this.open(works[0])),
       drop: () => this.drop(last),
@@ -160,7 +160,7 @@ export class Works {
     await this.app.openRun(run);
   }
 
-  ask({ text, go, goes = 'Go on with it', drop, lists }: Offer) {
+  ask({ text, go, goes = 'Continue', drop, lists }: Offer) {
     byId('saved-text').textContent = text;
     byId('saved-open').textContent = goes;
     byId('saved-open').onclick = () => go?.();
@@ -198,7 +198,7 @@ export class Works {
       'li',
       { class: 'work' },
       this.pictureOf(version.picture),
-      h('span', { class: 'work-facts' }, `Before: ${facts}`),
+      h('span', { class: 'work-facts' }, `Earlier: ${facts}`),
       opener(`Open ${name}`, `${slot.id} ${version.about.run}`, () => this.open(slot, version)),
       deleter(name, () => this.dropVersion(slot, version)),
     );
@@ -232,8 +232,8 @@ function deleter(name: string, drop: () => void) {
       click: () => {
         if (button.dataset.sure) return drop();
         button.dataset.sure = 'asked';
-        button.textContent = 'Delete for good?';
-        button.setAttribute('aria-label', `Delete ${name} for good?`);
+        button.textContent = 'Delete forever?';
+        button.setAttribute('aria-label', `Delete ${name} forever?`);
       },
       blur: () => {
         delete button.dataset.sure;

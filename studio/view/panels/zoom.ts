@@ -45,7 +45,7 @@ export function zoomPanel({ store, viewer, keys }: Pick<Page, 'store' | 'viewer'
     byId('fill-screen').setAttribute('aria-pressed', String(document.fullscreenElement !== null)),
   );
   viewer.onZoom(({ by }) => {
-    byId('zoom-fit').textContent = `${Math.round(100 * by)}\u00a0%`;
+    byId('zoom-fit').textContent = `${Math.round(100 * by)}%`;
     byId<HTMLButtonElement>('zoom-out').disabled = by === 1;
     byId('screen').toggleAttribute('data-zoomed', by > 1);
   });
