@@ -1,8 +1,8 @@
 // Painting: a brush and an eraser for the object that is chosen, and things that were missed, which grow from a click. What is done in one frame is carried to the others, as far as the picture agrees.
 
-import { plural } from './words.js';
+import { formatPlural } from './messages.js';
 import type { Corrections, Stroke } from './corrections.js';
-import type { Painted, ToPaint } from './job.js';
+import type { PaintedEdit, PaintRequest } from './job.js';
 import type { Region } from './library.js';
 import type { Store } from './store.js';
 
@@ -15,7 +15,13 @@ export const NEW_OBJECT = -1;
  * Regions that a click may mean, the smallest first, which of them is in force, in frame t, and how: `count` steps of
  * correction are done with it.
  */
-type Offer = { regions: Region[]; at: number; t: number; painted: Pick<ToPaint, 'label' | 'over'>; count?: number };
+type Offer = {
+  regions: Region[];
+  at: number;
+  t: number;
+  request: Pick<PaintRequest, 'label' | 'over'>;
+  count?: number;
+};
 
 /** What a brush needs of the panel that it is in. */
 interface Host {
@@ -24,19 +30,19 @@ interface Host {
   object: () => number;
   choose: (object: number) => void;
   /** Whether what is painted goes to the other frames. */
-  carries: () => boolean;
-  tellCarrying: (isCarrying: boolean) => void;
+  appliesToOthers: () => boolean;
+  onCarrying: (isCarrying: boolean) => void;
   /** Which other sizes the thing added last may have. */
-  tellSizes: (isSmaller: boolean, isLarger: boolean) => void;
-  show: (frames: number[] | null) => void;
-  tell: (text: string, wrong?: boolean) => void;
+  onSizes: (isSmaller: boolean, isLarger: boolean) => void;
+  showFrames: (frames: number[] | null) => void;
+  showStatus: (text: string, wrong?: boolean) => void;
 }
 
 export class Brush {
   /** One edit after the other. */
-  working: Promise<unknown> = Promise.resolve();
+  queue: Promise<unknown> = Promise.resolve();
   /** Of what is being carried. */
-  carrying: AbortController | null = null;
+  abort: AbortController | null = null;
   /** The sizes that the thing added last may have. */
   offer: Offer | null = null;
 
@@ -44,13 +50,13 @@ export class Brush {
 
   /** Ends carrying; what was reached stays. */
   stop() {
-    this.carrying?.abort();
+    this.abort?.abort();
   }
 
   /** Resolves when nothing is under way any more. */
-  async settled() {
+  async finish() {
     this.stop();
-    await this.working;
+    await this.queue;
   }
 
   /**
@@ -59,8 +65,8 @@ export class Brush {
    */
   stroke(stroke: Stroke, tool: BrushTool) {
     const object = this.host.object();
-    if (tool === 'erase') this.edit({ label: 0, stroke, ...(object > 0 ? { over: [object] } : {}) });
-    else this.edit({ label: object, stroke });
+    if (tool === 'erase') this.queuePaint({ label: 0, stroke, ...(object > 0 ? { over: [object] } : {}) });
+    else this.queuePaint({ label: object, stroke });
   }
 
   /**
@@ -68,26 +74,26 @@ export class Brush {
    * was added last.
    * @param place in clip pixels
    * @param clicked the object there
-   * @param away whether it is taken away
+   * @param isRemoving whether it is taken away
    */
-  async add(place: { x: number; y: number }, clicked: number, away: boolean) {
+  async add(place: { x: number; y: number }, clicked: number, isRemoving: boolean) {
     const { host } = this;
     const { frame, visit } = host.store.state;
-    this.take(null);
+    this.setOffer(null);
     // From the background nothing is taken away.
-    if (away && clicked <= 0) return;
+    if (isRemoving && clicked <= 0) return;
     try {
-      const grown = await host.corrector()?.grown(frame, place);
-      if (!grown || visit !== host.store.state.visit) return;
-      const { regions, likeliest } = grown;
-      const meant = Math.max(0, clicked) || host.object();
-      const painted: Pick<ToPaint, 'label' | 'over'> = away
+      const growth = await host.corrector()?.growRegions(frame, place);
+      if (!growth || visit !== host.store.state.visit) return;
+      const { regions, likeliest } = growth;
+      const label = Math.max(0, clicked) || host.object();
+      const request: Pick<PaintRequest, 'label' | 'over'> = isRemoving
         ? { label: 0, over: [clicked] }
-        : { label: meant > 0 ? meant : NEW_OBJECT, over: [0] };
-      this.offer = { regions, at: likeliest, t: frame, painted };
+        : { label: label > 0 ? label : NEW_OBJECT, over: [0] };
+      this.offer = { regions, at: likeliest, t: frame, request };
       this.paintOffer();
     } catch (error) {
-      if (visit === host.store.state.visit) this.refuse(error);
+      if (visit === host.store.state.visit) this.showError(error);
     }
   }
 
@@ -96,11 +102,11 @@ export class Brush {
     const { host, offer } = this;
     const corrector = host.corrector();
     if (!offer || !corrector || !offer.regions[offer.at + by]) return;
-    this.take(null);
-    await this.settled();
+    this.setOffer(null);
+    await this.finish();
     // Something else was done since.
-    if (corrector.count() !== offer.count) return;
-    host.show(await corrector.undo());
+    if (corrector.undoCount() !== offer.count) return;
+    host.showFrames(await corrector.undo());
     this.offer = { ...offer, at: offer.at + by };
     this.paintOffer();
   }
@@ -108,69 +114,71 @@ export class Brush {
   paintOffer() {
     const { offer } = this;
     if (!offer) return;
-    const { regions, at, t, painted } = offer;
-    this.edit({ ...painted, t, region: regions[at] });
+    const { regions, at, t, request } = offer;
+    this.queuePaint({ ...request, t, region: regions[at] });
   }
 
-  take(offer: Offer | null) {
+  setOffer(offer: Offer | null) {
     this.offer = offer;
     const { regions = [], at = 0 } = offer ?? {};
-    this.host.tellSizes(Boolean(regions[at - 1]), Boolean(regions[at + 1]));
+    this.host.onSizes(Boolean(regions[at - 1]), Boolean(regions[at + 1]));
   }
 
-  /** @param painted with `NEW_OBJECT` for a label that nothing has */
-  edit(painted: ToPaint) {
-    this.working = this.working.then(() => this.work(painted)).catch(() => {});
+  /** @param request with `NEW_OBJECT` for a label that nothing has */
+  queuePaint(request: PaintRequest) {
+    this.queue = this.queue.then(() => this.paint(request)).catch(() => {});
   }
 
-  refuse(error: unknown) {
-    this.host.tell(`Not possible here: ${error instanceof Error ? error.message : error}.`, true);
+  showError(error: unknown) {
+    this.host.showStatus(`Not possible here: ${error instanceof Error ? error.message : error}.`, true);
   }
 
-  async work(painted: ToPaint) {
+  async paint(request: PaintRequest) {
     const { host } = this;
     const corrector = host.corrector();
     if (!corrector) return;
     const { visit } = host.store.state;
-    const same = () => visit === host.store.state.visit;
+    const isCurrent = () => visit === host.store.state.visit;
     try {
-      const label = painted.label === NEW_OBJECT ? corrector.newLabel() : painted.label;
-      const edit = await corrector.paint({ ...painted, label });
-      if (!same()) return;
+      const label = request.label === NEW_OBJECT ? corrector.newLabel() : request.label;
+      const edit = await corrector.paint({ ...request, label });
+      if (!isCurrent()) return;
       const { offer } = this;
-      const offered = offer?.regions.some((region) => region === painted.region) ? offer : null;
+      const currentOffer = offer?.regions.some((region) => region === request.region) ? offer : null;
       // Of another size it has the same label.
-      this.take(offered && { ...offered, painted: { label, over: painted.over }, count: corrector.count() });
-      host.show(edit.frames);
+      this.setOffer(
+        currentOffer && { ...currentOffer, request: { label, over: request.over }, count: corrector.undoCount() },
+      );
+      host.showFrames(edit.frames);
       if (label > 0) host.choose(label);
-      if (host.carries()) await this.carry(corrector, edit, same);
-      else host.tell(`Applied to frame ${edit.frames[0] + 1}.`);
+      if (host.appliesToOthers()) await this.carry(corrector, edit, isCurrent);
+      else host.showStatus(`Applied to frame ${edit.frames[0] + 1}.`);
     } catch (error) {
-      if (same()) this.refuse(error);
+      if (isCurrent()) this.showError(error);
     }
   }
 
-  /** @param same whether the clip is still the same */
-  async carry(corrector: Corrections, edit: Painted, same: () => boolean) {
+  /** @param isCurrent whether the clip is still the same */
+  async carry(corrector: Corrections, edit: PaintedEdit, isCurrent: () => boolean) {
     const { host } = this;
-    const carrying = new AbortController();
-    this.carrying = carrying;
-    host.tellCarrying(true);
+    const abort = new AbortController();
+    this.abort = abort;
+    host.onCarrying(true);
     try {
       await corrector.carry(
         edit,
-        carrying.signal,
-        () => same() && host.tell(`Applied to ${plural(edit.frames.length, 'frame')}…`),
+        abort.signal,
+        () => isCurrent() && host.showStatus(`Applied to ${formatPlural(edit.frames.length, 'frame')}…`),
       );
     } catch (error) {
-      if (!carrying.signal.aborted) throw error;
+      if (!abort.signal.aborted) throw error;
     } finally {
-      this.carrying = null;
-      host.tellCarrying(false);
-      if (same()) {
-        host.show(edit.frames);
+      this.abort = null;
+      host.onCarrying(false);
+      if (isCurrent()) {
+        host.showFrames(edit.frames);
         const [first, last] = [Math.min(...edit.frames), Math.max(...edit.frames)];
-        host.tell(
+        host.showStatus(
           first === last
             ? `Applied to frame ${first + 1} only: the picture changes too much.`
             : `Applied to frames ${first + 1}–${last + 1}.`,

@@ -3,14 +3,14 @@
 
 import { decodeRuns, encodeRuns } from './library.js';
 import { objectName } from './palette.js';
-import { turn } from './stage-clock.js';
+import { yieldToPage } from './stage-clock.js';
 import type { ClipJob } from './clip-job.js';
 import type { Corrections } from './corrections.js';
 import type { Edit, MaskEditor, MaskSource, Region, Stroke } from './library.js';
-import type { Take } from './source.js';
+import type { Trim } from './source.js';
 
 /** Objects are one where so much of what both cover is covered by each. */
-const LEAST_OVERLAP = 0.5;
+const MIN_OVERLAP = 0.5;
 
 /** So long it is worked before others get their turn, in milliseconds. */
 const SLICE_MS = 12;
@@ -23,99 +23,108 @@ const SLICE_MS = 12;
 export async function carryOver(
   { job, hidden }: { job: ClipJob; hidden: ReadonlySet<number> },
   to: ClipJob,
-): Promise<{ hidden: Set<number>; lost: string[] }> {
+): Promise<{ hidden: Set<number>; dropped: string[] }> {
   const { corrections } = job;
-  const lost: string[] = job.holdsOthers ? ['earlier corrections'] : [];
+  const dropped: string[] = job.hasEarlierCorrections ? ['earlier corrections'] : [];
   for (const edit of corrections.edits) {
-    const applies = await remake(edit, corrections.before(edit), job, to).catch(() => false);
-    if (!applies) lost.push(wordsOf(edit));
+    const applies = await applyEdit(edit, corrections.masksBefore(edit), job, to).catch(() => false);
+    if (!applies) dropped.push(describeEdit(edit));
   }
-  to.corrections.carried = to.corrections.edits.length;
+  to.corrections.carriedCount = to.corrections.edits.length;
   to.presence = null;
-  const left = new Set<number>();
+  const newHidden = new Set<number>();
   const last = corrections.masks;
-  const match = hidden.size > 0 && last ? await matchOf(last, job, to).catch(() => null) : null;
+  const match = hidden.size > 0 && last ? await matchObjects(last, job, to).catch(() => null) : null;
   for (const object of hidden) {
-    const now = object === 0 ? 0 : (match?.of(object) ?? null);
-    if (now !== null) left.add(now);
-    else if (match?.isThere(object)) lost.push(`removing ${objectName(object)}`);
+    const newObject = object === 0 ? 0 : (match?.of(object) ?? null);
+    if (newObject !== null) newHidden.add(newObject);
+    else if (match?.isThere(object)) dropped.push(`removing ${objectName(object)}`);
   }
-  return { hidden: left, lost };
+  return { hidden: newHidden, dropped };
 }
 
 /** @returns whether it applies; it is made then */
-async function remake(edit: Edit, old: MaskEditor, from: ClipJob, to: ClipJob): Promise<boolean> {
+async function applyEdit(edit: Edit, old: MaskEditor, from: ClipJob, to: ClipJob): Promise<boolean> {
   const { corrections } = to;
-  const match = await matchOf(old, from, to);
-  const placed = new Placed(old, from.take, to);
+  const match = await matchObjects(old, from, to);
+  const mapping = new ResultMapping(old, from.trim, to);
   if (edit.kind === 'merge') return join(corrections, match, edit.into, edit.others);
-  if (edit.kind === 'paint') return repaint(edit, to, match, placed);
+  if (edit.kind === 'paint') return repaint(edit, to, match, mapping);
   if (edit.kind === 'split') {
     const label = match.of(edit.label);
-    const at = edit.at && placed.at(edit.at);
+    const at = edit.at && mapping.at(edit.at);
     if (label === null || at === null) return false;
     await corrections.split(label, at);
     return true;
   }
-  const strokes = edit.strokes.map((stroke) => placed.stroke(stroke));
-  const meant = await Promise.all(edit.strokes.map(async (stroke) => match.of(mostOf(await old.labelsUnder(stroke)))));
-  if (meant.includes(null) || strokes.includes(null)) return false;
-  await corrections[edit.kind](strokes as Stroke[]);
+  const strokes = edit.strokes.map((stroke) => mapping.stroke(stroke));
+  const objects = await Promise.all(
+    edit.strokes.map(async (stroke) => match.of(largestLabel(await old.labelsUnder(stroke)))),
+  );
+  if (objects.includes(null) || strokes.includes(null)) return false;
+  if (edit.kind === 'apart') await corrections.splitStrokes(strokes as Stroke[]);
+  else await corrections.joinStrokes(strokes as Stroke[]);
   return true;
 }
 
-async function join(corrections: Corrections, match: Match, into: number, others: readonly number[]) {
-  const found = match.of(into);
-  if (found === null) return false;
-  const now = others.map((one) => match.of(one));
-  const joined = [...new Set(now)].filter((one) => one !== null && one !== found);
-  if (joined.length > 0) await corrections.join(found, joined as number[]);
+async function join(corrections: Corrections, match: ObjectMatch, into: number, others: readonly number[]) {
+  const target = match.of(into);
+  if (target === null) return false;
+  const matched = others.map((object) => match.of(object));
+  const sources = [...new Set(matched)].filter((object) => object !== null && object !== target);
+  if (sources.length > 0) await corrections.join(target, sources as number[]);
   // What is part of it already needs nothing.
-  return others.every((one, k) => now[k] !== null || match.isWithin(one, found));
+  return others.every((object, k) => matched[k] !== null || match.isWithin(object, target));
 }
 
-async function repaint({ paints: [{ label, over, parts }] }: Edit, to: ClipJob, match: Match, placed: Placed) {
+async function repaint(
+  { paints: [{ label, over, parts }] }: Edit,
+  to: ClipJob,
+  match: ObjectMatch,
+  mapping: ResultMapping,
+) {
   const { corrections } = to;
   const isNew = label > 0 && !match.isThere(label);
-  const now = isNew ? corrections.newLabel() : match.of(label);
-  const upon = over?.map((one) => match.of(one));
-  const there = [...parts].flatMap(([t, { region }]) => placed.region(t, region));
-  if (now === null || upon?.includes(null) || there.length === 0) return false;
-  const [[t, region], ...others] = there;
-  const painted = await corrections.paint({
-    ...{ label: now, t, region },
-    ...(upon ? { over: upon as number[] } : {}),
+  const newLabel = isNew ? corrections.newLabel() : match.of(label);
+  const targets = over?.map((object) => match.of(object));
+  const regions = [...parts].flatMap(([t, { region }]) => mapping.region(t, region));
+  if (newLabel === null || targets?.includes(null) || regions.length === 0) return false;
+  const [[t, region], ...otherRegions] = regions;
+  const paint = await corrections.paint({
+    ...{ label: newLabel, t, region },
+    ...(targets ? { over: targets as number[] } : {}),
   });
-  if (isWhole(there)) for (const [at, one] of others) corrections.opened.extend(painted.edit, at, one, 1);
+  if (isContiguous(regions))
+    for (const [at, otherRegion] of otherRegions) corrections.openEditor.extend(paint.edit, at, otherRegion, 1);
   // It is not in all frames between.
-  else await corrections.carry(painted, new AbortController().signal, () => {});
+  else await corrections.carry(paint, new AbortController().signal, () => {});
   return true;
 }
 
-function isWhole(parts: [number, Region][]) {
+function isContiguous(parts: [number, Region][]) {
   const frames = parts.map(([t]) => t);
   return Math.max(...frames) - Math.min(...frames) === frames.length - 1;
 }
 
-function mostOf(counts: Uint32Array): number {
+function largestLabel(counts: Uint32Array): number {
   return counts.indexOf(Math.max(...counts));
 }
 
 /** Places of one result in another, which may be of another size and of other frames. */
-class Placed {
+class ResultMapping {
   size: { width: number; height: number };
   scale: number[];
   frame: (t: number) => number | null;
 
   constructor(
     readonly old: { width: number; height: number },
-    take: Take,
+    trim: Trim,
     to: ClipJob,
   ) {
     const { width, height } = to.corrections.masks!;
     this.size = { width, height };
     this.scale = [width / old.width, height / old.height];
-    this.frame = (t: number) => frameIn(t, take, to);
+    this.frame = (t: number) => mapFrame(t, trim, to);
   }
 
   at({ t, x, y }: { t: number; x: number; y: number }): { t: number; x: number; y: number } | null {
@@ -133,8 +142,8 @@ class Placed {
     const now = this.frame(t);
     if (now === null) return null;
     const list = Array.from(points);
-    const moved = list.flatMap((_, k) => (k % 2 === 0 ? this.point(list.slice(k, k + 2)) : []));
-    return { t: now, points: moved, radius: radius * Math.sqrt(this.scale[0] * this.scale[1]) };
+    const mapped = list.flatMap((_, k) => (k % 2 === 0 ? this.point(list.slice(k, k + 2)) : []));
+    return { t: now, points: mapped, radius: radius * Math.sqrt(this.scale[0] * this.scale[1]) };
   }
 
   /** Returns the region in the other result; none where it does not have that frame. */
@@ -143,20 +152,20 @@ class Placed {
     if (now === null) return [];
     const { width, height } = this.size;
     if (width === this.old.width && height === this.old.height) return [[now, region]];
-    const moved = resized(decodeRuns(region), this.old, this.size);
-    return moved.includes(1) ? [[now, encodeRuns(moved)]] : [];
+    const mapped = resizeLabels(decodeRuns(region), this.old, this.size);
+    return mapped.includes(1) ? [[now, encodeRuns(mapped)]] : [];
   }
 }
 
 /** Returns the frame of `to` that is the same frame of the clip. */
-function frameIn(t: number, take: Take, to: ClipJob): number | null {
-  const now = (take.start + t * take.step - to.take.start) / to.take.step;
-  const isThere = Number.isInteger(now) && now >= 0 && now < (to.corrections.masks?.numFrames ?? 0);
-  return isThere ? now : null;
+function mapFrame(t: number, trim: Trim, to: ClipJob): number | null {
+  const frame = (trim.start + t * trim.step - to.trim.start) / to.trim.step;
+  const isThere = Number.isInteger(frame) && frame >= 0 && frame < (to.corrections.masks?.numFrames ?? 0);
+  return isThere ? frame : null;
 }
 
 /** Resizes labels by the nearest neighbour. */
-function resized(
+function resizeLabels(
   pixels: Uint8Array,
   from: { width: number; height: number },
   to: { width: number; height: number },
@@ -172,24 +181,24 @@ function resized(
 }
 
 /** Matches the objects of `old` with those of `to`. */
-async function matchOf(old: MaskSource, from: ClipJob, to: ClipJob): Promise<Match> {
+async function matchObjects(old: MaskSource, from: ClipJob, to: ClipJob): Promise<ObjectMatch> {
   const now = to.corrections.masks!;
   const counts = new Float64Array(256 * 256);
   let until = performance.now() + SLICE_MS;
   for (let t = 0; t < old.numFrames; t++) {
-    const at = frameIn(t, from.take, to);
+    const at = mapFrame(t, from.trim, to);
     if (at === null) continue;
-    const [before, after] = [resized(old.labels(t), old, now), now.labels(at)];
+    const [before, after] = [resizeLabels(old.labels(t), old, now), now.labels(at)];
     for (let p = 0; p < after.length; p++) counts[256 * before[p] + after[p]] += 1;
     if (performance.now() < until) continue;
-    await turn();
+    await yieldToPage();
     until = performance.now() + SLICE_MS;
   }
-  return new Match(counts);
+  return new ObjectMatch(counts);
 }
 
 /** How objects of two results overlap, over all frames that both have. */
-class Match {
+class ObjectMatch {
   before = new Float64Array(256);
   after = new Float64Array(256);
 
@@ -214,16 +223,16 @@ class Match {
       const share = both > 0 ? both / (this.before[label] + this.after[now] - both) : 0;
       if (share > most) [best, most] = [now, share];
     }
-    return most >= LEAST_OVERLAP ? best : null;
+    return most >= MIN_OVERLAP ? best : null;
   }
 
   isWithin(label: number, now: number): boolean {
-    return this.counts[256 * label + now] >= LEAST_OVERLAP * this.before[label];
+    return this.counts[256 * label + now] >= MIN_OVERLAP * this.before[label];
   }
 }
 
-function wordsOf(edit: Edit): string {
-  if (edit.kind === 'merge') return joinWords(edit.into, edit.others);
+function describeEdit(edit: Edit): string {
+  if (edit.kind === 'merge') return describeJoin(edit.into, edit.others);
   if (edit.kind === 'split') {
     if (edit.label > 0) return `splitting ${objectName(edit.label)}`;
     return edit.at ? `the object added in frame ${edit.at.t + 1}` : 'a new object';
@@ -237,7 +246,7 @@ function wordsOf(edit: Edit): string {
   return label === 0 ? `erasing in frame ${frame}` : `painting in frame ${frame}`;
 }
 
-function joinWords(into: number, others: readonly number[]) {
+function describeJoin(into: number, others: readonly number[]) {
   const names = (into > 0 ? [into, ...others] : others).map(objectName).join(', ');
   return into > 0 ? `joining ${names}` : `making ${names} background`;
 }

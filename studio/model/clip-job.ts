@@ -3,14 +3,14 @@
 // whose masks are there already.
 
 import { VideoSegmentation, segmentVideo } from './library.js';
-import { type Facts, Presence } from './presence.js';
-import { LONG, PageError, countObjects, headline, plural, remark } from './words.js';
+import { type ObjectFacts, Presence } from './presence.js';
+import { CLIP_MESSAGES, PageError, countObjects, headline, formatPlural, remark } from './messages.js';
 import { Corrections } from './corrections.js';
-import { Job, type Shown } from './job.js';
-import { type StagePlan, inSlices, untilAborted } from './stage-clock.js';
+import { Job, type JobView } from './job.js';
+import { type StagePlan, runInSlices, untilAborted } from './stage-clock.js';
 import type { DecodedFrame, Result, Session, VideoResult, WindowResult } from './library.js';
-import type { Result as ShownResult } from './points.js';
-import type { Take } from './source.js';
+import type { Result as ShownResult } from './segmentation.js';
+import type { Trim } from './source.js';
 
 /** Frames that are segmented together, and how many of them the next window shares. */
 export const { window: WINDOW, overlap: OVERLAP } = VideoSegmentation.usual;
@@ -56,7 +56,7 @@ const FEW_FRAMES = new Map([
 ]);
 
 export class ClipJob extends Job {
-  static stagesFor({ frames }: Take) {
+  static stagesFor({ frames }: Trim) {
     return frames > WINDOW ? WINDOW_STAGES : STAGES;
   }
 
@@ -64,43 +64,43 @@ export class ClipJob extends Job {
   declare corrections: Corrections;
   video: VideoSegmentation | null = null;
   /** The work that `video` does; it waits while the run is stopped. */
-  working: ReturnType<ClipJob['work']> | undefined = undefined;
-  life = new AbortController();
+  completion: ReturnType<ClipJob['segment']> | undefined = undefined;
+  abort = new AbortController();
   report = () => {};
   onWindow = () => {};
   stopped = false;
   /** Whether the source says when its frames are shown. */
   isTimed = true;
   /** Whether something was settled while more was to come, and the run is not through. */
-  streaming = false;
+  isStreaming = false;
   windows = 0;
   /** What the package has settled, on its way to `presence`. */
-  settling: Iterator<unknown> = [].values();
+  pendingMasks: Iterator<unknown> = [].values();
   /** Of the whole clip, or of what was settled when the run was stopped. */
   masks: VideoResult | null = null;
   /** Of a clip that is one window. */
   session: Session | null = null;
-  found: Result | undefined = undefined;
+  outputs: Result | undefined = undefined;
   /** Whether corrections of an earlier visit are in the masks themselves. */
-  holdsOthers = false;
+  hasEarlierCorrections = false;
 
   constructor(...parts: ConstructorParameters<typeof Job>) {
     super(...parts);
-    this.inWindows = this.take.frames > WINDOW;
+    this.inWindows = this.trim.frames > WINDOW;
     this.corrections = new Corrections(this);
   }
 
   get isCorrected() {
-    return !this.partial && (this.holdsOthers || this.corrections.edits.length > 0);
+    return !this.isPartial && (this.hasEarlierCorrections || this.corrections.edits.length > 0);
   }
 
   /** Returns the result as corrected, without what was done by hand. */
   get result(): Result | VideoResult | null {
-    return this.found ?? this.masks;
+    return this.outputs ?? this.masks;
   }
 
   set result(result) {
-    if (this.session) this.found = result as Result;
+    if (this.session) this.outputs = result as Result;
     else this.masks = result as VideoResult;
   }
 
@@ -118,21 +118,21 @@ export class ClipJob extends Job {
     Object.assign(this, { report, onWindow, stopped: false, masks: null });
     this.start();
     this.video?.resume();
-    this.working ??= this.work();
-    Object.assign(this, await untilAborted(this.working, signal), { streaming: false });
+    this.completion ??= this.segment();
+    Object.assign(this, await untilAborted(this.completion, signal), { isStreaming: false });
   }
 
-  async work(): Promise<{ masks: VideoResult | null; found?: Result }> {
-    const { options, inWindows, life } = this;
-    const direct = this.source.direct?.(this.take);
+  async segment(): Promise<{ masks: VideoResult | null; outputs?: Result }> {
+    const { options, inWindows, abort } = this;
+    const direct = this.source.direct?.(this.trim);
     const video = segmentVideo(direct?.source ?? this.frames(), {
       ...options,
       ...direct?.options,
       // What fits into one window is one shot.
       ...(inWindows ? {} : { shot: { maxUnmatched: 1 } }),
       keep: true,
-      frameRate: this.source.fps / this.take.step,
-      signal: life.signal,
+      frameRate: this.source.fps / this.trim.step,
+      signal: abort.signal,
       onFrame: (frame) => this.read(frame),
       onProgress: (progress) => {
         this.advance(progress);
@@ -141,21 +141,21 @@ export class ClipJob extends Job {
     });
     this.video = video;
     const masks = await video
-      .collect((window) => this.add(window))
+      .collect((window) => this.addWindow(window))
       .catch((error) => {
         const code = FEW_FRAMES.get(error?.code);
         throw code ? new PageError(code) : error;
       });
-    this.endReading();
+    this.finishReading();
     if (inWindows) this.mark('windows', 1, 1);
-    if (this.windows > 1 || life.signal.aborted) video.session?.close();
+    if (this.windows > 1 || abort.signal.aborted) video.session?.close();
     else this.session = video.session;
-    return { masks, found: await this.session?.run() };
+    return { masks, outputs: await this.session?.run() };
   }
 
   /** Of a source that the package does not read by itself. */
   async *frames() {
-    for await (const { frame, time, end = null } of this.source.frames(this.take, this.life.signal)) {
+    for await (const { frame, time, end = null } of this.source.frames(this.trim, this.abort.signal)) {
       this.isTimed = time !== null;
       if (time === null) yield frame;
       else yield end === null ? { frame, time } : { frame, time, duration: end - time };
@@ -163,23 +163,23 @@ export class ClipJob extends Job {
   }
 
   async read({ pixels, time, duration }: DecodedFrame) {
-    const { take, isTimed } = this;
-    const end = isTimed && take.step === 1 && duration > 0 ? time + duration : null;
-    await this.show((await pixels()) as ImageData, isTimed ? time : null, end);
+    const { trim, isTimed } = this;
+    const end = isTimed && trim.step === 1 && duration > 0 ? time + duration : null;
+    await this.addFrame((await pixels()) as ImageData, isTimed ? time : null, end);
   }
 
   /**
    * @param time in seconds
    * @param end when it is over, in seconds, where that is known
    */
-  async show(frame: ImageData, time: number | null, end: number | null) {
-    const { images, take } = this;
-    await this.arrived(frame, time, end);
-    this.mark('frames', images.length, Math.max(take.frames, images.length + 1));
+  async addFrame(frame: ImageData, time: number | null, end: number | null) {
+    const { images, trim } = this;
+    await this.receiveFrame(frame, time, end);
+    this.mark('frames', images.length, Math.max(trim.frames, images.length + 1));
     if (!this.stopped) this.report();
   }
 
-  endReading() {
+  finishReading() {
     const stage = this.stages.find(({ id }) => id === 'frames');
     if (stage) stage.total = stage.done;
   }
@@ -189,28 +189,28 @@ export class ClipJob extends Job {
     const at = STAGES.findIndex(({ id }) => id === stage);
     if (!this.inWindows) {
       if (at < 0) return;
-      this.endReading();
+      this.finishReading();
       return this.mark(stage, done, total);
     }
-    const whole = STAGES.reduce((sum, { share }) => sum + share, 0);
+    const totalShare = STAGES.reduce((sum, { share }) => sum + share, 0);
     const before = STAGES.slice(0, Math.max(0, at)).reduce((sum, { share }) => sum + share, 0);
-    const part = (before + ((STAGES[at]?.share ?? 0) * done) / Math.max(1, total)) / whole;
-    const expected = Math.max(window + 1, Math.ceil((this.take.frames - OVERLAP) / (WINDOW - OVERLAP)));
+    const part = (before + ((STAGES[at]?.share ?? 0) * done) / Math.max(1, total)) / totalShare;
+    const expected = Math.max(window + 1, Math.ceil((this.trim.frames - OVERLAP) / (WINDOW - OVERLAP)));
     // Not the last step: that is done when everything is collected.
     this.mark('windows', Math.min(expected - 0.01, window + part), expected);
   }
 
-  async add(window: WindowResult) {
+  async addWindow(window: WindowResult) {
     // A frame of the next window is read before a window is computed.
     const isLast = window.firstFrame + window.settled.to === this.images.length;
-    this.streaming ||= !isLast;
-    this.settling = this.settle(window);
-    await inSlices(this.settling);
+    this.isStreaming ||= !isLast;
+    this.pendingMasks = this.addMasks(window);
+    await runInSlices(this.pendingMasks);
     if (!isLast && !this.stopped) this.onWindow();
   }
 
   /** A frame a step. */
-  *settle(window: WindowResult) {
+  *addMasks(window: WindowResult) {
     this.presence ??= new Presence(window);
     if (window.shot > this.cuts.length) this.cuts.push(this.presence.frames.length);
     for (const { labels } of window.frames()) yield this.presence.addMask(labels);
@@ -219,55 +219,55 @@ export class ClipJob extends Job {
   /** What is settled by now is a result too. */
   stop() {
     this.video?.pause();
-    while (!this.settling.next().done);
+    while (!this.pendingMasks.next().done);
     this.stopped = true;
-    this.masks = this.streaming ? (this.video?.collected ?? null) : null;
-    return this.partial;
+    this.masks = this.isStreaming ? (this.video?.collected ?? null) : null;
+    return this.isPartial;
   }
 
-  get partial() {
+  get isPartial() {
     return this.stopped && this.masks !== null;
   }
 
   /** Frames whose masks are settled while others are to come. */
-  get settled() {
-    return this.streaming ? (this.presence?.frames.length ?? 0) : 0;
+  get settledFrames() {
+    return this.isStreaming ? (this.presence?.frames.length ?? 0) : 0;
   }
 
   /** What is settled so far, or the whole when it is. */
-  get shown(): Shown {
-    const { found, presence, session, corrections } = this;
-    const result = corrections.over(found ? resultOf(found) : this.masksAsResult());
-    if (!found || !session)
+  get shown(): JobView {
+    const { outputs, presence, session, corrections } = this;
+    const result = corrections.applyTo(outputs ? toMaskResult(outputs) : this.masksAsResult());
+    if (!outputs || !session)
       return {
-        ...{ result, presence, numbers: this.numbers, headline: countObjects, answers: {} },
+        ...{ result, presence, numbers: this.numbers, headline: countObjects, frameData: {} },
         notice: (facts) => this.notice(facts),
       };
     return {
       ...{ result, presence },
-      answers: { background: (t) => found.background(t) },
-      numbers: [`${plural(this.images.length, 'frame')} of ${this.size}`],
-      headline: (facts) => headline(found, facts),
-      notice: () => remark(found),
+      frameData: { background: (t) => outputs.background(t) },
+      numbers: [`${formatPlural(this.images.length, 'frame')} of ${this.sizeText}`],
+      headline: (facts) => headline(outputs, facts),
+      notice: () => remark(outputs),
     };
   }
 
   get numbers() {
-    return this.inWindows ? [this.extent, LONG.remark(WINDOW)] : [this.extent];
+    return this.inWindows ? [this.extent, CLIP_MESSAGES.remark(WINDOW)] : [this.extent];
   }
 
   /** Returns `120 frames of 480 × 270 in 3 windows and 2 shots`. */
   get extent(): string {
     const shots = this.cuts.length + 1;
-    const windows = plural(this.windows, 'window');
-    const pieces = shots > 1 ? `${windows} and ${plural(shots, 'shot')}` : windows;
-    return `${plural(this.masks?.numFrames ?? this.settled, 'frame')} of ${this.size} in ${pieces}`;
+    const windows = formatPlural(this.windows, 'window');
+    const parts = shots > 1 ? `${windows} and ${formatPlural(shots, 'shot')}` : windows;
+    return `${formatPlural(this.masks?.numFrames ?? this.settledFrames, 'frame')} of ${this.sizeText} in ${parts}`;
   }
 
-  notice(facts: Facts[]) {
-    if (this.partial) return LONG.partial(this.settled, this.take.frames);
-    const some = facts.some(({ object, first }) => object > 0 && first >= 0);
-    return some || !this.masks ? '' : LONG.nothing;
+  notice(facts: ObjectFacts[]) {
+    if (this.isPartial) return CLIP_MESSAGES.partial(this.settledFrames, this.trim.frames);
+    const hasObjects = facts.some(({ object, first }) => object > 0 && first >= 0);
+    return hasObjects || !this.masks ? '' : CLIP_MESSAGES.nothing;
   }
 
   /** Returns the masks, in the form that the page's layers look at; trajectories come with the whole result. */
@@ -279,7 +279,7 @@ export class ClipJob extends Job {
     const objects = masks?.objects ?? Array.from({ length: highest }, (_, k) => ({ label: k + 1 }));
     return {
       ...{ width, height },
-      numFrames: masks?.numFrames ?? this.settled,
+      numFrames: masks?.numFrames ?? this.settledFrames,
       trajectories,
       objects,
       labels: (t) => (masks ?? video)!.labels(t),
@@ -292,20 +292,20 @@ export class ClipJob extends Job {
 
   close() {
     this.corrections.close();
-    this.life.abort();
+    this.abort.abort();
     this.session?.close();
     super.close();
   }
 }
 
-function resultOf(found: Result): ShownResult {
-  const { width, height, numFrames, trajectories, clusters } = found;
+function toMaskResult(outputs: Result): ShownResult {
+  const { width, height, numFrames, trajectories, clusters } = outputs;
   const objectOf = clusters.object!;
   const label = Uint8Array.from(clusters.label, (cluster) => objectOf[cluster]);
   return {
-    ...{ width, height, numFrames, clusters, objects: found.objects ?? [] },
+    ...{ width, height, numFrames, clusters, objects: outputs.objects ?? [] },
     trajectories: { ...trajectories, label },
-    labels: (t) => found.labels(t),
-    toTracksDat: () => found.toTracksDat(),
+    labels: (t) => outputs.labels(t),
+    toTracksDat: () => outputs.toTracksDat(),
   };
 }

@@ -1,11 +1,11 @@
 // What is seen, in words: each object, the whole clip, one frame.
 
 import { colourName, objectName } from './palette.js';
-import { atTime, percent, plural } from './words.js';
-import type { Facts, Presence, Times } from './presence.js';
+import { formatFrameTime, formatPercent, formatPlural } from './messages.js';
+import type { ObjectFacts, Presence, Times } from './presence.js';
 
 /** Part of the picture's height or width that counts as a move. */
-const MOVE = 0.04;
+const MIN_MOVE_SHARE = 0.04;
 
 /** Thirds of the picture, downwards and across. */
 const REGIONS = [
@@ -20,7 +20,7 @@ const PHRASES = [
 ];
 
 /** Objects that the summary speaks of one by one. */
-const SPOKEN_OF = 3;
+const MAX_DESCRIBED_OBJECTS = 3;
 
 /** Returns `Object 1 (orange)`. */
 export function nameAndColour(object: number): string {
@@ -31,7 +31,7 @@ export function nameAndColour(object: number): string {
  * @param place in parts of the picture
  * @returns `upper left`, `middle`, …
  */
-export function placeName({ x, y }: { x: number; y: number }): string {
+export function describePosition({ x, y }: { x: number; y: number }): string {
   return REGIONS[third(y)][third(x)];
 }
 
@@ -45,32 +45,34 @@ function placePhrase(place: { x: number; y: number }): string {
 }
 
 /** @param words one or two, or none */
-function both(words: string[]): string {
+function joinWithAnd(words: string[]): string {
   return words.length > 1 ? `${words[0]} and ${words[1]}` : (words[0] ?? '');
 }
 
 /** Returns `moves left`, `grows`, `stays in place`, against the scene; `moves right, followed by the camera`. */
-export function moveOf({ moved, followed, growth }: Facts): string {
-  const { x: right, y: down } = moved;
-  const ways = [];
+export function describeMotion({ motion, isFollowed, growth }: ObjectFacts): string {
+  const { x: right, y: down } = motion;
+  const directions = [];
   // A slant is named only where it is one.
-  if (Math.abs(right) >= MOVE && Math.abs(right) > 0.4 * Math.abs(down)) ways.push(right > 0 ? 'right' : 'left');
-  if (Math.abs(down) >= MOVE && Math.abs(down) > 0.4 * Math.abs(right)) ways.unshift(down > 0 ? 'down' : 'up');
+  if (Math.abs(right) >= MIN_MOVE_SHARE && Math.abs(right) > 0.4 * Math.abs(down))
+    directions.push(right > 0 ? 'right' : 'left');
+  if (Math.abs(down) >= MIN_MOVE_SHARE && Math.abs(down) > 0.4 * Math.abs(right))
+    directions.unshift(down > 0 ? 'down' : 'up');
   const size = growth > 1.5 ? 'grows' : growth < 0.67 ? 'shrinks' : '';
-  const move = ways.length > 0 ? `moves ${both(ways)}` : '';
-  const words = both([move, size].filter(Boolean)) || 'stays in place';
-  return move && followed ? `${words}, followed by the camera` : words;
+  const move = directions.length > 0 ? `moves ${joinWithAnd(directions)}` : '';
+  const text = joinWithAnd([move, size].filter(Boolean)) || 'stays in place';
+  return move && isFollowed ? `${text}, followed by the camera` : text;
 }
 
 /** Returns `0.0–1.6 s`, `frames 1–9`. */
-export function spanOf({ first, last }: Facts, times: Times): string {
-  return first < 0 ? 'never' : times.span(first, last);
+export function describeSpan({ first, last }: ObjectFacts, times: Times): string {
+  return first < 0 ? 'never' : times.formatSpan(first, last);
 }
 
 /** Returns `Object 1 (orange) at the top moves left`. */
-function clause(facts: Facts, numFrames: number, times: Times): string {
-  const when = facts.frames >= numFrames - 1 ? '' : `, ${spanOf(facts, times)}`;
-  return `${nameAndColour(facts.object)} ${placePhrase(facts.from)} ${moveOf(facts)}${when}`;
+function describeObject(facts: ObjectFacts, numFrames: number, times: Times): string {
+  const when = facts.frames >= numFrames - 1 ? '' : `, ${describeSpan(facts, times)}`;
+  return `${nameAndColour(facts.object)} ${placePhrase(facts.from)} ${describeMotion(facts)}${when}`;
 }
 
 /**
@@ -78,25 +80,29 @@ function clause(facts: Facts, numFrames: number, times: Times): string {
  * @param facts of all objects, the background among them
  * @returns empty without objects
  */
-export function summaryOf(facts: Facts[], numFrames: number, times: Times): string {
+export function describeObjects(facts: ObjectFacts[], numFrames: number, times: Times): string {
   const objects = facts.filter(({ object, first }) => object > 0 && first >= 0).sort((a, b) => b.share - a.share);
-  const spoken = objects.slice(0, SPOKEN_OF).map((one) => clause(one, numFrames, times));
-  const rest = objects.length - spoken.length;
-  if (rest > 0) spoken.push(`and ${plural(rest, 'smaller one')}`);
-  return spoken.length > 0 ? `${spoken.join('; ')}.` : '';
+  const clauses = objects
+    .slice(0, MAX_DESCRIBED_OBJECTS)
+    .map((objectFacts) => describeObject(objectFacts, numFrames, times));
+  const rest = objects.length - clauses.length;
+  if (rest > 0) clauses.push(`and ${formatPlural(rest, 'smaller one')}`);
+  return clauses.length > 0 ? `${clauses.join('; ')}.` : '';
 }
 
 /**
  * One frame, for those who do not see it.
  * @param count of objects, the background among them
  */
-export function frameText(presence: Presence, count: number, frame: number, times: Times): string {
-  const there = [];
+export function describeFrame(presence: Presence, count: number, frame: number, times: Times): string {
+  const objects = [];
   for (let object = 1; object < count; object++) {
-    const part = presence.part(object, frame);
+    const part = presence.shareOf(object, frame);
     if (part > 0)
-      there.push(`${nameAndColour(object)} ${placeName(presence.middle(object, [frame]))}, ${percent(part)}`);
+      objects.push(
+        `${nameAndColour(object)} ${describePosition(presence.centreOf(object, [frame]))}, ${formatPercent(part)}`,
+      );
   }
-  const seen = there.length > 0 ? there.join('; ') : 'background only';
-  return `Frame ${frame + 1} of ${presence.frames.length}${atTime(times, frame)}: ${seen}.`;
+  const content = objects.length > 0 ? objects.join('; ') : 'background only';
+  return `Frame ${frame + 1} of ${presence.frames.length}${formatFrameTime(times, frame)}: ${content}.`;
 }

@@ -2,7 +2,7 @@
 // from the source again, one by one.
 
 import { fitSize } from './library.js';
-import { PageError } from './words.js';
+import { PageError } from './messages.js';
 import type { AnyJob } from './job.js';
 import type { Source } from './source.js';
 
@@ -10,50 +10,50 @@ type Size = { width: number; height: number };
 type SizeName = 'source' | 'half' | 'working' | 'own';
 
 /** Times of one frame that was read twice may differ by so much, in seconds. */
-const SLACK = 1e-6;
+const MAX_TIME_DIFFERENCE_S = 1e-6;
 
 /** Shorter sides are of no use. */
-export const LEAST_SIDE = 16;
+export const MIN_SIDE_PX = 16;
 
 /** Returns the sizes to choose from, each once. */
-export function sizesOf(source: Source, working: Size): { name: SizeName; label: string; side: number }[] {
+export function exportSizes(source: Source, working: Size): { name: SizeName; label: string; side: number }[] {
   const side = Math.max(source.width, source.height);
-  const own = { name: 'own' as const, label: 'Other…', side };
-  const named: [SizeName, string, number][] = [
+  const custom = { name: 'own' as const, label: 'Other…', side };
+  const presets: [SizeName, string, number][] = [
     ['source', 'Same as source', side],
     ['half', 'Half', Math.round(side / 2)],
     ['working', 'Working size', Math.max(working.width, working.height)],
   ];
-  const there = named.filter(
-    ([, , one], k) => one >= LEAST_SIDE && named.findIndex(([, , other]) => other === one) === k,
+  const unique = presets.filter(
+    ([, , size], k) => size >= MIN_SIDE_PX && presets.findIndex(([, , otherSize]) => otherSize === size) === k,
   );
-  const sizes = there.map(([name, words, one]) => {
-    const { width, height } = fitSize(source, one);
-    return { name, label: `${words}, ${width} × ${height}`, side: one };
+  const sizes = unique.map(([name, presetLabel, longSide]) => {
+    const { width, height } = fitSize(source, longSide);
+    return { name, label: `${presetLabel}, ${width} × ${height}`, side: longSide };
   });
-  return [...sizes, own];
+  return [...sizes, custom];
 }
 
 /**
  * The frames of a result, at another size.
  * @param side the longer one, in pixels
  */
-export function framesOf(
-  { source, take }: Pick<AnyJob, 'source' | 'take'>,
+export function resizedFrames(
+  { source, trim }: Pick<AnyJob, 'source' | 'trim'>,
   { numFrames, times }: { numFrames: number; times: ArrayLike<number> | null },
   side: number,
 ) {
   return {
-    async *all(signal: AbortSignal) {
+    async *stream(signal: AbortSignal) {
       let t = 0;
-      for await (const { frame, time } of source.frames({ ...take, frames: numFrames, side }, signal)) {
-        if (time !== null && times && Math.abs(time - times[t]) > SLACK)
+      for await (const { frame, time } of source.frames({ ...trim, frames: numFrames, side }, signal)) {
+        if (time !== null && times && Math.abs(time - times[t]) > MAX_TIME_DIFFERENCE_S)
           throw new PageError('other-frames', `frame ${t + 1} is at ${time} s and was at ${times[t]} s`);
         t += 1;
         yield frame;
       }
     },
-    one: (t: number) => source.preview(take.start + t * take.step, side, times?.[t]),
+    read: (t: number) => source.preview(trim.start + t * trim.step, side, times?.[t]),
   };
 }
 

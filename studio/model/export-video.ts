@@ -1,11 +1,11 @@
 // The clip as videos: with its masks drawn over it, and its objects cut out.
 
 import { type Ground, SCREEN_GREEN, encodeVideo } from './library.js';
-import { type Choice, type Export, rateOf } from './export.js';
-import type { GroundName } from './look.js';
+import { type Choice, type Export, frameRateOption } from './export.js';
+import type { BackdropName } from './view-settings.js';
 
 /** The grounds of cut-out objects, on buttons. */
-const GROUNDS: Record<GroundName, string> = {
+const BACKDROP_LABELS: Record<BackdropName, string> = {
   transparent: 'Transparent',
   green: 'Green',
   colour: 'Colour',
@@ -18,57 +18,65 @@ const GROUNDS: Record<GroundName, string> = {
 export const overlayVideo: Export = {
   title: 'Overlay video',
   about: 'The clip with the masks on top.',
-  choices: [video('overlay-webm', 'WebM', 'overlay', 'webm'), video('overlay-mp4', 'MP4', 'overlay', 'mp4')],
+  choices: [
+    videoChoice('overlay-webm', 'WebM', 'overlay', 'webm'),
+    videoChoice('overlay-mp4', 'MP4', 'overlay', 'mp4'),
+  ],
 };
 
 export const cutoutVideo: Export = {
   title: 'Cut-out video',
   about: 'The objects on the backdrop of the “Cut-out” view. MP4 has no transparency: green is used instead.',
   choices: [
-    video('cutout-webm', (ground) => `${GROUNDS[ground]} WebM`, 'cutout', 'webm'),
-    video('cutout-mp4', (ground) => `${GROUNDS[ground === 'transparent' ? 'green' : ground]} MP4`, 'cutout', 'mp4'),
+    videoChoice('cutout-webm', (backdrop) => `${BACKDROP_LABELS[backdrop]} WebM`, 'cutout', 'webm'),
+    videoChoice(
+      'cutout-mp4',
+      (backdrop) => `${BACKDROP_LABELS[backdrop === 'transparent' ? 'green' : backdrop]} MP4`,
+      'cutout',
+      'mp4',
+    ),
   ],
 };
 
 export const transparentVideo: Export = {
   title: 'Transparent cut-out',
   about: 'WebM, for editing',
-  choices: [video('transparent', 'WebM', 'cutout', 'webm', 'transparent')],
+  choices: [videoChoice('transparent', 'WebM', 'cutout', 'webm', 'transparent')],
 };
 
 export const greenVideo: Export = {
   title: 'Green screen',
   about: 'MP4, for any editor',
-  choices: [video('green', 'MP4', 'cutout', 'mp4', SCREEN_GREEN)],
+  choices: [videoChoice('green', 'MP4', 'cutout', 'mp4', SCREEN_GREEN)],
 };
 
 export const blurredVideo: Export = {
   title: 'Blurred background',
   about: 'MP4, for sharing',
-  choices: [video('blurred', 'MP4', 'cutout', 'mp4', 'blurred')],
+  choices: [videoChoice('blurred', 'MP4', 'cutout', 'mp4', 'blurred')],
 };
 
 export const maskVideo: Export = {
   title: 'Mask video',
   about: 'White objects on black: a track matte for editing.',
-  choices: [video('alpha-webm', 'WebM', 'alpha', 'webm'), video('alpha-mp4', 'MP4', 'alpha', 'mp4')],
+  choices: [videoChoice('alpha-webm', 'WebM', 'alpha', 'webm'), videoChoice('alpha-mp4', 'MP4', 'alpha', 'mp4')],
 };
 
-/** @param own a ground in place of that on screen */
-function video(
+/** @param background a ground in place of that on screen */
+function videoChoice(
   id: string,
   label: Choice['label'],
   style: 'overlay' | 'cutout' | 'alpha',
   format: 'webm' | 'mp4',
-  own?: Ground,
+  background?: Ground,
 ): Choice {
   return {
     id,
     label,
     file: () => `${style === 'alpha' ? 'mask' : style}.${format}`,
     make: (subject, work) => {
-      const { masks, frames, objects, look, quality, ground, edges } = subject;
-      const background = own ?? (format === 'mp4' && ground === 'transparent' ? SCREEN_GREEN : ground);
+      const { masks, frames, objects, maskStyle, quality, backdrop, edges } = subject;
+      const shownBackdrop = background ?? (format === 'mp4' && backdrop === 'transparent' ? SCREEN_GREEN : backdrop);
       const sound = subject.sound(format);
       return encodeVideo(masks, frames(work.signal), {
         style,
@@ -76,13 +84,13 @@ function video(
         objects,
         quality,
         edges,
-        opacity: look.fill,
-        maskOpacity: look.opacity,
-        outlineWidth: look.outline,
+        opacity: maskStyle.fill,
+        maskOpacity: maskStyle.opacity,
+        outlineWidth: maskStyle.outline,
         ...work,
-        ...(style === 'cutout' ? { background } : {}),
+        ...(style === 'cutout' ? { background: shownBackdrop } : {}),
         ...(sound ? { sound } : {}),
-        ...rateOf(subject),
+        ...frameRateOption(subject),
       });
     },
   };

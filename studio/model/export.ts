@@ -1,11 +1,11 @@
 // What an export is, and what it is made of.
 
 import { masksAtSize } from './library.js';
-import type { Plate } from './answers.js';
+import type { Plate } from './frame-data.js';
 import type { Ground, MaskEdges, MaskSource, SoundOptions, TrajectoryPoints, VideoQuality } from './library.js';
-import type { GroundName } from './look.js';
+import type { BackdropName } from './view-settings.js';
 import type { Source } from './source.js';
-import type { Film, State } from './store.js';
+import type { Timeline, State } from './store.js';
 
 /** What there is to save. */
 export interface Subject {
@@ -22,13 +22,13 @@ export interface Subject {
   frames: (signal: AbortSignal) => AsyncIterable<ImageData>;
   image: (t: number) => Promise<ImageData>;
   /** Of the masks on screen. */
-  look: Look;
+  maskStyle: MaskStyle;
   /** Of videos. */
   quality: VideoQuality;
   /** Of the masks on screen. */
   edges: MaskEdges;
   /** Of cut-out objects on screen. */
-  ground: Ground;
+  backdrop: Ground;
   /** Of videos; null for none. */
   sound: (format: 'webm' | 'mp4') => SoundOptions | null;
   source: Source;
@@ -50,34 +50,37 @@ export interface Subject {
  * How masks look on screen: how opaque they are as a whole, and their fill, 0 to 1; how wide their outline is, in
  * pixels of the picture that is saved.
  */
-export type Look = { opacity: number; fill: number; outline: number };
+export type MaskStyle = { opacity: number; fill: number; outline: number };
 
 /** What there is to save, before it is known how. */
-type Found = Omit<Subject, 'objects' | 'frames' | 'image' | 'look' | 'quality' | 'sound' | 'ground' | 'edges'>;
+type ExportSource = Omit<
+  Subject,
+  'objects' | 'frames' | 'image' | 'maskStyle' | 'quality' | 'sound' | 'backdrop' | 'edges'
+>;
 
-type Work = { signal: AbortSignal; onProgress: (progress: { done: number; total: number }) => void };
+type ExportTask = { signal: AbortSignal; onProgress: (progress: { done: number; total: number }) => void };
 
 export interface Choice {
   id: string;
   /** Of its button; that of a cut-out names the ground on screen. */
-  label: string | ((ground: GroundName) => string);
+  label: string | ((backdrop: BackdropName) => string);
   /** To screen readers, where the label is short. */
-  says?: string;
+  ariaLabel?: string;
   /** What is added to the clip's name. */
   file: (subject: Subject) => string;
   /** Whether it can be made; always if not said. */
-  there?: (subject: Found) => boolean;
+  isAvailable?: (subject: ExportSource) => boolean;
   /** Of a file that is written while it is made. */
   type?: string;
-  make: (subject: Subject, work: Work) => Promise<Blob | ReadableStream<Uint8Array<ArrayBuffer>>>;
+  make: (subject: Subject, work: ExportTask) => Promise<Blob | ReadableStream<Uint8Array<ArrayBuffer>>>;
 }
 
 export type Export = { title: string; about: string; choices: Choice[] };
 
 /** Returns what an export is made of; null without masks. */
-export function subjectOf(state: State): Found | null {
-  const { found, job, film, frame } = state;
-  const points = found?.points;
+export function exportSource(state: State): ExportSource | null {
+  const { analysis, job, timeline, frame } = state;
+  const points = analysis?.segmentation;
   if (!points || !job) return null;
   const { width, height, numFrames } = points.result;
   const labels = (t: number) => points.mask(t)!;
@@ -87,15 +90,15 @@ export function subjectOf(state: State): Found | null {
       height,
       numFrames,
       labels,
-      times: film.times.seconds?.slice(0, numFrames) ?? null,
-      end: endOf(film, numFrames),
-      shots: shotsOf(film, numFrames),
+      times: timeline.times.seconds?.slice(0, numFrames) ?? null,
+      end: endOf(timeline, numFrames),
+      shots: splitShots(timeline, numFrames),
     },
     source: job.source,
-    plate: found?.answers.background ?? null,
+    plate: analysis?.frameData.background ?? null,
     frame,
     name: job.source.name,
-    fps: film.fps,
+    fps: timeline.fps,
     tracks: () => points.result.toTracksDat(),
     points: points.result.trajectories,
     state,
@@ -103,34 +106,34 @@ export function subjectOf(state: State): Found | null {
 }
 
 /** @returns stretches without a cut */
-export function shotsOf({ cuts }: Film, numFrames: number): { first: number; last: number }[] {
+export function splitShots({ cuts }: Timeline, numFrames: number): { first: number; last: number }[] {
   const starts = [0, ...cuts.filter((cut) => cut < numFrames)];
   return starts.map((first, k) => ({ first, last: (starts[k + 1] ?? numFrames) - 1 }));
 }
 
 /** @returns when the last of them ends, in seconds; null where nobody knows */
-function endOf({ times }: Film, numFrames: number): number | null {
+function endOf({ times }: Timeline, numFrames: number): number | null {
   return times.seconds?.[numFrames] ?? times.end;
 }
 
 /** Returns all masks, at the size that is wanted. */
-export function masksOf({ masks, frames, edges }: Subject, work: Work): Promise<MaskSource> {
+export function resizeMasks({ masks, frames, edges }: Subject, work: ExportTask): Promise<MaskSource> {
   return masksAtSize(masks, frames(work.signal), { ...work, edges });
 }
 
 /** @param frame that frame, at the size that is wanted */
-export async function labelsOf({ masks, edges }: Subject, t: number, frame: ImageData): Promise<Uint8Array> {
-  const one = { ...masks, numFrames: 1, times: null, end: null, shots: [], labels: () => masks.labels(t) };
-  return (await masksAtSize(one, [frame], { edges })).labels(0);
+export async function resizeLabels({ masks, edges }: Subject, t: number, frame: ImageData): Promise<Uint8Array> {
+  const frameMasks = { ...masks, numFrames: 1, times: null, end: null, shots: [], labels: () => masks.labels(t) };
+  return (await masksAtSize(frameMasks, [frame], { edges })).labels(0);
 }
 
 /** Returns the option that replaces times. */
-export function rateOf({ masks, fps }: Subject): { frameRate?: number } {
+export function frameRateOption({ masks, fps }: Subject): { frameRate?: number } {
   return masks.times ? {} : { frameRate: fps };
 }
 
 /** @returns what files made of it begin with: no extension, nothing that a file system minds */
-export function stemOf(name: string): string {
+export function fileStem(name: string): string {
   const stem = name
     .replace(/ … .*$/, '')
     .replace(/\.[a-z0-9]{2,5}$/i, '')

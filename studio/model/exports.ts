@@ -4,9 +4,9 @@
 
 import { cocoRle, encodeImages, maskPng, masksZip, objectTable, objectTableCsv } from './library.js';
 import * as videos from './export-video.js';
-import { type Choice, type Export, labelsOf, masksOf, rateOf } from './export.js';
-import { EXTENSION } from './look.js';
-import { Packer, projectFile } from './work.js';
+import { type Choice, type Export, resizeLabels, resizeMasks, frameRateOption } from './export.js';
+import { PROJECT_EXTENSION } from './view-settings.js';
+import { Packer, createProjectFile } from './project-file.js';
 import type { TrajectoryPoints } from './library.js';
 
 export const data: Export = {
@@ -19,20 +19,28 @@ export const data: Export = {
       file: () => 'coco.json',
       make: async (subject, work) => {
         const { objects, name } = subject;
-        const coco = await cocoRle(await masksOf(subject, work), { objects, video: name, ...rateOf(subject) });
+        const coco = await cocoRle(await resizeMasks(subject, work), {
+          objects,
+          video: name,
+          ...frameRateOption(subject),
+        });
         return new Blob([JSON.stringify(coco)], { type: 'application/json' });
       },
     },
     {
       id: 'table',
       label: 'objects.csv',
-      says: 'objects.csv: position, size and motion of each object in each frame',
+      ariaLabel: 'objects.csv: position, size and motion of each object in each frame',
       file: () => 'objects.csv',
       make: async (subject, work) => {
         const { objects, points } = subject;
-        const masks = await masksOf(subject, work);
-        const trajectories = enlarged(points, masks.width / subject.masks.width, masks.height / subject.masks.height);
-        const rows = await objectTable(masks, { trajectories, objects, ...rateOf(subject) });
+        const masks = await resizeMasks(subject, work);
+        const trajectories = scaleTrajectories(
+          points,
+          masks.width / subject.masks.width,
+          masks.height / subject.masks.height,
+        );
+        const rows = await objectTable(masks, { trajectories, objects, ...frameRateOption(subject) });
         return new Blob([await objectTableCsv(rows)], { type: 'text/csv' });
       },
     },
@@ -46,22 +54,22 @@ export const data: Export = {
 };
 
 /** Points of trajectories in pixels of masks that are so much larger. */
-function enlarged({ startFrame, offset, x, y }: TrajectoryPoints, across: number, down: number) {
-  const by = (values: ArrayLike<number>, scale: number) =>
+function scaleTrajectories({ startFrame, offset, x, y }: TrajectoryPoints, across: number, down: number) {
+  const scalePoints = (values: ArrayLike<number>, scale: number) =>
     Float32Array.from(values, (value) => (value + 0.5) * scale - 0.5);
-  return { startFrame, offset, x: by(x, across), y: by(y, down) };
+  return { startFrame, offset, x: scalePoints(x, across), y: scalePoints(y, down) };
 }
 
 export const masks: Export = {
   title: 'Masks',
   about: 'Coloured PNG files',
-  choices: [{ id: 'zip', label: 'ZIP', file: () => 'masks.zip', make: zip(false) }],
+  choices: [{ id: 'zip', label: 'ZIP', file: () => 'masks.zip', make: makeMaskZip(false) }],
 };
 
 const objectMasks: Export = {
   title: 'Masks by object',
   about: 'A folder of black and white PNG files per object; times are in masks.json.',
-  choices: [{ id: 'zip-objects', label: 'ZIP', file: () => 'objects.zip', make: zip(true) }],
+  choices: [{ id: 'zip-objects', label: 'ZIP', file: () => 'objects.zip', make: makeMaskZip(true) }],
 };
 
 const frameMask: Export = {
@@ -71,12 +79,12 @@ const frameMask: Export = {
     {
       id: 'png',
       label: 'PNG',
-      says: 'Mask of this frame as PNG',
+      ariaLabel: 'Mask of this frame as PNG',
       file: ({ frame }) => `mask-${String(frame + 1).padStart(4, '0')}.png`,
       make: async (subject) => {
         const { frame, objects } = subject;
         const image = await subject.image(frame);
-        const labels = (await labelsOf(subject, frame, image)).map((label) => (objects(label) ? label : 0));
+        const labels = (await resizeLabels(subject, frame, image)).map((label) => (objects(label) ? label : 0));
         const { width, height } = image;
         const mask = { width, height, numFrames: 1, labels: () => labels };
         return new Blob([await maskPng(mask, 0)], { type: 'image/png' });
@@ -85,14 +93,14 @@ const frameMask: Export = {
   ],
 };
 
-function zip(perObject: boolean): Choice['make'] {
+function makeMaskZip(perObject: boolean): Choice['make'] {
   return async (subject, work) => {
     const { objects } = subject;
-    const bytes = await masksZip(await masksOf(subject, work), {
+    const bytes = await masksZip(await resizeMasks(subject, work), {
       perObject,
       objects,
       ...work,
-      ...rateOf(subject),
+      ...frameRateOption(subject),
     });
     return new Blob([bytes], { type: 'application/zip' });
   };
@@ -102,13 +110,19 @@ export const images: Export = {
   title: 'Cut-out images',
   about: 'Transparent images for editing. An animated PNG plays like a GIF.',
   choices: [
-    stream('cutout-zip', 'ZIP of PNG files', 'cutout.zip', 'cutout', 'zip'),
-    stream('cutout-apng', 'Animated PNG', 'cutout.png', 'cutout', 'apng'),
-    stream('alpha-zip', 'Alpha only, ZIP', 'alpha.zip', 'alpha', 'zip'),
+    imageChoice('cutout-zip', 'ZIP of PNG files', 'cutout.zip', 'cutout', 'zip'),
+    imageChoice('cutout-apng', 'Animated PNG', 'cutout.png', 'cutout', 'apng'),
+    imageChoice('alpha-zip', 'Alpha only, ZIP', 'alpha.zip', 'alpha', 'zip'),
   ],
 };
 
-function stream(id: string, label: string, file: string, style: 'cutout' | 'alpha', format: 'zip' | 'apng'): Choice {
+function imageChoice(
+  id: string,
+  label: string,
+  file: string,
+  style: 'cutout' | 'alpha',
+  format: 'zip' | 'apng',
+): Choice {
   return {
     id,
     label,
@@ -116,7 +130,7 @@ function stream(id: string, label: string, file: string, style: 'cutout' | 'alph
     type: format === 'zip' ? 'application/zip' : 'image/png',
     make: (subject, work) => {
       const { masks, frames, objects, edges } = subject;
-      const options = { style, format, objects, edges, ...work, ...rateOf(subject) };
+      const options = { style, format, objects, edges, ...work, ...frameRateOption(subject) };
       return encodeImages(masks, frames(work.signal), options);
     },
   };
@@ -129,15 +143,15 @@ export const project: Export = {
     {
       id: 'project',
       label: 'Project file',
-      file: () => `project${EXTENSION}`,
-      there: ({ source }) => Boolean(source.files),
-      make: async ({ state }) => projectFile(await new Packer().pack(state, '')),
+      file: () => `project${PROJECT_EXTENSION}`,
+      isAvailable: ({ source }) => Boolean(source.files),
+      make: async ({ state }) => createProjectFile(await new Packer().pack(state, '')),
     },
   ],
 };
 
 /** What most people want: a choice each. */
-export const FIRST: Export[] = [videos.transparentVideo, videos.greenVideo, videos.blurredVideo, masks];
+export const MAIN_EXPORTS: Export[] = [videos.transparentVideo, videos.greenVideo, videos.blurredVideo, masks];
 
 /** The others, in the order of the dialog. */
 export const otherExports = (background: Export): Export[] => [

@@ -1,36 +1,36 @@
 // What all kinds of runs have in common, and what the page may ask of them.
 
-import { Preview, isWorth } from './preview.js';
+import { Preview, needsPreview } from './preview.js';
 import { StageClock, type StagePlan } from './stage-clock.js';
-import type { Answers } from './answers.js';
+import type { FrameDataSource } from './frame-data.js';
 import type { ClipJob } from './clip-job.js';
 import type { Corrections } from './corrections.js';
 import type { Edit, MaskEditor, SessionOptions as Options } from './library.js';
-import type { Points, Result } from './points.js';
-import type { Facts, Presence } from './presence.js';
-import type { Source, Take } from './source.js';
+import type { Segmentation, Result } from './segmentation.js';
+import type { ObjectFacts, Presence } from './presence.js';
+import type { Source, Trim } from './source.js';
 import type { StillJob } from './still-job.js';
 import type { Frames } from './store.js';
 
 /** What a run has found so far, as the page shows it. */
-export interface Shown {
+export interface JobView {
   /** Null for a still image. */
   result: Result | null;
   /** Where each object is, if that is known already. */
   presence: Presence | null;
-  answers: Partial<Answers>;
+  frameData: Partial<FrameDataSource>;
   /** For the line of facts. */
   numbers: string[];
-  headline: (facts: Facts[]) => string;
+  headline: (facts: ObjectFacts[]) => string;
   /** What else there is to say, empty for nothing. */
-  notice: (facts: Facts[]) => string;
+  notice: (facts: ObjectFacts[]) => string;
 }
 
 /** What is to be painted, where. */
-export type ToPaint = Parameters<MaskEditor['paint']>[0];
+export type PaintRequest = Parameters<MaskEditor['paint']>[0];
 
 /** Something painted, and the frames that have it. */
-export type Painted = { edit: Edit; frames: number[] };
+export type PaintedEdit = { edit: Edit; frames: number[] };
 
 /** Runs of clips and of still images, each with `run`, `shown` and the static `stagesFor`. */
 export type AnyJob = ClipJob | StillJob;
@@ -64,13 +64,13 @@ export class Job extends StageClock {
   /** Of the result, where it can be corrected. */
   corrections: Corrections | null = null;
   /** What of the corrections of the run before no longer applies, in words. */
-  lost = '';
+  droppedCorrections = '';
   /** Where objects are, as far as that is counted. */
   presence: Presence | null = null;
 
   constructor(
     public source: Source,
-    readonly take: Take,
+    readonly trim: Trim,
     public options: Options,
     plan: StagePlan[],
     images: Images,
@@ -80,13 +80,13 @@ export class Job extends StageClock {
   }
 
   /** Whether the result comes from a run which was stopped early, and can go on. */
-  get partial() {
+  get isPartial() {
     return false;
   }
 
   /** What corrects the result on screen; a part of a clip stays as it is. */
   get corrector() {
-    return this.partial ? null : this.corrections;
+    return this.isPartial ? null : this.corrections;
   }
 
   /** Whether there is something in the result that another run would not have. */
@@ -95,7 +95,7 @@ export class Job extends StageClock {
   }
 
   /** Frames that are settled while others are still to come. */
-  get settled() {
+  get settledFrames() {
     return 0;
   }
 
@@ -111,32 +111,32 @@ export class Job extends StageClock {
    * After a correction: where each object is now.
    * @param frames those that changed; null for all
    */
-  recount(frames: number[] | null, points: Points) {
+  recount(frames: number[] | null, points: Segmentation) {
     this.presence = frames && points.presence;
     const masks = this.corrections?.masks;
     if (masks) frames?.forEach((t) => points.presence.addMask(masks.labels(t), t));
   }
 
   /** Returns whether this is a run with these settings. */
-  isFor(take: Take, options: Options): boolean {
-    return JSON.stringify([take, options]) === JSON.stringify([this.take, this.options]);
+  hasSettings(trim: Trim, options: Options): boolean {
+    return JSON.stringify([trim, options]) === JSON.stringify([this.trim, this.options]);
   }
 
   /** Returns the size of its frames: `480 × 270`. */
-  get size(): string {
+  get sizeText(): string {
     return `${this.images.width} × ${this.images.height}`;
   }
 
   /** Begins a preview, if the masks take so long that it is worth one. */
-  look() {
-    if (isWorth(this.source, this.take)) this.preview = new Preview(this.options);
+  startPreview() {
+    if (needsPreview(this.source, this.trim)) this.preview = new Preview(this.options);
   }
 
   /**
    * A frame has been read.
    * @param end when it is over, where that is known
    */
-  async arrived(frame: ImageData, time: number | null, end: number | null) {
+  async receiveFrame(frame: ImageData, time: number | null, end: number | null) {
     // The picture is copied before others get the bytes, who may hand them on to a worker.
     await this.images.add(frame);
     if (time !== null) this.times.push(time);

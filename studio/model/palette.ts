@@ -9,7 +9,7 @@ export function objectName(object: number): string {
 }
 
 /** Colours that have a name, those of the first seven objects before all. */
-const NAMED: [string, string][] = [
+const COLOUR_NAMES: [string, string][] = [
   ['orange', '#e69f00'],
   ['light blue', '#56b4e9'],
   ['pink', '#cc79a7'],
@@ -32,7 +32,7 @@ const NAMED: [string, string][] = [
   ['rose', '#ffb0c0'],
 ];
 
-const names = new Map<number, string>();
+const namesByObject = new Map<number, string>();
 
 /**
  * The name of an object's colour: the nearest that has one, with a number from the second object on that has it.
@@ -40,13 +40,15 @@ const names = new Map<number, string>();
  * @returns `orange`, `purple`, `green 2`
  */
 export function colourName(object: number): string {
-  for (let one = names.size + 1; one <= object; one++) {
-    const color = objectColor(one);
-    const [name] = NAMED.reduce((best, next) => (distance(next[1], color) < distance(best[1], color) ? next : best));
-    const before = [...names.values()].filter((other) => other.replace(/ \d+$/, '') === name).length;
-    names.set(one, before > 0 ? `${name} ${before + 1}` : name);
+  for (let next = namesByObject.size + 1; next <= object; next++) {
+    const color = objectColor(next);
+    const [name] = COLOUR_NAMES.reduce((best, candidate) =>
+      distance(candidate[1], color) < distance(best[1], color) ? candidate : best,
+    );
+    const repeats = [...namesByObject.values()].filter((otherName) => otherName.replace(/ \d+$/, '') === name).length;
+    namesByObject.set(next, repeats > 0 ? `${name} ${repeats + 1}` : name);
   }
-  return names.get(object) ?? '';
+  return namesByObject.get(object) ?? '';
 }
 
 /**

@@ -22,7 +22,7 @@ export class Times {
    * @param fps where nobody knows
    * @returns in seconds
    */
-  lasts(frame: number, fps: number): number {
+  durationOf(frame: number, fps: number): number {
     const { seconds, end } = this;
     if (seconds && end !== null && frame === seconds.length - 1) return end - seconds[frame];
     const from = Math.min(frame, (this.seconds?.length ?? 0) - 2);
@@ -30,14 +30,14 @@ export class Times {
   }
 
   /** Returns `0.8 s`, `frame 13`. */
-  at(frame: number): string {
+  format(frame: number): string {
     const seconds = this.seconds?.[frame];
     return seconds === undefined ? `frame ${frame + 1}` : `${clock(seconds)}\u00a0s`;
   }
 
   /** Returns `0.0–1.6 s`, `frames 1–9`. */
-  span(first: number, last: number): string {
-    if (!this.seconds) return first === last ? this.at(first) : `frames ${first + 1}–${last + 1}`;
+  formatSpan(first: number, last: number): string {
+    if (!this.seconds) return first === last ? this.format(first) : `frames ${first + 1}–${last + 1}`;
     return `${clock(this.seconds[first])}–${clock(this.seconds[last])}\u00a0s`;
   }
 }
@@ -47,7 +47,7 @@ function clock(seconds: number) {
 }
 
 /** What is known of one object over the clip. */
-export interface Facts {
+export interface ObjectFacts {
   object: number;
   /** Frame in which it is there; -1 if it never is. */
   first: number;
@@ -63,9 +63,9 @@ export interface Facts {
   /** And at last. */
   to: { x: number; y: number };
   /** How far against the scene, in parts of the picture's width and height. */
-  moved: { x: number; y: number };
+  motion: { x: number; y: number };
   /** Whether the camera goes with it: it stays about where it is in the picture. */
-  followed: boolean;
+  isFollowed: boolean;
   /** Its size at last over that at first. */
   growth: number;
 }
@@ -74,13 +74,13 @@ export interface Facts {
 type FrameCount = { n: number[]; x: number[]; y: number[] };
 
 /** A trace of this part of an object's largest size does not count: single pixels come and go. */
-const TRACE = 0.02;
+const MIN_SIZE_SHARE = 0.02;
 
 /** Frames at either end of an object's time that are taken together, as one frame's mask may be off. */
-const ENDS = 3;
+const END_FRAMES = 3;
 
 /** An object that moves in the picture by less than this part of its way through the scene is followed by the camera. */
-const FOLLOWED = 0.4;
+const MAX_FOLLOWED_MOTION = 0.4;
 
 export class Presence {
   width: number;
@@ -117,9 +117,9 @@ export class Presence {
    * @param at frame
    */
   add(n: Float64Array, x: Float64Array, y: Float64Array, at: number) {
-    let most = n.length;
-    while (most > 0 && n[most - 1] === 0) most -= 1;
-    const counts = [...n.subarray(0, most)];
+    let end = n.length;
+    while (end > 0 && n[end - 1] === 0) end -= 1;
+    const counts = [...n.subarray(0, end)];
     const { width, height } = this;
     this.frames[at] = {
       n: counts,
@@ -133,48 +133,48 @@ export class Presence {
   }
 
   /** Returns the share of the frame that it covers, 0 to 1. */
-  part(object: number, frame: number): number {
-    const all = this.frames[frame]?.n.reduce((sum, n) => sum + n, 0) ?? 0;
-    return all > 0 ? this.size(object, frame) / all : 0;
+  shareOf(object: number, frame: number): number {
+    const total = this.frames[frame]?.n.reduce((sum, n) => sum + n, 0) ?? 0;
+    return total > 0 ? this.size(object, frame) / total : 0;
   }
 
-  middle(object: number, frames: number[]): { x: number; y: number } {
+  centreOf(object: number, frames: number[]): { x: number; y: number } {
     const mean = (axis: 'x' | 'y') => frames.reduce((sum, t) => sum + this.frames[t][axis][object], 0) / frames.length;
     return { x: mean('x'), y: mean('y') };
   }
 
   /** @param scene how the scene moves in the picture; not at all where nobody knows */
-  facts(object: number, scene: SceneMotion | null = null): Facts {
+  facts(object: number, scene: SceneMotion | null = null): ObjectFacts {
     const sizes = this.frames.map((_, t) => this.size(object, t));
     const largest = sizes.reduce((a, b) => Math.max(a, b), 0);
-    const there = sizes.flatMap((n, t) => (n > 0 && n >= TRACE * largest ? [t] : []));
-    const nowhere = { x: 0.5, y: 0.5 };
-    if (there.length === 0)
+    const frames = sizes.flatMap((n, t) => (n > 0 && n >= MIN_SIZE_SHARE * largest ? [t] : []));
+    const centre = { x: 0.5, y: 0.5 };
+    if (frames.length === 0)
       return {
         ...{ object, first: -1, last: -1, peak: 0, frames: 0, share: 0 },
-        ...{ from: nowhere, to: nowhere, moved: { x: 0, y: 0 }, followed: false, growth: 1 },
+        ...{ from: centre, to: centre, motion: { x: 0, y: 0 }, isFollowed: false, growth: 1 },
       };
-    const begin = there.slice(0, ENDS);
-    const end = there.slice(-ENDS);
-    const [from, to] = [this.middle(object, begin), this.middle(object, end)];
-    const moved = { x: to.x - from.x, y: to.y - from.y };
-    const inPicture = Math.hypot(moved.x, moved.y);
+    const begin = frames.slice(0, END_FRAMES);
+    const end = frames.slice(-END_FRAMES);
+    const [from, to] = [this.centreOf(object, begin), this.centreOf(object, end)];
+    const motion = { x: to.x - from.x, y: to.y - from.y };
+    const inPicture = Math.hypot(motion.x, motion.y);
     for (const axis of ['x', 'y'] as const) {
       const at = (list: number[]) => list.reduce((total, t) => total + (scene?.[axis][t] ?? 0), 0) / list.length;
-      moved[axis] -= (at(end) - at(begin)) / (axis === 'x' ? this.width : this.height);
+      motion[axis] -= (at(end) - at(begin)) / (axis === 'x' ? this.width : this.height);
     }
     const sum = (list: number[]) => list.reduce((total, t) => total + sizes[t], 0);
     return {
       object,
-      first: there[0],
-      last: there[there.length - 1],
+      first: frames[0],
+      last: frames[frames.length - 1],
       peak: sizes.indexOf(largest),
-      frames: there.length,
-      share: there.reduce((total, t) => total + this.part(object, t), 0) / there.length,
+      frames: frames.length,
+      share: frames.reduce((total, t) => total + this.shareOf(object, t), 0) / frames.length,
       from,
       to,
-      moved,
-      followed: inPicture < FOLLOWED * Math.hypot(moved.x, moved.y),
+      motion,
+      isFollowed: inPicture < MAX_FOLLOWED_MOTION * Math.hypot(motion.x, motion.y),
       growth: sum(end) / end.length / (sum(begin) / begin.length),
     };
   }

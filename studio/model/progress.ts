@@ -1,7 +1,7 @@
 // How far a run is, in words.
 
 import { Countdown, type StageClock, timeLeft } from './stage-clock.js';
-import { count, doing, remaining, seconds } from './words.js';
+import { formatCount, stageName, formatTimeLeft, formatSeconds } from './messages.js';
 import type { State } from './store.js';
 
 /** One run's progress. */
@@ -12,20 +12,20 @@ export class Progress {
    * @param headline that is shown by now
    * @returns what is to be shown; a new stage is also told
    */
-  of(clock: StageClock, headline: string): Partial<State> {
+  patch(clock: StageClock, headline: string): Partial<State> {
     const stage = clock.current;
     if (!stage) return {};
-    const name = doing(stage.id);
+    const name = stageName(stage.id);
     const now = performance.now();
-    const left = this.countdown.follow(timeLeft(clock, now), now);
-    const words = [
-      stage.total > 1 ? `${count(stage.done)} of ${count(stage.total)}` : '',
-      `${seconds(clock.ms + now - clock.markedAt)} so far`,
-      left === null ? '' : remaining(left),
+    const msLeft = this.countdown.follow(timeLeft(clock, now), now);
+    const parts = [
+      stage.total > 1 ? `${formatCount(stage.done)} of ${formatCount(stage.total)}` : '',
+      `${formatSeconds(clock.ms + now - clock.markedAt)} so far`,
+      msLeft === null ? '' : formatTimeLeft(msLeft),
     ];
     return {
-      ...(headline === name ? {} : { headline: name, live: name }),
-      subline: words.filter(Boolean).join(' · '),
+      ...(headline === name ? {} : { headline: name, announcement: name }),
+      subline: parts.filter(Boolean).join(' · '),
       share: clock.share,
     };
   }

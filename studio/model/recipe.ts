@@ -4,7 +4,7 @@ import type { Job } from './job.js';
 import type { Settings } from './settings.js';
 
 /** @returns the page's address with what differs from the defaults */
-export function linkOf(changed: ReadonlyMap<string, unknown>, href: string): string {
+export function settingsLink(changed: ReadonlyMap<string, unknown>, href: string): string {
   const query = new URLSearchParams([...changed].sort().map(([name, value]) => [name, String(value)]));
   return `${href.replace(/#.*/, '')}${changed.size > 0 ? `#${query}` : ''}`;
 }
@@ -23,7 +23,7 @@ export function readLink(settings: Settings, hash: string) {
 }
 
 /** @param run.version of the package */
-export async function recipeOf({
+export async function createRecipe({
   version,
   job,
   masks,
@@ -34,15 +34,15 @@ export async function recipeOf({
   masks: { numFrames: number; labels: (t: number) => Uint8Array };
   corrections: number;
 }): Promise<string> {
-  const { source, take, options } = job;
+  const { source, trim, options } = job;
   return JSON.stringify(
     {
       tracecut: version,
       clip: { name: source.name, width: source.width, height: source.height },
-      take,
+      trim,
       parameters: options,
       ...(corrections > 0 ? { corrections } : {}),
-      masks: { frames: masks.numFrames, sha256: await digest(masks) },
+      masks: { frames: masks.numFrames, sha256: await digestMasks(masks) },
     },
     null,
     2,
@@ -50,12 +50,12 @@ export async function recipeOf({
 }
 
 /** Returns the SHA-256 of the SHA-256 of each frame's labels; null where the browser offers none. */
-async function digest(masks: { numFrames: number; labels: (t: number) => Uint8Array }): Promise<string | null> {
+async function digestMasks(masks: { numFrames: number; labels: (t: number) => Uint8Array }): Promise<string | null> {
   if (!globalThis.crypto?.subtle) return null;
-  const all = new Uint8Array(32 * masks.numFrames);
+  const digests = new Uint8Array(32 * masks.numFrames);
   for (let t = 0; t < masks.numFrames; t++) {
-    all.set(new Uint8Array(await crypto.subtle.digest('SHA-256', new Uint8Array(masks.labels(t)))), 32 * t);
+    digests.set(new Uint8Array(await crypto.subtle.digest('SHA-256', new Uint8Array(masks.labels(t)))), 32 * t);
   }
-  const sum = new Uint8Array(await crypto.subtle.digest('SHA-256', all));
-  return [...sum].map((byte) => byte.toString(16).padStart(2, '0')).join('');
+  const combined = new Uint8Array(await crypto.subtle.digest('SHA-256', digests));
+  return [...combined].map((byte) => byte.toString(16).padStart(2, '0')).join('');
 }

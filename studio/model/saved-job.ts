@@ -3,7 +3,7 @@
 import { Presence } from './presence.js';
 import { ClipJob } from './clip-job.js';
 import type { Project } from './library.js';
-import type { About } from './slots.js';
+import type { ProjectInfo } from './saved-projects.js';
 import type { StagePlan } from './stage-clock.js';
 
 export class SavedJob extends ClipJob {
@@ -14,22 +14,22 @@ export class SavedJob extends ClipJob {
   constructor(
     parts: ConstructorParameters<typeof ClipJob>,
     readonly project: Project,
-    { run, within = false }: About,
+    { run, correctsMasks = false }: ProjectInfo,
   ) {
     super(...parts);
     this.id = run ?? this.id;
-    this.holdsOthers = within;
+    this.hasEarlierCorrections = correctsMasks;
   }
 
-  async work() {
+  async segment() {
     const { masks, edits } = this.project;
-    const frames = this.source.frames(this.take, this.life.signal);
-    for await (const { frame, time, end = null } of frames) await this.show(frame, time, end);
+    const frames = this.source.frames(this.trim, this.abort.signal);
+    for await (const { frame, time, end = null } of frames) await this.addFrame(frame, time, end);
     this.times = [...masks.times];
     this.end = masks.end;
     this.cuts = masks.shots.slice(1).map(({ first }) => first);
     this.masks = masks;
-    if (edits) this.corrections.adopt(edits);
+    if (edits) this.corrections.restore(edits);
     const now = this.corrections.masks ?? masks;
     const presence = new Presence(masks);
     for (let t = 0; t < masks.numFrames; t++) presence.addMask(now.labels(t));
@@ -41,6 +41,6 @@ export class SavedJob extends ClipJob {
   }
 
   get extent() {
-    return `${this.masks?.numFrames ?? 0} frames of ${this.size}, reopened`;
+    return `${this.masks?.numFrames ?? 0} frames of ${this.sizeText}, reopened`;
   }
 }

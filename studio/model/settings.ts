@@ -1,7 +1,7 @@
 // The parameters of the package that an editor cares for, and what the user has set; what differs from the defaults lies
 // in the store. A link, or a button, may set others too; the lab has all of them.
 
-import { type Source, kindOf } from './source.js';
+import { type Source, sourceKind } from './source.js';
 import type { SessionOptions } from './library.js';
 import type { State, Store } from './store.js';
 
@@ -126,15 +126,15 @@ export class Settings {
   }
 }
 
-export function counts(source: Source | null, name: string): boolean {
+export function appliesTo(source: Source | null, name: string): boolean {
   const [group] = name.split('.');
-  return kindOf(source) === 'still' ? STILL_GROUPS.includes(group) : group !== 'still';
+  return sourceKind(source) === 'still' ? STILL_GROUPS.includes(group) : group !== 'still';
 }
 
 /** Returns what differs from the defaults and counts for this source. */
-export function optionsOf({ changed, source }: Pick<State, 'changed' | 'source'>): SessionOptions {
+export function sessionOptions({ changed, source }: Pick<State, 'changed' | 'source'>): SessionOptions {
   const tree: Record<string, Record<string, Value | undefined>> = {};
-  for (const name of [...changed.keys()].filter((one) => counts(source, one)).sort()) {
+  for (const name of [...changed.keys()].filter((key) => appliesTo(source, key)).sort()) {
     const [group, field] = name.split('.');
     (tree[group] ??= {})[field] = changed.get(name);
   }

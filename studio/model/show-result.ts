@@ -1,13 +1,13 @@
 // What a run has found, put into the store: picture, timeline, facts and words.
 
-import { kindOf } from './source.js';
-import { BLANK, type Film, type State, type Store, phasePatch, withinFilm } from './store.js';
-import { COVERED } from './preview.js';
-import { turn } from './stage-clock.js';
-import { PREVIEW, damageWords, seconds } from './words.js';
-import { summaryOf } from './describe.js';
-import { Points } from './points.js';
-import { hiddenAmong } from './selection.js';
+import { sourceKind } from './source.js';
+import { BLANK, type Timeline, type State, type Store, phasePatch, clampFrame } from './store.js';
+import { PREVIEW_FRAMES } from './preview.js';
+import { yieldToPage } from './stage-clock.js';
+import { PREVIEW_MESSAGES, describeDamage, formatSeconds } from './messages.js';
+import { describeObjects } from './describe.js';
+import { Segmentation } from './segmentation.js';
+import { keepHidden } from './selection.js';
 import { Times } from './presence.js';
 import type { AnyJob } from './job.js';
 
@@ -18,25 +18,25 @@ const NOISE_REMARK = 'This browser adds noise to pixels to prevent tracking, so 
  * said when the page has had its turn: both together are more than a moment's work.
  */
 export async function showResult(store: Store, job: AnyJob) {
-  const { streaming, frame, picture, pace, source, visit } = store.state;
+  const { isStreaming, frame, picture, pace, source, visit } = store.state;
   const { width, height, length } = job.images;
-  const { shown } = job;
-  const film = shown.result ? filmOf(job, shown.result.numFrames) : store.state.film;
-  const { patch, words } = resultPatch(store.state, job, film);
+  const { shown: view } = job;
+  const timeline = view.result ? createTimeline(job, view.result.numFrames) : store.state.timeline;
+  const { patch, statusPatch } = resultPatch(store.state, job, timeline);
   store.set({
-    film,
-    frame: withinFilm({ film }, streaming ? frame : 0),
-    picture: streaming ? picture : { width, height, images: job.images },
-    pace: { ...pace, [kindOf(source)]: job.ms / (width * height * Math.max(1, length)) },
+    timeline,
+    frame: clampFrame({ timeline }, isStreaming ? frame : 0),
+    picture: isStreaming ? picture : { width, height, images: job.images },
+    pace: { ...pace, [sourceKind(source)]: job.ms / (width * height * Math.max(1, length)) },
     share: 1,
     ...patch,
   });
-  await turn();
+  await yieldToPage();
   if (store.state.visit !== visit || store.state.phase !== 'running') return;
-  store.set(words);
+  store.set(statusPatch);
   // For whoever wants to know how long a visitor waits; of later clips each would stay in memory.
-  if (shown.result && performance.getEntriesByName('masks').length === 0) performance.mark('masks');
-  if (!store.state.calm && !streaming) store.set({ playing: film.numFrames > 1 });
+  if (view.result && performance.getEntriesByName('masks').length === 0) performance.mark('masks');
+  if (!store.state.isReducedMotion && !isStreaming) store.set({ isPlaying: timeline.numFrames > 1 });
 }
 
 /**
@@ -44,31 +44,31 @@ export async function showResult(store: Store, job: AnyJob) {
  * would take from the run what it needs.
  */
 export function showPreview(store: Store, job: AnyJob) {
-  const { phase, streaming } = store.state;
-  if (job !== store.state.job || phase !== 'running' || streaming) return;
+  const { phase, isStreaming } = store.state;
+  if (job !== store.state.job || phase !== 'running' || isStreaming) return;
   const { width, height } = job.images;
   store.set({
-    film: filmOf(job, COVERED),
+    timeline: createTimeline(job, PREVIEW_FRAMES),
     frame: 0,
     picture: { width, height, images: job.images },
     preview: job.preview,
-    live: PREVIEW.live,
+    announcement: PREVIEW_MESSAGES.live,
   });
 }
 
 /** While windows of a long clip are still to come, what is settled can be looked at. */
 export function showWindow(store: Store, job: AnyJob) {
-  const { streaming, frame, picture, playing } = store.state;
+  const { isStreaming, frame, picture, isPlaying } = store.state;
   const { width, height, length } = job.images;
-  const film = filmOf(job, Math.max(job.take.frames, length));
-  const { headline, patch } = foundPatch(store.state, job, film);
+  const timeline = createTimeline(job, Math.max(job.trim.frames, length));
+  const { headline, patch } = analysisPatch(store.state, job, timeline);
   store.set({
-    film,
-    frame: withinFilm({ film }, streaming ? frame : 0),
-    picture: streaming ? picture : { width, height, images: job.images },
-    streaming: true,
-    playing: streaming && playing,
-    live: `${job.settled} of ${job.take.frames} frames are done: ${headline}`,
+    timeline,
+    frame: clampFrame({ timeline }, isStreaming ? frame : 0),
+    picture: isStreaming ? picture : { width, height, images: job.images },
+    isStreaming: true,
+    isPlaying: isStreaming && isPlaying,
+    announcement: `${job.settledFrames} of ${job.trim.frames} frames are done: ${headline}`,
     ...patch,
   });
 }
@@ -78,52 +78,56 @@ export function showWindow(store: Store, job: AnyJob) {
  * @param frames those that changed; all where it is left out
  */
 export function showCorrected(store: Store, frames: number[] | null = null) {
-  const { job, film, found } = store.state;
-  if (!job || !found?.points) return;
-  job.recount(frames, found.points);
-  const { patch, words } = resultPatch(store.state, job, film);
-  store.set({ ...patch, ...words });
+  const { job, timeline, analysis } = store.state;
+  if (!job || !analysis?.segmentation) return;
+  job.recount(frames, analysis.segmentation);
+  const { patch, statusPatch } = resultPatch(store.state, job, timeline);
+  store.set({ ...patch, ...statusPatch });
 }
 
 /** Returns what is found, and the phase `done` in words. */
-function resultPatch(state: State, job: AnyJob, film: Film): { patch: Partial<State>; words: Partial<State> } {
-  const { headline, numbers, summary, patch } = foundPatch(state, job, film);
-  const facts = [...numbers, `computed in ${seconds(job.ms)}`].join(' · ');
-  return { patch, words: phasePatch('done', headline, facts, summary) };
+function resultPatch(
+  state: State,
+  job: AnyJob,
+  timeline: Timeline,
+): { patch: Partial<State>; statusPatch: Partial<State> } {
+  const { headline, numbers, summary, patch } = analysisPatch(state, job, timeline);
+  const facts = [...numbers, `computed in ${formatSeconds(job.ms)}`].join(' · ');
+  return { patch, statusPatch: phasePatch('done', headline, facts, summary) };
 }
 
 /** Everything that depends on the result alone. */
-function foundPatch(
+function analysisPatch(
   { hidden, source, isNoisy }: State,
   job: AnyJob,
-  film: Film,
+  timeline: Timeline,
 ): { headline: string; numbers: string[]; summary: string; patch: Partial<State> } {
-  const { result, presence, answers, numbers, headline, notice } = job.shown;
-  const points = result && new Points(result, presence);
-  const facts = Array.from({ length: points?.count ?? 0 }, (_, object) =>
-    points?.presence.facts(object, points.scene),
-  ).filter((one) => one !== undefined);
-  const damage = job.source.damage ? damageWords(job.source.damage) : '';
-  const said = [damage, notice(facts), job.lost].filter(Boolean).join(' ');
-  const remark = said || (source?.kind !== 'sample' && isNoisy ? NOISE_REMARK : '');
+  const { result, presence, frameData, numbers, headline, notice } = job.shown;
+  const segmentation = result && new Segmentation(result, presence);
+  const facts = Array.from({ length: segmentation?.count ?? 0 }, (_, object) =>
+    segmentation?.presence.facts(object, segmentation.scene),
+  ).filter((objectFacts) => objectFacts !== undefined);
+  const damage = job.source.damage ? describeDamage(job.source.damage) : '';
+  const messages = [damage, notice(facts), job.droppedCorrections].filter(Boolean).join(' ');
+  const remark = messages || (source?.kind !== 'sample' && isNoisy ? NOISE_REMARK : '');
   return {
     headline: headline(facts),
     numbers,
-    summary: result ? summaryOf(facts, result.numFrames, film.times) : '',
+    summary: result ? describeObjects(facts, result.numFrames, timeline.times) : '',
     patch: {
       preview: null,
-      found: { points, facts, answers },
-      hidden: hiddenAmong(hidden, facts),
-      chosen: BLANK.chosen,
+      analysis: { segmentation, facts, frameData },
+      hidden: keepHidden(hidden, facts),
+      selected: BLANK.selected,
       notice: remark,
     },
   };
 }
 
-function filmOf({ source, take, times, end, cuts }: AnyJob, numFrames: number): Film {
+function createTimeline({ source, trim, times, end, cuts }: AnyJob, numFrames: number): Timeline {
   return {
     numFrames,
-    fps: source.fps / take.step,
+    fps: source.fps / trim.step,
     // Frames are read ahead of those that are shown.
     times: new Times(times.length > 0 ? times.slice(0, numFrames) : null, times[numFrames] ?? end),
     cuts: [...cuts],

@@ -1,38 +1,38 @@
 // Masks smoothed over time, in the background, from the frame on screen on.
 
-import { shotsOf } from './export.js';
+import { splitShots } from './export.js';
 import { type ImageEngine, type MaskSource, createImageEngine, smoothMasks } from './library.js';
-import type { Points } from './points.js';
+import type { Segmentation } from './segmentation.js';
 import type { State, Store } from './store.js';
 
 /**
  * Masks that are smoothed, or on their way: `labels` of a frame, null as long as they are not there; `whole` when all are;
  * `done` of `total` frames.
  */
-export type Smoothed = {
+export type SmoothedMasks = {
   labels: (t: number) => Uint8Array | null;
-  whole: Promise<MaskSource>;
+  complete: Promise<MaskSource>;
   done: number;
   total: number;
 };
 
 /** Masks that stay as they are for so long are meant, in milliseconds. */
-const SETTLED_MS = 250;
+const START_DELAY_MS = 250;
 
 export class Smoothing {
-  of: { reach: number; points: unknown } = { reach: 0, points: null };
+  target: { reach: number; points: unknown } = { reach: 0, points: null };
   abort = new AbortController();
   engine: Promise<ImageEngine> | null = null;
 
   constructor(readonly store: Store) {
-    store.watch(['edges', 'found', 'phase'], (state) => this.show(state));
+    store.watch(['edges', 'analysis', 'phase'], (state) => this.show(state));
   }
 
-  show({ edges, found, phase }: Readonly<State>) {
-    const points = phase === 'done' && found?.points ? found.points : null;
+  show({ edges, analysis, phase }: Readonly<State>) {
+    const points = phase === 'done' && analysis?.segmentation ? analysis.segmentation : null;
     const reach = points ? edges.smooth : 0;
-    if (this.of.reach === reach && (reach === 0 || this.of.points === points)) return;
-    this.of = { reach, points };
+    if (this.target.reach === reach && (reach === 0 || this.target.points === points)) return;
+    this.target = { reach, points };
     this.abort.abort();
     if (reach > 0) {
       this.begin(reach, points!);
@@ -43,42 +43,47 @@ export class Smoothing {
       () => {},
     );
     this.engine = null;
-    this.store.set({ smoothed: null });
+    this.store.set({ smoothedMasks: null });
   }
 
-  begin(reach: number, points: Points) {
+  begin(reach: number, points: Segmentation) {
     this.abort = new AbortController();
     const { signal } = this.abort;
     /** The masks of frames that are there. */
-    const made = new Map<number, MaskSource>();
+    const framesDone = new Map<number, MaskSource>();
     // The mask on screen is asked for again and again.
     let last: { t: number; labels: Uint8Array } = { t: -1, labels: new Uint8Array(0) };
     const labels = (t: number) => {
-      const masks = made.get(t);
+      const masks = framesDone.get(t);
       if (!masks) return null;
       if (last.t !== t) last = { t, labels: masks.labels(t) };
       return last.labels;
     };
-    const whole = this.work(reach, points, signal, (t, masks) => {
-      made.set(t, masks);
-      this.store.set({ smoothed: { ...smoothed, done: (smoothed.done += 1) } });
+    const complete = this.work(reach, points, signal, (t, masks) => {
+      framesDone.set(t, masks);
+      this.store.set({ smoothedMasks: { ...smoothedMasks, done: (smoothedMasks.done += 1) } });
     });
-    const smoothed: Smoothed = { labels, whole, done: 0, total: points.result.numFrames };
-    whole.catch((error) => void (signal.aborted || this.fail(error)));
-    this.store.set({ smoothed });
+    const smoothedMasks: SmoothedMasks = { labels, complete, done: 0, total: points.result.numFrames };
+    complete.catch((error) => void (signal.aborted || this.fail(error)));
+    this.store.set({ smoothedMasks });
   }
 
-  async work(reach: number, points: Points, signal: AbortSignal, onFrame: (t: number, masks: MaskSource) => void) {
-    await new Promise((done) => setTimeout(done, SETTLED_MS));
+  async work(
+    reach: number,
+    points: Segmentation,
+    signal: AbortSignal,
+    onFrame: (t: number, masks: MaskSource) => void,
+  ) {
+    await new Promise((resolve) => setTimeout(resolve, START_DELAY_MS));
     signal.throwIfAborted();
-    const { job, film, frame } = this.store.state;
+    const { job, timeline, frame } = this.store.state;
     const corrections = job?.corrections;
     if (!corrections) throw new Error('there are no frames');
     const { width, height, numFrames } = points.result;
     const masks = {
       ...{ width, height, numFrames },
-      times: film.times.seconds?.slice(0, numFrames) ?? null,
-      shots: shotsOf(film, numFrames),
+      times: timeline.times.seconds?.slice(0, numFrames) ?? null,
+      shots: splitShots(timeline, numFrames),
       labels: (t: number) => points.mask(t)!,
     };
     this.engine ??= createImageEngine();
@@ -93,8 +98,8 @@ export class Smoothing {
   }
 
   fail(error: unknown) {
-    this.of = { reach: 0, points: null };
+    this.target = { reach: 0, points: null };
     const notice = error instanceof Error ? error.message : String(error);
-    this.store.set({ smoothed: null, edges: { ...this.store.state.edges, smooth: 0 }, notice });
+    this.store.set({ smoothedMasks: null, edges: { ...this.store.state.edges, smooth: 0 }, notice });
   }
 }

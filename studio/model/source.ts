@@ -3,7 +3,7 @@
 import type { VideoOptions } from './library.js';
 
 /** What to take from a source. */
-export interface Take {
+export interface Trim {
   /** Index of the first frame. */
   start: number;
   frames: number;
@@ -44,41 +44,41 @@ export interface Source {
   files?: File[];
   /** With their times, and when they end, in seconds; null where nothing says. */
   frames: (
-    take: Take,
+    trim: Trim,
     signal: AbortSignal,
   ) => AsyncIterable<{ frame: ImageData; time: number | null; end?: number | null }>;
   /** What `segmentVideo` reads by itself; of other sources it is given `frames`. */
-  direct?: (take: Take) => { source: File; options: VideoOptions };
+  direct?: (trim: Trim) => { source: File; options: VideoOptions };
   close: () => void;
 }
 
 /** What is taken when nobody chooses, of as many frames as there are. */
-export const DEFAULT_TAKE: Take = { start: 0, frames: 2, step: 1, side: 480 };
+export const DEFAULT_TRIM: Trim = { start: 0, frames: 2, step: 1, side: 480 };
 
 /** Returns whether the source has motion. */
-export function kindOf(source: Source | null): 'clip' | 'still' {
+export function sourceKind(source: Source | null): 'clip' | 'still' {
   return source?.kind === 'still' ? 'still' : 'clip';
 }
 
 /** Returns the default take of a source. */
-export function usualTake(source: Source): Take {
-  const side = source.kind === 'sample' ? source.width : DEFAULT_TAKE.side;
-  return fitTake({ ...DEFAULT_TAKE, frames: source.count, side }, source);
+export function defaultTrim(source: Source): Trim {
+  const side = source.kind === 'sample' ? source.width : DEFAULT_TRIM.side;
+  return clampTrim({ ...DEFAULT_TRIM, frames: source.count, side }, source);
 }
 
 /** Clamps a take to what the source has. */
-export function fitTake(take: Take, source: Source): Take {
-  const start = Math.max(0, Math.min(take.start, source.count - 2));
-  const room = Math.floor((source.count - 1 - start) / take.step) + 1;
-  return { ...take, start, frames: Math.max(1, Math.min(take.frames, room)) };
+export function clampTrim(trim: Trim, source: Source): Trim {
+  const start = Math.max(0, Math.min(trim.start, source.count - 2));
+  const room = Math.floor((source.count - 1 - start) / trim.step) + 1;
+  return { ...trim, start, frames: Math.max(1, Math.min(trim.frames, room)) };
 }
 
 /** Returns the time at which a take begins, in seconds. */
-export function timeOf({ times, fps }: Source, frame: number): number {
+export function frameTime({ times, fps }: Source, frame: number): number {
   return times?.[frame] ?? frame / fps;
 }
 
 /** Returns the time at which the last frame of a take ends, in seconds. */
-export function endOf({ count, fps, end = count / fps }: Source): number {
+export function endTime({ count, fps, end = count / fps }: Source): number {
   return end;
 }

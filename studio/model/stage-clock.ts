@@ -40,9 +40,9 @@ export class StageClock {
 
   /** Returns the share that is done, 0 to 1. */
   get share(): number {
-    const whole = this.stages.reduce((sum, stage) => sum + stage.share, 0);
+    const total = this.stages.reduce((sum, stage) => sum + stage.share, 0);
     const sum = this.stages.reduce((s, { share, done, total }) => s + (total > 0 ? (share * done) / total : 0), 0);
-    return sum / whole;
+    return sum / total;
   }
 
   /**
@@ -50,8 +50,8 @@ export class StageClock {
    *   would say nothing
    */
   get measured(): StagePlan[] | null {
-    const whole = Math.max(1, this.ms);
-    return this.stages.map(({ id, ms }) => ({ id, share: Math.max(0.005, ms / whole) }));
+    const totalMs = Math.max(1, this.ms);
+    return this.stages.map(({ id, ms }) => ({ id, share: Math.max(0.005, ms / totalMs) }));
   }
 
   /** Returns milliseconds of all stages. */
@@ -70,10 +70,10 @@ export function untilAborted<T>(promise: Promise<T>, signal: AbortSignal): Promi
 }
 
 /** Part of the run, by usual shares, that must be through before anything is said. */
-const LEAST_SHARE = 0.06;
+const MIN_DONE_SHARE = 0.06;
 
 /** Part of a stage from which its own pace says how long it takes. */
-const OWN_PACE = 0.15;
+const MIN_STAGE_SHARE = 0.15;
 
 /**
  * @param now as `performance.now()`
@@ -88,12 +88,12 @@ export function timeLeft(clock: StageClock, now: number): number | null {
     ms: stage.ms + (stage === current ? live : 0),
   }));
   const through = stages.reduce((sum, { share, part }) => sum + share * part, 0);
-  const whole = stages.reduce((sum, { share }) => sum + share, 0);
-  if (through < LEAST_SHARE * whole) return null;
+  const total = stages.reduce((sum, { share }) => sum + share, 0);
+  if (through < MIN_DONE_SHARE * total) return null;
   const pace = stages.reduce((sum, { ms, part }) => sum + (part > 0 ? ms : 0), 0) / through;
   return stages.reduce((sum, { share, part, ms }) => {
     if (part >= 1) return sum;
-    if (part >= OWN_PACE) return sum + (ms * (1 - part)) / part;
+    if (part >= MIN_STAGE_SHARE) return sum + (ms * (1 - part)) / part;
     return sum + Math.max(0, share * pace - ms);
   }, 0);
 }
@@ -109,12 +109,12 @@ export class Countdown {
    */
   follow(guess: number | null, now: number): number | null {
     if (guess === null) return null;
-    const passed = now - this.at;
+    const elapsed = now - this.at;
     this.at = now;
     if (this.left === null) this.left = guess;
     else
       this.left =
-        Math.max(0, this.left - passed) + (guess - Math.max(0, this.left - passed)) * Math.min(1, passed / 1500);
+        Math.max(0, this.left - elapsed) + (guess - Math.max(0, this.left - elapsed)) * Math.min(1, elapsed / 1500);
     return this.left;
   }
 }
@@ -123,16 +123,16 @@ export class Countdown {
 const SLICE_MS = 12;
 
 /** Resolves when others have had their turn. */
-export function turn() {
-  return new Promise((done: (value: void) => void) => setTimeout(done));
+export function yieldToPage() {
+  return new Promise((resolve: (value: void) => void) => setTimeout(resolve));
 }
 
 /** Goes on with the work to its end, step by step. */
-export async function inSlices(work: Iterator<unknown>) {
+export async function runInSlices(work: Iterator<unknown>) {
   let until = performance.now() + SLICE_MS;
   while (!work.next().done) {
     if (performance.now() < until) continue;
-    await turn();
+    await yieldToPage();
     until = performance.now() + SLICE_MS;
   }
 }

@@ -2,10 +2,10 @@
 // embedding of its pixels. Each is made in a worker. A cancelled run may be run again and goes on with what is missing.
 
 import { boundaries, imageDiscontinuities, superpixels } from './library.js';
-import { STILL, plural } from './words.js';
-import { Job, type Shown } from './job.js';
+import { STILL_MESSAGES, formatPlural } from './messages.js';
+import { Job, type JobView } from './job.js';
 import { type StagePlan, untilAborted } from './stage-clock.js';
-import type { Boundaries, ImageEdges, Superpixels } from './answers.js';
+import type { Boundaries, ImageEdges, Superpixels } from './frame-data.js';
 
 const STAGES: StagePlan[] = [
   { id: 'frames', share: 0.02 },
@@ -14,7 +14,7 @@ const STAGES: StagePlan[] = [
   { id: 'imageEdges', share: 0.75 },
 ];
 
-type Finds = { boundaries?: Boundaries; superpixels?: Superpixels; imageEdges?: ImageEdges };
+type StillOutputs = { boundaries?: Boundaries; superpixels?: Superpixels; imageEdges?: ImageEdges };
 
 export class StillJob extends Job {
   static stagesFor() {
@@ -22,9 +22,9 @@ export class StillJob extends Job {
   }
 
   pixels: ImageData | null = null;
-  found: Finds = {};
+  outputs: StillOutputs = {};
   /** What is being looked for, a cancelled run's too. */
-  asked = new Map<string, Promise<unknown>>();
+  pending = new Map<string, Promise<unknown>>();
 
   constructor(...parts: ConstructorParameters<typeof Job>) {
     super(...parts);
@@ -46,22 +46,22 @@ export class StillJob extends Job {
     report();
     const { pixels } = this;
     const { contour, superpixel, still } = this.options;
-    const find: <K extends keyof Finds>(id: K, make: () => Promise<NonNullable<Finds[K]>>) => Promise<void> = async (
-      id,
-      make,
-    ) => {
-      this.found[id] = await this.once(id, make);
+    const computeStage: <K extends keyof StillOutputs>(
+      id: K,
+      make: () => Promise<NonNullable<StillOutputs[K]>>,
+    ) => Promise<void> = async (id, make) => {
+      this.outputs[id] = await this.once(id, make);
       signal.throwIfAborted();
       this.mark(id, 1, 1);
       report();
     };
-    await find('boundaries', () => boundaries(pixels));
-    await find('superpixels', () => superpixels(pixels, { contour, superpixel }));
-    await find('imageEdges', () => imageDiscontinuities(pixels, { still }));
+    await computeStage('boundaries', () => boundaries(pixels));
+    await computeStage('superpixels', () => superpixels(pixels, { contour, superpixel }));
+    await computeStage('imageEdges', () => imageDiscontinuities(pixels, { still }));
   }
 
   async read() {
-    const pixels = await this.source.preview(0, this.take.side);
+    const pixels = await this.source.preview(0, this.trim.side);
     await this.images.add(pixels);
     this.mark('frames', 1, 1);
     return pixels;
@@ -69,29 +69,29 @@ export class StillJob extends Job {
 
   /** Returns the answer of the first call, unless that failed. */
   async once<T>(id: string, make: () => Promise<T>): Promise<T> {
-    const answer = (this.asked.get(id) as Promise<T> | undefined) ?? make();
-    this.asked.set(id, answer);
+    const answer = (this.pending.get(id) as Promise<T> | undefined) ?? make();
+    this.pending.set(id, answer);
     try {
       return await answer;
     } catch (error) {
-      this.asked.delete(id);
+      this.pending.delete(id);
       throw error;
     }
   }
 
-  get shown(): Shown {
-    const { boundaries, superpixels, imageEdges } = this.found;
+  get shown(): JobView {
+    const { boundaries, superpixels, imageEdges } = this.outputs;
     return {
       result: null,
       presence: null,
-      answers: {
+      frameData: {
         boundaries: boundaries ? async () => boundaries : null,
         superpixels: superpixels ? async () => superpixels : null,
         imageEdges: imageEdges ? async () => imageEdges : null,
       },
-      numbers: [plural(superpixels?.count ?? 0, 'superpixel'), this.size],
-      headline: () => STILL.headline,
-      notice: () => STILL.remark,
+      numbers: [formatPlural(superpixels?.count ?? 0, 'superpixel'), this.sizeText],
+      headline: () => STILL_MESSAGES.headline,
+      notice: () => STILL_MESSAGES.remark,
     };
   }
 }

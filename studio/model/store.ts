@@ -1,14 +1,14 @@
 // What the page knows, in one place. Everyone may read it, change it with `set`, and watch the keys that they show:
 // the document is written from it and never read back. What only one panel looks at stays with that panel.
 
-import { DEFAULT_TAKE, type Source, type Take } from './source.js';
-import { type Facts, Times } from './presence.js';
-import type { Answers, Spot } from './answers.js';
+import { DEFAULT_TRIM, type Source, type Trim } from './source.js';
+import { type ObjectFacts, Times } from './presence.js';
+import type { FrameDataSource, Spot } from './frame-data.js';
 import type { AnyJob } from './job.js';
-import type { EdgeChoice, GroundName, View } from './look.js';
-import type { Points } from './points.js';
+import type { EdgeSettings, BackdropName, View } from './view-settings.js';
+import type { Segmentation } from './segmentation.js';
 import type { Preview } from './preview.js';
-import type { Smoothed } from './smoothing.js';
+import type { SmoothedMasks } from './smoothing.js';
 
 /**
  * What the page is doing. Several phases share one of the four public states in `document.body.dataset.state`, see
@@ -30,18 +30,18 @@ export type Frames = {
 type Picture = { width: number; height: number; images: Frames };
 
 /** What the timeline goes over: `fps` frames a second, and the frames with which new shots begin. */
-export type Film = { numFrames: number; fps: number; times: Times; cuts: number[] };
+export type Timeline = { numFrames: number; fps: number; times: Times; cuts: number[] };
 
 /** What is known of the clip by now. */
-interface Found {
+interface Analysis {
   /** Null for a still image. */
-  points: Points | null;
+  segmentation: Segmentation | null;
   /** Of each object, the background among them. */
-  facts: Facts[];
-  answers: Partial<Answers>;
+  facts: ObjectFacts[];
+  frameData: Partial<FrameDataSource>;
 }
 
-export type Ground = { name: GroundName; colour: string; picture: ImageBitmap | null };
+export type Backdrop = { name: BackdropName; colour: string; picture: ImageBitmap | null };
 
 export interface State {
   /** Grows whenever something else begins: what was awaited before that is void. */
@@ -54,55 +54,55 @@ export interface State {
   /** Shown above the picture, empty for none. */
   notice: string;
   /** What screen readers are told. */
-  live: string;
+  announcement: string;
   error: unknown;
   name: string;
   source: Source | null;
-  take: Take;
+  trim: Trim;
   /** Milliseconds that the last run took per pixel and frame. */
   pace: Record<'clip' | 'still', number>;
   /** Parameters that differ from their defaults. */
   changed: ReadonlyMap<string, number | boolean | string>;
   job: AnyJob | null;
   /** Corrected, until it was run again. */
-  before: AnyJob | null;
+  previousJob: AnyJob | null;
   /** Of the run that is through, in 0..1. */
   share: number;
   /** Shown until there are masks. */
   preview: Preview | null;
   /** Whether windows of a run under way are shown already. */
-  streaming: boolean;
+  isStreaming: boolean;
   picture: Picture;
-  found: Found | null;
+  analysis: Analysis | null;
   hidden: ReadonlySet<number>;
   /** Objects that are to be joined, into the first. */
-  chosen: ReadonlySet<number>;
-  film: Film;
+  selected: ReadonlySet<number>;
+  timeline: Timeline;
   frame: number;
-  playing: boolean;
+  isPlaying: boolean;
   loop: boolean;
   /** Whether nothing is to move by itself. */
-  calm: boolean;
+  isReducedMotion: boolean;
   /** Whether the browser alters pixels that a page reads. */
   isNoisy: boolean;
   view: View;
   /** What cut-out objects lie on. */
-  ground: Ground;
-  edges: EdgeChoice;
+  backdrop: Backdrop;
+  edges: EdgeSettings;
   /** Masks as far as they are smoothed over time; null where they are not. */
-  smoothed: Smoothed | null;
+  smoothedMasks: SmoothedMasks | null;
   /** Where the original ends under the slider, in percent. */
-  split: number;
+  dividerPercent: number;
   spot: Spot;
-  correcting: boolean;
+  isCorrecting: boolean;
   /** Whether the result was made with other settings than those chosen now. */
-  pending: boolean;
+  isOutdated: boolean;
 }
 
 const NO_FRAMES: Frames = { get: () => null, has: () => false, onReady() {} };
 
 /** Specks are nobody's wish. */
-export const DEFAULT_EDGES: EdgeChoice = { smallest: 0.02, grow: 0, feather: 0, smooth: 0 };
+export const DEFAULT_EDGES: EdgeSettings = { smallest: 0.02, grow: 0, feather: 0, smooth: 0 };
 
 export const NOWHERE: Spot = { x: -1, y: -1, object: -1 };
 
@@ -110,18 +110,18 @@ export const NOWHERE: Spot = { x: -1, y: -1, object: -1 };
 export const BLANK = {
   notice: '',
   job: null,
-  before: null,
+  previousJob: null,
   preview: null,
-  streaming: false,
+  isStreaming: false,
   picture: { width: 16, height: 9, images: NO_FRAMES },
-  found: null,
+  analysis: null,
   hidden: new Set<number>(),
-  chosen: new Set<number>(),
-  film: { numFrames: 0, fps: 25, times: new Times(null), cuts: [] },
+  selected: new Set<number>(),
+  timeline: { numFrames: 0, fps: 25, times: new Times(null), cuts: [] },
   frame: 0,
-  playing: false,
+  isPlaying: false,
   spot: NOWHERE,
-  correcting: false,
+  isCorrecting: false,
 };
 
 const INITIAL: State = {
@@ -131,23 +131,23 @@ const INITIAL: State = {
   headline: 'Loading…',
   subline: '\u00a0',
   summary: '',
-  live: '',
+  announcement: '',
   error: null,
   name: '\u00a0',
   source: null,
-  take: DEFAULT_TAKE,
+  trim: DEFAULT_TRIM,
   pace: { clip: 0, still: 0 },
   changed: new Map(),
   share: 0,
   loop: true,
-  calm: false,
+  isReducedMotion: false,
   isNoisy: false,
   view: 'overlay',
   edges: DEFAULT_EDGES,
-  smoothed: null,
-  ground: { name: 'transparent', colour: '#f4f1ea', picture: null },
-  split: 50,
-  pending: false,
+  smoothedMasks: null,
+  backdrop: { name: 'transparent', colour: '#f4f1ea', picture: null },
+  dividerPercent: 50,
+  isOutdated: false,
 };
 
 export class Store {
@@ -176,15 +176,15 @@ export class Store {
 
 /** Enters a phase. */
 export function phasePatch(phase: Phase, headline: string, subline: string, summary = ''): Partial<State> {
-  const live = [headline, subline, summary].filter(Boolean).join('. ');
-  return { phase, headline, subline, summary, live, error: null };
+  const announcement = [headline, subline, summary].filter(Boolean).join('. ');
+  return { phase, headline, subline, summary, announcement, error: null };
 }
 
 export function errorPatch(error: unknown): Partial<State> {
-  return { ...phasePatch('error', 'Nothing to show', ''), live: '', error };
+  return { ...phasePatch('error', 'Nothing to show', ''), announcement: '', error };
 }
 
 /** Clamps a frame to the film. */
-export function withinFilm({ film }: Pick<State, 'film'>, frame: number): number {
-  return Math.max(0, Math.min(film.numFrames - 1, frame));
+export function clampFrame({ timeline }: Pick<State, 'timeline'>, frame: number): number {
+  return Math.max(0, Math.min(timeline.numFrames - 1, frame));
 }

@@ -3,10 +3,10 @@
 import { Countdown } from './stage-clock.js';
 
 /** Before that nothing is said, in milliseconds. */
-const FIRST_MS = 2000;
+const MIN_ELAPSED_MS = 2000;
 
 /** Frames after the first that tell their pace: the first waits for encoders to start. */
-const LEAST_FRAMES = 2;
+const MIN_PACE_FRAMES = 2;
 
 export class TimeLeft {
   begun: number;
@@ -20,7 +20,7 @@ export class TimeLeft {
     this.begun = now;
   }
 
-  begin(now: number) {
+  restart(now: number) {
     Object.assign(this, new TimeLeft(now));
   }
 
@@ -28,14 +28,14 @@ export class TimeLeft {
    * @param progress of one work; one that has other frames, or fewer, is a new one
    * @returns milliseconds; null while nobody knows
    */
-  after({ done, total }: { done: number; total: number }, now: number): number | null {
-    if (done < this.done || (this.total > 0 && total !== this.total)) this.begin(now);
+  estimate({ done, total }: { done: number; total: number }, now: number): number | null {
+    if (done < this.done || (this.total > 0 && total !== this.total)) this.restart(now);
     [this.done, this.total] = [done, total];
     if (done === 0 || total === 0) return null;
     this.first ??= { done, now };
-    if (now - this.begun < FIRST_MS) return null;
+    if (now - this.begun < MIN_ELAPSED_MS) return null;
     const since = done - this.first.done;
-    const pace = since < LEAST_FRAMES ? (now - this.begun) / done : (now - this.first.now) / since;
+    const pace = since < MIN_PACE_FRAMES ? (now - this.begun) / done : (now - this.first.now) / since;
     return this.countdown.follow(pace * (total - done), now);
   }
 }

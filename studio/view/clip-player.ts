@@ -1,13 +1,13 @@
 // The clip itself, without a run: one frame of it, or a part that plays round and round.
 
-import { type Source, endOf, timeOf } from '../model/source.js';
+import { type Source, endTime, frameTime } from '../model/source.js';
 import { h } from './dom.js';
 
 /** Long side at which frames that no player shows are read, in pixels. */
-const SIDE = 480;
+const PLAYER_SIDE_PX = 480;
 
 /** A frame is looked for a little after it begins: players round, in seconds. */
-const LATE = 0.002;
+const SEEK_OFFSET_S = 0.002;
 
 export interface ClipPlayer {
   element: HTMLElement;
@@ -45,14 +45,14 @@ class VideoPlayer implements ClipPlayer {
 
   show(frame: number) {
     this.pause();
-    this.element.currentTime = timeOf(this.source, frame) + LATE;
+    this.element.currentTime = frameTime(this.source, frame) + SEEK_OFFSET_S;
   }
 
   play(first: number, last: number, onFrame: (frame: number) => void) {
     this.pause();
     const { source, element } = this;
-    const from = timeOf(source, first) + LATE;
-    const to = last + 1 < source.count ? timeOf(source, last + 1) : endOf(source);
+    const from = frameTime(source, first) + SEEK_OFFSET_S;
+    const to = last + 1 < source.count ? frameTime(source, last + 1) : endTime(source);
     if (element.currentTime < from || element.currentTime >= to) element.currentTime = from;
     const tick = () => {
       this.ticking = requestAnimationFrame(tick);
@@ -93,7 +93,7 @@ class FramePlayer implements ClipPlayer {
   async show(frame: number) {
     this.pause();
     const { signal } = this.going;
-    const image = await this.source.preview(frame, SIDE).catch(() => null);
+    const image = await this.source.preview(frame, PLAYER_SIDE_PX).catch(() => null);
     if (image && !signal.aborted) this.draw(image);
   }
 
@@ -104,13 +104,14 @@ class FramePlayer implements ClipPlayer {
     try {
       while (!signal.aborted) {
         let at = first;
-        const take = { start: first, frames: last - first + 1, step: 1, side: SIDE };
-        for await (const { frame } of source.frames(take, signal)) {
+        const trim = { start: first, frames: last - first + 1, step: 1, side: PLAYER_SIDE_PX };
+        for await (const { frame } of source.frames(trim, signal)) {
           if (signal.aborted) return;
           this.draw(frame);
           onFrame(at);
-          const lasts = (at + 1 < source.count ? timeOf(source, at + 1) : endOf(source)) - timeOf(source, at);
-          await new Promise((resolve) => setTimeout(resolve, 1000 * lasts));
+          const duration =
+            (at + 1 < source.count ? frameTime(source, at + 1) : endTime(source)) - frameTime(source, at);
+          await new Promise((resolve) => setTimeout(resolve, 1000 * duration));
           at += 1;
         }
       }

@@ -46,7 +46,7 @@ export function key(kind: 'dot' | 'line' | 'thin', color: string, text: string):
   return h('span', { class: 'key' }, mark, text);
 }
 
-export function choosesMore({ shiftKey, ctrlKey, metaKey }: MouseEvent | KeyboardEvent) {
+export function isMultiSelect({ shiftKey, ctrlKey, metaKey }: MouseEvent | KeyboardEvent) {
   return shiftKey || ctrlKey || metaKey;
 }
 

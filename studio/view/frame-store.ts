@@ -1,15 +1,15 @@
 // The frames of a clip as they are shown. So many lie in memory as pictures, the others as JPEG files that become
 // pictures again when they are looked at.
 
-import { PageError } from '../model/words.js';
+import { PageError } from '../model/messages.js';
 
 /** Frames that are kept as pictures. */
-const PICTURES = 64;
+const MAX_PICTURES = 64;
 
 /** Frames after the one on screen that are made ready, as a clip usually plays forward. */
-const AHEAD = 6;
+const FRAMES_AHEAD = 6;
 
-const QUALITY = 0.92;
+const JPEG_QUALITY = 0.92;
 
 export class FrameStore {
   length = 0;
@@ -23,8 +23,8 @@ export class FrameStore {
   onReady = () => {};
   closed = false;
 
-  /** @param most frames kept as pictures */
-  constructor(public most: number = PICTURES) {}
+  /** @param maxPictures frames kept as pictures */
+  constructor(public maxPictures: number = MAX_PICTURES) {}
 
   async add(frame: ImageData) {
     const picture = await createImageBitmap(frame);
@@ -32,18 +32,18 @@ export class FrameStore {
     this.length += 1;
     [this.width, this.height] = [picture.width, picture.height];
     this.pictures.set(at, picture);
-    if (this.length > this.most) await this.pack(at);
+    if (this.length > this.maxPictures) await this.pack(at);
   }
 
   /** @param at goes to a file; its picture may go */
   async pack(at: number) {
     const picture = this.pictures.get(at);
     if (!picture) return;
-    this.files.set(at, await fileOf(picture));
+    this.files.set(at, await encodeJpeg(picture));
     // The first frames too, when there are more than fit.
     const [oldest] = this.pictures.keys();
-    if (this.pictures.size > this.most) {
-      if (!this.files.has(oldest)) this.files.set(oldest, await fileOf(this.pictures.get(oldest)!));
+    if (this.pictures.size > this.maxPictures) {
+      if (!this.files.has(oldest)) this.files.set(oldest, await encodeJpeg(this.pictures.get(oldest)!));
       this.drop(oldest);
     }
   }
@@ -57,7 +57,7 @@ export class FrameStore {
    * @param more frames after it that are made ready too
    * @returns null as long as it is on its way, and where there is none
    */
-  get(at: number, more: number = AHEAD): ImageBitmap | null {
+  get(at: number, more: number = FRAMES_AHEAD): ImageBitmap | null {
     const picture = this.pictures.get(at) ?? null;
     if (picture) {
       this.pictures.delete(at);
@@ -73,8 +73,8 @@ export class FrameStore {
   }
 
   open(at: number): Promise<ImageBitmap | null> {
-    const known = this.pictures.get(at);
-    if (known) return Promise.resolve(known);
+    const cached = this.pictures.get(at);
+    if (cached) return Promise.resolve(cached);
     const opening = this.opening.get(at) ?? this.read(at).finally(() => this.opening.delete(at));
     this.opening.set(at, opening);
     return opening;
@@ -90,7 +90,7 @@ export class FrameStore {
     }
     this.pictures.set(at, picture);
     for (const oldest of this.pictures.keys()) {
-      if (this.pictures.size <= this.most) break;
+      if (this.pictures.size <= this.maxPictures) break;
       if (oldest !== at && this.files.has(oldest)) this.drop(oldest);
     }
     this.onReady();
@@ -125,8 +125,8 @@ export class FrameStore {
   }
 }
 
-function fileOf(picture: ImageBitmap) {
+function encodeJpeg(picture: ImageBitmap) {
   const canvas = new OffscreenCanvas(picture.width, picture.height);
   canvas.getContext('2d')?.drawImage(picture, 0, 0);
-  return canvas.convertToBlob({ type: 'image/jpeg', quality: QUALITY });
+  return canvas.convertToBlob({ type: 'image/jpeg', quality: JPEG_QUALITY });
 }

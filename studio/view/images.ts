@@ -1,24 +1,24 @@
 // Images of a sequence, or one image, animated or still, as a source of frames.
 
-import { Grabber, factsOf, openVideo } from './video.js';
-import { PageError } from '../model/words.js';
+import { Grabber, readVideoFacts, openVideo } from './video.js';
+import { PageError } from '../model/messages.js';
 import type { Source } from '../model/source.js';
 
 /** Frames per second at which images of a sequence are shown; nothing says how they were taken. */
 const SEQUENCE_FPS = 15;
 
 /** Motion needs two frames: damage after fewer is an error. */
-const FEWEST = 2;
+const MIN_FRAMES = 2;
 
 /** Types of files that may hold several images. */
-const MOVING = ['image/gif', 'image/png', 'image/webp', 'image/avif'];
+const ANIMATED_TYPES = ['image/gif', 'image/png', 'image/webp', 'image/avif'];
 
 /**
  * @param sorted in their order
  * @param type of the first one
  */
 export async function openImages(sorted: File[], type: string): Promise<Source> {
-  if (sorted.length === 1) return openOne(sorted[0], type);
+  if (sorted.length === 1) return openSingleImage(sorted[0], type);
   const first = await decode(sorted[0]);
   const size = { width: first.width, height: first.height };
   first.close();
@@ -30,9 +30,9 @@ export async function openImages(sorted: File[], type: string): Promise<Source> 
     async (k, side) => {
       const picture = await decode(sorted[k]);
       if (picture.width !== size.width || picture.height !== size.height) {
-        const found = `${picture.width}×${picture.height}`;
-        const wanted = `${size.width}×${size.height}`;
-        throw new PageError('mixed-sizes', `${sorted[k].name} is ${found}, the first is ${wanted}`);
+        const actualSize = `${picture.width}×${picture.height}`;
+        const expectedSize = `${size.width}×${size.height}`;
+        throw new PageError('mixed-sizes', `${sorted[k].name} is ${actualSize}, the first is ${expectedSize}`);
       }
       const pixels = grabber.grab(picture, size, side);
       picture.close();
@@ -42,8 +42,10 @@ export async function openImages(sorted: File[], type: string): Promise<Source> 
 }
 
 /** A GIF, or another image that may hold several frames, which last as long as it says; or a still one. */
-async function openOne(file: File, type: string): Promise<Source> {
-  const facts = MOVING.includes(type) ? await factsOf(file).catch((error) => refuse(error, file.name)) : null;
+async function openSingleImage(file: File, type: string): Promise<Source> {
+  const facts = ANIMATED_TYPES.includes(type)
+    ? await readVideoFacts(file).catch((error) => refuse(error, file.name))
+    : null;
   if (facts && facts.count > 1) return openVideo(file, 'images', facts);
   return stillSource(file.name, await decode(file));
 }
@@ -75,19 +77,19 @@ function pictureSource(
     count,
     preview: read,
     async *strip(most, side, signal) {
-      const shown = Math.min(most, count);
-      for (let k = 0; k < shown; k++) {
+      const shownCount = Math.min(most, count);
+      for (let k = 0; k < shownCount; k++) {
         signal.throwIfAborted();
-        yield read(Math.floor(((k + 0.5) * count) / shown), side);
+        yield read(Math.floor(((k + 0.5) * count) / shownCount), side);
       }
     },
-    async *frames(take, signal) {
+    async *frames(trim, signal) {
       source.damage = null;
-      for (let k = 0; k < take.frames; k++) {
+      for (let k = 0; k < trim.frames; k++) {
         signal.throwIfAborted();
-        const frame = await read(take.start + k * take.step, take.side).catch((error) => {
-          if (k < FEWEST || error?.code !== 'unreadable-image') throw error;
-          source.damage = { frames: k, total: take.frames };
+        const frame = await read(trim.start + k * trim.step, trim.side).catch((error) => {
+          if (k < MIN_FRAMES || error?.code !== 'unreadable-image') throw error;
+          source.damage = { frames: k, total: trim.frames };
           return null;
         });
         if (!frame) return;

@@ -33,9 +33,9 @@ export class Keys {
       const shift = event.shiftKey ? 'Shift+' : '';
       return this.perform(event, this.actionOf(`Ctrl+${shift}${key.toLowerCase()}`));
     }
-    if (event.altKey || document.querySelector('dialog[open]') || keepsKey(event, this.tabbed)) return;
-    const held = event.shiftKey ? this.actionOf(`Shift+${key}`) : undefined;
-    const action = held ?? this.actionOf(key) ?? this.actionOf(key.toLowerCase());
+    if (event.altKey || document.querySelector('dialog[open]') || usesKey(event, this.tabbed)) return;
+    const shiftAction = event.shiftKey ? this.actionOf(`Shift+${key}`) : undefined;
+    const action = shiftAction ?? this.actionOf(key) ?? this.actionOf(key.toLowerCase());
     // A button that was clicked with the mouse would still answer to the space bar.
     if (action && key === ' ') (event.target as HTMLElement).blur();
     this.perform(event, action);
@@ -49,7 +49,7 @@ export class Keys {
 }
 
 /** Form fields keep the keys that they use themselves, and so do buttons that were reached with the keyboard. */
-function keepsKey(event: KeyboardEvent, tabbed: boolean): boolean {
+function usesKey(event: KeyboardEvent, tabbed: boolean): boolean {
   if (event.key === 'Escape') return false;
   const target = event.target as HTMLElement;
   if (target.matches('select, textarea, input[type="number"]')) return true;

@@ -3,7 +3,7 @@
 
 import { statusPanel } from './panels/status.js';
 import { Store, errorPatch } from '../model/store.js';
-import { PageError } from '../model/words.js';
+import { PageError } from '../model/messages.js';
 import { byId } from './dom.js';
 
 async function main() {

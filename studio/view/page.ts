@@ -7,16 +7,16 @@ import { App } from '../model/app.js';
 import { FrameStore } from './frame-store.js';
 import { Keys } from './keyboard.js';
 import { openFiles, sampleSource } from './source.js';
-import { readsAreNoisy } from './video.js';
+import { addsCanvasNoise } from './video.js';
 import { createLayers } from './layers/layers.js';
 import { readLink } from '../model/recipe.js';
 import { Selection } from '../model/selection.js';
 import { Settings } from '../model/settings.js';
 import { Smoothing } from '../model/smoothing.js';
-import { type Store, withinFilm } from '../model/store.js';
+import { type Store, clampFrame } from '../model/store.js';
 import { Viewer } from './viewer.js';
 import { clipPanel } from './panels/clip.js';
-import { comparePanel, groundPanel } from './panels/views.js';
+import { comparePanel, backdropPanel } from './panels/view-modes.js';
 import { correctPanel, exportPanel, helpPanel, nothingPanel } from './panels/on-demand.js';
 import { edgesPanel } from './panels/edges.js';
 import { labPanel } from './panels/lab.js';
@@ -24,7 +24,7 @@ import { layersPanel } from './panels/layers.js';
 import { objectsPanel } from './panels/objects.js';
 import { readoutPanel } from './panels/readout.js';
 import { runPanel } from './panels/run.js';
-import { savedPanel } from './panels/saved.js';
+import { savedPanel } from './panels/recent-projects.js';
 import { settingsPanel } from './panels/settings.js';
 import { timelinePanel } from './panels/timeline.js';
 import { trimPanel } from './panels/trim.js';
@@ -35,7 +35,7 @@ export function openPage(store: Store): Page {
   const layers = createLayers();
   const settings = new Settings(store, parameters());
   readLink(settings, location.hash);
-  store.set({ calm: matchMedia('(prefers-reduced-motion: reduce)').matches, isNoisy: readsAreNoisy() });
+  store.set({ isReducedMotion: matchMedia('(prefers-reduced-motion: reduce)').matches, isNoisy: addsCanvasNoise() });
   const page = {
     store,
     settings,
@@ -65,7 +65,7 @@ const PANELS: ((page: Page) => void)[] = [
   runPanel,
   zoomPanel,
   comparePanel,
-  groundPanel,
+  backdropPanel,
   timelinePanel,
   trimPanel,
   readoutPanel,
@@ -85,12 +85,12 @@ const PANELS: ((page: Page) => void)[] = [
 /** What tests and the curious may read: the result on screen and how it was made. */
 function expose({ store, layers, viewer }: Page) {
   const timeline = {
-    seek: (frame: number) => store.set({ frame: withinFilm(store.state, frame) }),
+    seek: (frame: number) => store.set({ frame: clampFrame(store.state, frame) }),
     get frame() {
       return store.state.frame;
     },
     get playing() {
-      return store.state.playing;
+      return store.state.isPlaying;
     },
   };
   const app = {
@@ -100,8 +100,8 @@ function expose({ store, layers, viewer }: Page) {
     get job() {
       return store.state.job;
     },
-    get points() {
-      return store.state.found?.points ?? null;
+    get segmentation() {
+      return store.state.analysis?.segmentation ?? null;
     },
   };
   const value = {
@@ -110,8 +110,8 @@ function expose({ store, layers, viewer }: Page) {
     get result() {
       return resultOf(store.state.job);
     },
-    get take() {
-      return store.state.job?.take ?? null;
+    get trim() {
+      return store.state.job?.trim ?? null;
     },
     get source() {
       return store.state.source;

@@ -3,7 +3,7 @@
 import { h } from './dom.js';
 
 /** How long a file that was saved stays in memory for the browser to read, in milliseconds. */
-const KEPT_MS = 60_000;
+const URL_LIFETIME_MS = 60_000;
 
 /** The part of the browser's file picker that is used; not every browser has one. */
 type Picker = (options: { suggestedName: string }) => Promise<{ createWritable: () => Promise<WritableStream> }>;
@@ -12,7 +12,7 @@ type Picker = (options: { suggestedName: string }) => Promise<{ createWritable: 
  * Where a stream goes: a file that the user chooses, or memory. To be asked while a click is fresh.
  * @returns saves it and gives its size in bytes
  */
-export async function placeFor(
+export async function chooseDestination(
   file: string,
   type: string,
 ): Promise<(stream: ReadableStream<Uint8Array<ArrayBuffer>>, signal: AbortSignal) => Promise<number>> {
@@ -44,5 +44,5 @@ export async function placeFor(
 export function download(blob: Blob, file: string) {
   const url = URL.createObjectURL(blob);
   h('a', { href: url, download: file }).click();
-  setTimeout(() => URL.revokeObjectURL(url), KEPT_MS);
+  setTimeout(() => URL.revokeObjectURL(url), URL_LIFETIME_MS);
 }

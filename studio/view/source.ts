@@ -3,7 +3,7 @@
 import { type Clip, sortFiles, synthClip } from '../model/library.js';
 import { openImages } from './images.js';
 import { openVideo } from './video.js';
-import { PageError } from '../model/words.js';
+import { PageError } from '../model/messages.js';
 import type { Source } from '../model/source.js';
 
 /** The sample: small enough to be through in seconds, large enough to look at. */
@@ -25,8 +25,8 @@ export async function sampleSource(): Promise<Source & { clip: Clip }> {
     fps: 15,
     count: clip.numFrames,
     preview: async (frame) => imageOf(frame),
-    async *frames(take) {
-      for (let t = 0; t < take.frames; t++) {
+    async *frames(trim) {
+      for (let t = 0; t < trim.frames; t++) {
         yield { frame: imageOf(t), time: t / 15, end: (t + 1) / 15 };
         // Lets the page draw in between.
         await new Promise((resolve) => setTimeout(resolve));
@@ -36,19 +36,19 @@ export async function sampleSource(): Promise<Source & { clip: Clip }> {
   };
 }
 
-export async function openFiles(chosen: File[]): Promise<Source> {
-  const found = await sortFiles(chosen);
-  const files = found.map(({ file }) => file);
-  const stranger = found.find(({ kind }) => kind === null);
-  if (files.length === 0 || stranger) throw new PageError('unknown-file', strangerWords(stranger?.file));
-  const areImages = found.every(({ kind }) => kind === 'image');
-  if (!areImages && files.length > 1) {
-    const code = found.some(({ kind }) => kind === 'image') ? 'mixed-files' : 'many-videos';
-    throw new PageError(code, `${files.length} files`);
+export async function openFiles(files: File[]): Promise<Source> {
+  const sorted = await sortFiles(files);
+  const usable = sorted.map(({ file }) => file);
+  const unknown = sorted.find(({ kind }) => kind === null);
+  if (usable.length === 0 || unknown) throw new PageError('unknown-file', strangerWords(unknown?.file));
+  const areImages = sorted.every(({ kind }) => kind === 'image');
+  if (!areImages && usable.length > 1) {
+    const code = sorted.some(({ kind }) => kind === 'image') ? 'mixed-files' : 'many-videos';
+    throw new PageError(code, `${usable.length} files`);
   }
-  const type = found[0].type ?? '';
-  const source = areImages ? await openImages(files, type) : await openVideo(files[0]);
-  return Object.assign(source, { files, type });
+  const type = sorted[0].type ?? '';
+  const source = areImages ? await openImages(usable, type) : await openVideo(usable[0]);
+  return Object.assign(source, { files: usable, type });
 }
 
 const strangerWords = (file?: File) => (file?.size === 0 ? `${file.name} is empty` : (file?.name ?? ''));

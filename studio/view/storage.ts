@@ -1,17 +1,17 @@
 // The browser's own storage, where works are kept and runs remembered: they survive a reload and a closed tab.
 
-import type { Run } from '../model/cut-off.js';
-import type { Saved } from '../model/slots.js';
+import type { InterruptedRun } from '../model/interrupted-runs.js';
+import type { SavedProject } from '../model/saved-projects.js';
 
 const DATABASE = 'tracecut';
 const TABLE = 'work';
 
-export async function put(record: Saved | Run) {
+export async function put(record: SavedProject | InterruptedRun) {
   await request('readwrite', (table) => table.put(record, record.id));
 }
 
 /** Returns the works, and the runs that go on or were cut off. */
-export async function stored(): Promise<Saved[]> {
+export async function list(): Promise<SavedProject[]> {
   try {
     const [works, keys] = await Promise.all([
       request('readonly', (table) => table.getAll()),
@@ -25,7 +25,7 @@ export async function stored(): Promise<Saved[]> {
   }
 }
 
-export async function forget(id: string) {
+export async function remove(id: string) {
   await request('readwrite', (table) => table.delete(id));
 }
 
@@ -40,8 +40,8 @@ async function request<T>(mode: IDBTransactionMode, ask: (table: IDBObjectStore)
   try {
     return await new Promise((resolve, reject) => {
       const transaction = database.transaction(TABLE, mode);
-      const asked = ask(transaction.objectStore(TABLE));
-      transaction.oncomplete = () => resolve(asked.result);
+      const request = ask(transaction.objectStore(TABLE));
+      transaction.oncomplete = () => resolve(request.result);
       transaction.onerror = () => reject(transaction.error);
       transaction.onabort = () => reject(transaction.error);
     });

@@ -1,9 +1,9 @@
 // A video file as a source of frames, each with its own time; pixels of whatever the browser can draw.
 
 import { fitSize, videoFrames, videoInfo, videoStrip } from '../model/library.js';
-import { PageError } from '../model/words.js';
+import { PageError } from '../model/messages.js';
 import type { Damage, PixelFrame, VideoInfo } from '../model/library.js';
-import type { Source, Take } from '../model/source.js';
+import type { Source, Trim } from '../model/source.js';
 
 /** Reads pixels of whatever the browser can draw. */
 export class Grabber {
@@ -31,7 +31,7 @@ export class Grabber {
  * Some browsers add noise to what a page reads from a canvas, against fingerprinting. Then the same clip gives other
  * bytes each time, and results differ a little.
  */
-export function readsAreNoisy(): boolean {
+export function addsCanvasNoise(): boolean {
   const side = 32;
   const canvas = new OffscreenCanvas(side, side);
   const ctx = canvas.getContext('2d', { willReadFrequently: true })!;
@@ -42,12 +42,12 @@ export function readsAreNoisy(): boolean {
 }
 
 /** Taken where the file does not tell. */
-const USUAL_FPS = 30;
+const DEFAULT_FPS = 30;
 
 /** Times are rounded: a frame is looked for from so much before its time on, in seconds. */
-const EARLY = 1e-4;
+const SEEK_MARGIN_S = 1e-4;
 
-interface Facts {
+interface VideoFacts {
   info: VideoInfo;
   fps: number;
   count: number;
@@ -55,10 +55,10 @@ interface Facts {
   isDamaged: boolean;
 }
 
-export async function factsOf(file: File): Promise<Facts> {
+export async function readVideoFacts(file: File): Promise<VideoFacts> {
   let isDamaged = false;
   const info = await videoInfo(file, { onDamage: () => void (isDamaged = true) });
-  const fps = info.frameRate > 0 ? info.frameRate : USUAL_FPS;
+  const fps = info.frameRate > 0 ? info.frameRate : DEFAULT_FPS;
   return { info, fps, count: Math.max(1, info.numFrames ?? Math.round(info.duration * fps)), isDamaged };
 }
 
@@ -66,16 +66,16 @@ export async function factsOf(file: File): Promise<Facts> {
  * @param kind what it is called: an animated image holds images
  * @param facts where they are known
  */
-export async function openVideo(file: File, kind: 'video' | 'images' = 'video', facts?: Facts): Promise<Source> {
-  const { info, fps, count, isDamaged } = facts ?? (await understood(() => factsOf(file), file.name));
-  const early = (time: number) => ({ start: Math.max(0, time - EARLY) });
+export async function openVideo(file: File, kind: 'video' | 'images' = 'video', facts?: VideoFacts): Promise<Source> {
+  const { info, fps, count, isDamaged } = facts ?? (await understood(() => readVideoFacts(file), file.name));
+  const early = (time: number) => ({ start: Math.max(0, time - SEEK_MARGIN_S) });
   /** By its time where the file says it; else half a frame early. */
   const startOf = (frame: number) => {
     const time = info.times?.[frame];
     if (frame === 0) return {};
     return time === undefined ? { start: (frame - 0.5) / fps } : early(time);
   };
-  const direct = ({ start, step, frames: maxFrames, side }: Take) => {
+  const direct = ({ start, step, frames: maxFrames, side }: Trim) => {
     source.damage = isDamaged && start + maxFrames * step >= count ? { total: null, frames: maxFrames } : null;
     const onDamage = (damage: Damage) => (source.damage = damage);
     return { source: file, options: { ...startOf(start), step, maxFrames, size: side, onDamage } };
@@ -92,20 +92,20 @@ export async function openVideo(file: File, kind: 'video' | 'images' = 'video', 
     end: (info.times?.[0] ?? 0) + info.duration,
     async *strip(most, side, signal) {
       const options = { count: most, size: side, signal, onDamage() {} };
-      for await (const one of videoStrip(file, options)) yield pixelsOf(await one.pixels());
+      for await (const frame of videoStrip(file, options)) yield pixelsOf(await frame.pixels());
     },
     async preview(frame, side, time) {
       const start = time === undefined ? startOf(frame) : early(time);
       const frames = videoFrames(file, { ...start, maxFrames: 1, size: side, onDamage() {} });
-      for await (const one of frames) return pixelsOf(await one.pixels());
+      for await (const decoded of frames) return pixelsOf(await decoded.pixels());
       throw new PageError('no-frames', file.name);
     },
     direct,
-    async *frames(take, signal) {
-      const { options } = direct(take);
-      for await (const one of videoFrames(file, { ...options, signal })) {
-        const end = take.step === 1 && one.duration > 0 ? one.time + one.duration : null;
-        yield { frame: pixelsOf(await one.pixels()), time: one.time, end };
+    async *frames(trim, signal) {
+      const { options } = direct(trim);
+      for await (const frame of videoFrames(file, { ...options, signal })) {
+        const end = trim.step === 1 && frame.duration > 0 ? frame.time + frame.duration : null;
+        yield { frame: pixelsOf(await frame.pixels()), time: frame.time, end };
       }
     },
     close() {},

@@ -13,15 +13,15 @@ function hands(page) {
   const frame = () => page.evaluate(() => globalThis.tracecutStudio.app.timeline.frame);
   const masks = () =>
     page.evaluate(() => {
-      const { points } = globalThis.tracecutStudio.app;
-      return Array.from({ length: points.result.numFrames }, (_, t) => points.mask(t).join('')).join('|');
+      const { segmentation } = globalThis.tracecutStudio.app;
+      return Array.from({ length: segmentation.result.numFrames }, (_, t) => segmentation.mask(t).join('')).join('|');
     });
   /** The label at a place of the clip, in frame t. */
   const labelAt = (t, x, y) =>
     page.evaluate(
       ([at, u, v]) => {
-        const { points } = globalThis.tracecutStudio.app;
-        return points.mask(at)[v * points.result.width + u];
+        const { segmentation } = globalThis.tracecutStudio.app;
+        return segmentation.mask(at)[v * segmentation.result.width + u];
       },
       [t, x, y],
     );
@@ -74,13 +74,15 @@ describe('a result is corrected', () => {
   const masks = () =>
     page.evaluate(
       (frames) =>
-        Array.from({ length: frames }, (_, t) => [...globalThis.tracecutStudio.app.points.mask(t)].join('')).join('|'),
+        Array.from({ length: frames }, (_, t) => [...globalThis.tracecutStudio.app.segmentation.mask(t)].join('')).join(
+          '|',
+        ),
       SMALL.frames,
     );
   const counts = () =>
     page.evaluate((t) => {
       const found = {};
-      for (const label of globalThis.tracecutStudio.app.points.mask(t)) found[label] = (found[label] ?? 0) + 1;
+      for (const label of globalThis.tracecutStudio.app.segmentation.mask(t)) found[label] = (found[label] ?? 0) + 1;
       return found;
     }, FRAME);
   const status = () =>
@@ -107,10 +109,10 @@ describe('a result is corrected', () => {
   /** Runs in the page: a place in the middle of an object, in CSS pixels of the canvas. */
   const placeOf = (object) =>
     page.evaluate((label) => {
-      const { points, viewer, timeline } = globalThis.tracecutStudio.app;
+      const { segmentation, viewer, timeline } = globalThis.tracecutStudio.app;
       const { width, unit } = viewer.view;
       const own = [];
-      points
+      segmentation
         .mask(timeline.frame)
         .forEach((found, p) => found === label && own.push([p % width, Math.floor(p / width)]));
       const mean = [0, 1].map((axis) => own.reduce((sum, place) => sum + place[axis], 0) / own.length);
@@ -186,8 +188,8 @@ describe('a result is corrected', () => {
     await page.selectOption('#correct-object', '0');
     assert.equal(await page.locator('#correct-split').isDisabled(), true, 'the background needs a place');
     const sky = await page.evaluate(() => {
-      const { points, viewer, timeline } = globalThis.tracecutStudio.app;
-      return points.mask(timeline.frame)[viewer.view.width * 3 + 3];
+      const { segmentation, viewer, timeline } = globalThis.tracecutStudio.app;
+      return segmentation.mask(timeline.frame)[viewer.view.width * 3 + 3];
     });
     assert.equal(sky, 0);
     await page.click('#canvas', { position: { x: 5, y: 5 } });
@@ -234,8 +236,10 @@ describe('a result is corrected', () => {
     assert.match(await corrected(() => page.click('#strokes-apply')), /^Corrected in .* 3 moving objects/);
     const labels = await page.evaluate(
       (places) => {
-        const { points, viewer, timeline } = globalThis.tracecutStudio.app;
-        return places.map(({ x, y }) => points.mask(timeline.frame)[Math.floor(y) * viewer.view.width + Math.floor(x)]);
+        const { segmentation, viewer, timeline } = globalThis.tracecutStudio.app;
+        return places.map(
+          ({ x, y }) => segmentation.mask(timeline.frame)[Math.floor(y) * viewer.view.width + Math.floor(x)],
+        );
       },
       [first, second].map(({ x, y }) => ({ x: x * (then / zoom), y: y * (then / zoom) })),
     );
@@ -290,20 +294,20 @@ describe('a result is corrected', () => {
     const whole = await masks();
     /** The middle of the largest object, and how much of its pixels and of any the label there has. */
     const thing = await page.evaluate(() => {
-      const { points } = globalThis.tracecutStudio.app;
-      const mask = Array.from(points.mask(12));
+      const { segmentation } = globalThis.tracecutStudio.app;
+      const mask = Array.from(segmentation.mask(12));
       const areas = Map.groupBy(mask.keys(), (p) => mask[p]);
       areas.delete(0);
       const [label, pixels] = [...areas].sort((a, b) => b[1].length - a[1].length)[0];
-      const { width } = points.result;
+      const { width } = segmentation.result;
       const mean = (of) => Math.round(pixels.reduce((sum, p) => sum + of(p), 0) / pixels.length);
       return { label, pixels, x: mean((p) => p % width), y: mean((p) => Math.floor(p / width)) };
     });
     const added = async () => {
       const { own, both } = await page.evaluate(({ x, y, pixels }) => {
-        const { points } = globalThis.tracecutStudio.app;
-        const mask = points.mask(12);
-        const label = mask[y * points.result.width + x];
+        const { segmentation } = globalThis.tracecutStudio.app;
+        const mask = segmentation.mask(12);
+        const label = mask[y * segmentation.result.width + x];
         const all = mask.reduce((sum, one) => sum + Number(label > 0 && one === label), 0);
         return { own: all, both: pixels.filter((p) => label > 0 && mask[p] === label).length };
       }, thing);
@@ -357,7 +361,7 @@ describe('a result is corrected', () => {
 describe('five objects are joined and corrected', () => {
   const site = useSite({ sample: 'tiny' });
   const labels = (page) =>
-    page.evaluate(() => [...new Set(globalThis.tracecutStudio.app.points.mask(0))].sort((a, b) => a - b).join());
+    page.evaluate(() => [...new Set(globalThis.tracecutStudio.app.segmentation.mask(0))].sort((a, b) => a - b).join());
   const until = (page, wanted) =>
     page.waitForFunction(
       (all) => [...document.querySelectorAll('.object')].map((row) => row.dataset.object).join() === all,
@@ -379,9 +383,9 @@ describe('five objects are joined and corrected', () => {
   /** Where an object is in the picture of the first frame, in CSS pixels of the canvas. */
   const placeOf = (page, object) =>
     page.evaluate((label) => {
-      const { points, viewer } = globalThis.tracecutStudio.app;
+      const { segmentation, viewer } = globalThis.tracecutStudio.app;
       const { width, unit } = viewer.view;
-      const own = [...points.mask(0).keys()].filter((p) => points.mask(0)[p] === label);
+      const own = [...segmentation.mask(0).keys()].filter((p) => segmentation.mask(0)[p] === label);
       const p = own[own.length >> 1];
       return { x: ((p % width) + 0.5) / unit, y: (Math.floor(p / width) + 0.5) / unit };
     }, object);
@@ -390,18 +394,18 @@ describe('five objects are joined and corrected', () => {
     await open();
     await page.click('[data-object="2"] .object-main', { modifiers: ['Shift'] });
     await page.waitForSelector('#join', { state: 'visible' });
-    assert.equal(await page.locator('#join-do').isDisabled(), true);
+    assert.equal(await page.locator('#join-apply').isDisabled(), true);
     assert.equal(await page.locator('#show-all').isVisible(), false, 'it is not shown alone');
     await page.click('[data-object="4"] .object-main', { modifiers: ['Control'] });
     await page.click('#canvas', { modifiers: ['Shift'], position: await placeOf(page, 5) });
-    assert.equal(await text(page, '#join-words'), 'Object 2\nObject 4\nObject 5\n3 objects selected');
-    assert.equal(await page.locator('.is-meant').count(), 3);
+    assert.equal(await text(page, '#join-message'), 'Object 2\nObject 4\nObject 5\n3 objects selected');
+    assert.equal(await page.locator('.is-candidate').count(), 3);
     await screenshot(page, 'join');
     assert.deepEqual(await accessibilityFaults(page), []);
-    await page.click('#join-do');
+    await page.click('#join-apply');
     await until(page, '0,1,2,3');
     assert.equal(await labels(page), '0,1,2,3');
-    assert.equal(await text(page, '#join-words'), '3 objects joined.');
+    assert.equal(await text(page, '#join-message'), '3 objects joined.');
     await page.click('#join-undo');
     await until(page, '0,1,2,3,4,5');
     await page.keyboard.press('Control+y');
@@ -419,7 +423,7 @@ describe('five objects are joined and corrected', () => {
       await page.keyboard.press('Shift+Enter');
     }
     await page.click('#canvas', { modifiers: ['Shift'], position: await placeOf(page, 5) });
-    await page.focus('#join-do');
+    await page.focus('#join-apply');
     await page.keyboard.press('Enter');
     await until(page, '0,2,3,4');
     assert.equal(await page.evaluate(() => document.activeElement.id), 'join-undo');
@@ -436,16 +440,16 @@ describe('five objects are joined and corrected', () => {
   test('those that touch and move alike are proposed, until they are refused', async () => {
     await open({ ...WIDE, parts: 3 });
     await page.waitForSelector('#join', { state: 'visible' });
-    assert.match(await text(page, '#join-words'), /These 3 move together\. Join\?$/);
+    assert.match(await text(page, '#join-message'), /These 3 move together\. Join\?$/);
     assert.deepEqual(await accessibilityFaults(page), []);
     await page.locator('#join').scrollIntoViewIfNeeded();
     await screenshot(page, 'join-proposed');
-    await page.click('#join-do');
+    await page.click('#join-apply');
     await until(page, '0,1,4,5');
     await page.click('#join-undo');
     await until(page, '0,1,2,3,4,5');
-    await page.waitForFunction(() => /Join\?/.test(document.querySelector('#join-words').textContent));
-    await page.click('#join-no');
+    await page.waitForFunction(() => /Join\?/.test(document.querySelector('#join-message').textContent));
+    await page.click('#join-dismiss');
     await page.waitForSelector('#join', { state: 'hidden' });
     // A change of the result does not bring it back.
     await openFix(page);
@@ -469,20 +473,20 @@ describe('five objects are joined and corrected', () => {
 
   test('corrections are not lost by a key; another run asks, and is a step of undo', async () => {
     await corrected();
-    const masks = () => page.evaluate(() => String(globalThis.tracecutStudio.app.points.mask(3)));
+    const masks = () => page.evaluate(() => String(globalThis.tracecutStudio.app.segmentation.mask(3)));
     const before = await masks();
     await page.click('#correct-done');
     await page.keyboard.press('r');
     assert.equal(await page.evaluate(() => document.body.dataset.phase), 'done');
     await page.click('#again');
-    await page.waitForSelector('#ask[open]');
+    await page.waitForSelector('#confirm[open]');
     assert.deepEqual(await accessibilityFaults(page), []);
     await screenshot(page, 'ask');
     await page.keyboard.press('Escape');
     assert.equal(await masks(), before, 'whoever says no keeps them');
     for (const undo of [() => page.click('#restore'), () => page.keyboard.press('Control+z')]) {
       await page.click('#again');
-      await page.click('#ask-yes');
+      await page.click('#confirm-yes');
       await page.waitForSelector('#restore', { state: 'visible' });
       assert.equal(await ended(page), 'done');
       await undo();
@@ -491,7 +495,7 @@ describe('five objects are joined and corrected', () => {
       assert.equal(await masks(), before);
     }
     await page.click('#again');
-    await page.click('#ask-yes');
+    await page.click('#confirm-yes');
     await page.waitForSelector('#restore', { state: 'visible' });
     assert.equal(await ended(page), 'done');
     await openFix(page);

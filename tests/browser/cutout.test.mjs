@@ -22,10 +22,10 @@ describe('the cut-out view', () => {
   /** Colours on screen deep inside objects 1 and 2, and of the background, in the frame on screen. */
   const colors = () =>
     page.evaluate(() => {
-      const { viewer, points } = globalThis.tracecutStudio.app;
+      const { viewer, segmentation } = globalThis.tracecutStudio.app;
       viewer.draw();
-      const { width, height } = points.result;
-      const mask = points.mask(viewer.view.frame);
+      const { width, height } = segmentation.result;
+      const mask = segmentation.mask(viewer.view.frame);
       const reach = 5;
       const inside = (wanted) =>
         mask.findIndex((label, p) => {
@@ -55,9 +55,9 @@ describe('the cut-out view', () => {
   test('shows the objects alone, transparent around, in their own colours', async () => {
     ({ page, faults } = await openSample(site, { bypassCSP: true }));
     await page.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(12));
-    assert.equal(await page.locator('#ground-row').isVisible(), false);
+    assert.equal(await page.locator('#backdrop-row').isVisible(), false);
     await page.check('[name="view"][value="cutout"]', { force: true });
-    assert.equal(await page.locator('#ground-row').isVisible(), true);
+    assert.equal(await page.locator('#backdrop-row').isVisible(), true);
     const [one, two, ground] = await colors();
     assert.equal(ground.shown[3], 0);
     assert.ok(near(one.shown, one.own) && near(two.shown, two.own), JSON.stringify([one, two]));
@@ -66,26 +66,26 @@ describe('the cut-out view', () => {
   });
 
   test('on green, a colour, the frame blurred, grey or dark, or a picture', async () => {
-    await page.selectOption('#ground', 'green');
+    await page.selectOption('#backdrop', 'green');
     assert.deepEqual((await colors())[2].shown, [0, 0xb1, 0x40, 255]);
-    await page.selectOption('#ground', 'colour');
-    await page.fill('#ground-colour', '#204080');
+    await page.selectOption('#backdrop', 'colour');
+    await page.fill('#backdrop-colour', '#204080');
     assert.deepEqual((await colors())[2].shown, [0x20, 0x40, 0x80, 255]);
-    await page.selectOption('#ground', 'blurred');
+    await page.selectOption('#backdrop', 'blurred');
     const [, , ground] = await colors();
     assert.equal(ground.shown[3], 255);
     assert.notDeepEqual(ground.shown, ground.own);
     await screenshot(page, 'cutout-blurred');
-    await page.selectOption('#ground', 'desaturated');
+    await page.selectOption('#backdrop', 'desaturated');
     const [, , grey] = await colors();
     assert.ok(grey.shown[3] === 255 && Math.max(...grey.shown.slice(0, 3)) - Math.min(...grey.shown.slice(0, 3)) <= 2);
     assert.notDeepEqual(grey.shown, grey.own);
-    await page.selectOption('#ground', 'dimmed');
+    await page.selectOption('#backdrop', 'dimmed');
     const [, , dark] = await colors();
     assert.ok(dark.own.slice(0, 3).every((v, k) => Math.abs(dark.shown[k] - 0.35 * v) <= 2));
     await screenshot(page, 'cutout-spotlight');
     const choosing = page.waitForEvent('filechooser');
-    await page.selectOption('#ground', 'picture');
+    await page.selectOption('#backdrop', 'picture');
     await (
       await choosing
     ).setFiles([
@@ -94,7 +94,7 @@ describe('the cut-out view', () => {
         plainFrame(30, 30, () => [90, 160, 250]),
       ),
     ]);
-    await page.waitForFunction(() => document.querySelector('#ground').value === 'picture');
+    await page.waitForFunction(() => document.querySelector('#backdrop').value === 'picture');
     assert.deepEqual((await colors())[2].shown, [90, 160, 250, 255]);
   });
 
@@ -120,13 +120,13 @@ describe('the cut-out view', () => {
     assert.notDeepEqual(smooth, before);
     const wanted = await page.evaluate(async () => {
       const library = await import('/model/library.js');
-      const { points } = globalThis.tracecutStudio.app;
+      const { segmentation } = globalThis.tracecutStudio.app;
       const { corrections } = globalThis.tracecutStudio.app.job;
-      const { width, height, numFrames } = points.result;
-      const masks = { width, height, numFrames, labels: (t) => points.mask(t) };
+      const { width, height, numFrames } = segmentation.result;
+      const masks = { width, height, numFrames, labels: (t) => segmentation.mask(t) };
       const result = await library.smoothMasks(masks, { picture: (t) => corrections.pixels(t) });
-      const { edgesOf } = await import('/model/look.js');
-      const edges = edgesOf({ smallest: 0.02, grow: 0, feather: 0 }, masks);
+      const { maskEdges } = await import('/model/view-settings.js');
+      const edges = maskEdges({ smallest: 0.02, grow: 0, feather: 0 }, masks);
       const frame = globalThis.tracecutStudio.app.viewer.view.frame;
       return [...library.adjustMask({ labels: result.labels(frame), width, height }, edges).labels];
     });
@@ -217,7 +217,7 @@ describe('the cut-out view', () => {
   });
 
   test('without what is not kept; and the export says both', async () => {
-    await page.selectOption('#ground', 'green');
+    await page.selectOption('#backdrop', 'green');
     await page.uncheck('[data-object="1"] input');
     const [one, two] = await colors();
     assert.deepEqual(one.shown, [0, 0xb1, 0x40, 255]);
@@ -231,7 +231,7 @@ describe('the cut-out view', () => {
     assert.match(file.suggestedFilename(), /cutout\.webm$/);
     await page.click('#export-close');
     await page.check('[name="view"][value="overlay"]', { force: true });
-    assert.equal(await page.locator('#ground-row').isVisible(), false);
+    assert.equal(await page.locator('#backdrop-row').isVisible(), false);
     assert.deepEqual(faults, []);
   });
 });

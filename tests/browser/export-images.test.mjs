@@ -95,7 +95,7 @@ describe('cut-out pictures', () => {
       };
     });
     await page.click('[data-export="cutout-apng"]');
-    await status('^Cancelled; nothing was saved');
+    await status('^Cancelled');
     await page.evaluate(() => (globalThis.showSaveFilePicker = undefined));
   });
 

@@ -131,7 +131,7 @@ describe('exports at the size of the source', () => {
     await page.selectOption('#export-size', 'own');
     await page.fill('#export-side', '500');
     assert.match(await text(page, '#export-facts'), /^500 × 281, 6 frames/);
-    await screenshot(page, 'export-own');
+    await screenshot(page, 'export-custom');
     await page.uncheck('#export-sound');
     const mute = await page.evaluate(readClip, (await save(page, 'overlay-webm')).toString('base64'));
     assert.deepEqual([mute.size, mute.sound], [[500, 281], 0]);
@@ -346,8 +346,8 @@ async function playedPixels(t) {
 /** Runs in the page: the share of pixels whose alpha is not that of the mask on screen, brought to the frame's size. */
 async function compareAlpha(t) {
   const { data, width, height } = await globalThis.playedPixels(t);
-  const { app, source, take } = globalThis.tracecutStudio;
-  const picture = await source.preview(take.start + t, Math.max(width, height), app.job.times[t]);
+  const { app, source, trim } = globalThis.tracecutStudio;
+  const picture = await source.preview(trim.start + t, Math.max(width, height), app.job.times[t]);
   const { labels } = await globalThis.sized.library.enlargeMask(app.viewer.view.mask(), picture);
   let [wrong, objects] = [0, 0];
   for (let p = 0; p < labels.length; p += 1) {
@@ -361,8 +361,8 @@ async function compareAlpha(t) {
 /** Runs in the page: what is shown deep inside the first object, and that object's colour. */
 async function insideColor(t) {
   const { data, width } = await globalThis.playedPixels(t);
-  const { points } = globalThis.tracecutStudio.app;
-  const mask = points.mask(t);
+  const { segmentation } = globalThis.tracecutStudio.app;
+  const mask = segmentation.mask(t);
   const reach = 10;
   const at = mask.findIndex(
     (label, p) =>

@@ -26,7 +26,7 @@ const works = (page) =>
   );
 const isKept = (page, name) =>
   page.waitForFunction(
-    (wanted) => document.body.dataset.kept && document.querySelector('#clip-name').textContent.includes(wanted),
+    (wanted) => document.body.dataset.saved && document.querySelector('#clip-name').textContent.includes(wanted),
     name,
   );
 
@@ -49,7 +49,7 @@ describe('faults around the page', { timeout: 300_000 }, () => {
         return request;
       };
     });
-    await page.evaluate(() => delete document.body.dataset.kept);
+    await page.evaluate(() => delete document.body.dataset.saved);
     assert.equal(await run(page, clip('second')), 'done');
     assert.match(await text(page, '#headline'), /./);
     await page.keyboard.press('e');

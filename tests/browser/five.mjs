@@ -69,8 +69,8 @@ async function makeFive({ width, height, frames, parts = 0 }) {
     labels,
     ...(parts > 0 ? { trajectories } : {}),
   };
-  const take = { start: 0, frames, step: 1, side: Math.max(width, height) };
-  const about = { name: 'five.webm', take, changed: [], types: { 'five.webm': 'video/webm' } };
+  const trim = { start: 0, frames, step: 1, side: Math.max(width, height) };
+  const about = { name: 'five.webm', trim, changed: [], types: { 'five.webm': 'video/webm' } };
   const project = await saveProject(source, { about, files: { 'five.webm': bytes } });
   return [[...bytes], [...project]];
 }

@@ -102,12 +102,12 @@ describe('the coarse preview', () => {
     assert.equal(await page.getAttribute('body', 'data-phase'), 'running');
     const found = await page.evaluate(
       ({ top, side, width, lefts }) => {
-        const { viewer, timeline, job, points } = globalThis.tracecutStudio.app;
+        const { viewer, timeline, job, segmentation } = globalThis.tracecutStudio.app;
         return lefts.map((left, t) => {
           timeline.seek(t);
           viewer.draw();
           const { labels } = viewer.edgedMask();
-          const shown = job.preview.shownAt(t);
+          const shown = job.preview.maskedFrame(t);
           let [both, either] = [0, 0];
           labels.forEach((label, k) => {
             const [x, y] = [(k % width) - lefts[shown], Math.floor(k / width) - top];
@@ -115,7 +115,7 @@ describe('the coarse preview', () => {
             both += Number(inside && label > 0);
             either += Number(inside || label > 0);
           });
-          return { shown, overlap: both / either, labels: new Set(labels).size, settled: points !== null };
+          return { shown, overlap: both / either, labels: new Set(labels).size, settled: segmentation !== null };
         });
       },
       { ...SQUARE, width: WIDTH, lefts: Array.from({ length: 15 }, (_, t) => leftAt(t)) },
@@ -129,7 +129,10 @@ describe('the coarse preview', () => {
     await screenshot(page, 'preview');
     await page.evaluate(() => globalThis.goOn());
     await page.waitForFunction(() => !document.body.hasAttribute('data-preview'));
-    assert.ok(await page.evaluate(() => globalThis.tracecutStudio.app.points?.mask(0) !== null), 'masks are there');
+    assert.ok(
+      await page.evaluate(() => globalThis.tracecutStudio.app.segmentation?.mask(0) !== null),
+      'masks are there',
+    );
     assert.equal(await text(page, '#counter'), `1 / ${FRAMES}`);
     assert.equal(await badge(page), false);
     assert.equal(await ended(page), 'done');
@@ -155,7 +158,7 @@ describe('the coarse preview', () => {
     const { page, faults } = await begin(5);
     await page.waitForFunction(() => globalThis.tracecutStudio.app.job?.images.length === 5);
     await page.evaluate(() => globalThis.tracecutStudio.app.job.preview.frames.error(new Error('no frames')));
-    await page.waitForFunction(() => globalThis.tracecutStudio.app.job.preview.life.signal.aborted);
+    await page.waitForFunction(() => globalThis.tracecutStudio.app.job.preview.abort.signal.aborted);
     await page.evaluate(() => globalThis.goOn());
     assert.equal(await ended(page), 'done');
     assert.equal(await page.evaluate(() => globalThis.tracecutStudio.app.job.preview.masks), null);
@@ -203,11 +206,11 @@ describe('a clip of more than one window', () => {
     assert.match(await text(page, '#subline'), /^130 frames of 96 × 64 in [34] windows and 2 shots/);
     assert.match(await text(page, '#facts'), /windows of 50 frames/);
     const { cuts, biggest } = await page.evaluate(() => {
-      const { points, job } = globalThis.tracecutStudio.app;
+      const { segmentation, job } = globalThis.tracecutStudio.app;
       const middle = Array.from({ length: 130 }, (_, t) => {
         const phase = t % 40;
         const left = 10 + 2 * (phase < 20 ? phase : 40 - phase);
-        return points.mask(t)[32 * points.result.width + left + 14];
+        return segmentation.mask(t)[32 * segmentation.result.width + left + 14];
       });
       return { cuts: job.cuts, biggest: middle };
     });
@@ -273,7 +276,7 @@ describe('a clip of more than one window', () => {
     assert.equal(await ended(page), 'done');
     const whole = await masks();
     await page.click('#again');
-    await page.waitForFunction(() => globalThis.tracecutStudio.app.job?.settled > 40);
+    await page.waitForFunction(() => globalThis.tracecutStudio.app.job?.settledFrames > 40);
     await page.keyboard.press('Escape');
     await inPhase(page, 'done');
     assert.match(await text(page, '#notice'), /^Stopped early: \d+ of 130 frames/);
@@ -333,9 +336,9 @@ describe('video files', () => {
       () => document.body.hasAttribute('data-streaming') || document.body.dataset.state === 'error',
     );
     const { settled, read, shown, phase } = await page.evaluate(() => {
-      const { job, points } = globalThis.tracecutStudio.app;
-      const shown = points.mask(20).some((label) => label > 0);
-      return { settled: job.settled, read: job.images.length, shown, phase: document.body.dataset.phase };
+      const { job, segmentation } = globalThis.tracecutStudio.app;
+      const shown = segmentation.mask(20).some((label) => label > 0);
+      return { settled: job.settledFrames, read: job.images.length, shown, phase: document.body.dataset.phase };
     });
     assert.equal(phase, 'running');
     assert.ok(settled >= 40 && settled <= 50, `${settled} frames are settled`);
@@ -348,23 +351,23 @@ describe('video files', () => {
     const { page } = sample;
     await page.setInputFiles('#file', [LANE]);
     await inPhase(page, 'running');
-    assert.deepEqual(await page.evaluate(() => globalThis.tracecutStudio.take), {
+    assert.deepEqual(await page.evaluate(() => globalThis.tracecutStudio.trim), {
       start: 0,
       frames: 221,
       step: 1,
       side: 480,
     });
-    assert.equal(await page.locator('#take-all').isVisible(), false, 'the whole clip is taken already');
+    assert.equal(await page.locator('#clip-all').isVisible(), false, 'the whole clip is taken already');
     // Under way; it begins anew with what is chosen now.
-    await page.fill('#take-frames', '8');
-    await page.selectOption('#take-step', '2');
-    await page.selectOption('#take-side', '320');
-    await page.locator('#take-start').fill('100');
+    await page.fill('#clip-frames', '8');
+    await page.selectOption('#clip-step', '2');
+    await page.selectOption('#clip-side', '320');
+    await page.locator('#clip-start').fill('100');
     await screenshot(page, 'running');
     await inPhase(page, 'done');
     assert.match(await text(page, '#subline'), /8 frames of 320 × 180/);
-    const take = await page.evaluate(() => globalThis.tracecutStudio.take);
-    assert.deepEqual(take, { start: 100, frames: 8, step: 2, side: 320 });
+    const trim = await page.evaluate(() => globalThis.tracecutStudio.trim);
+    assert.deepEqual(trim, { start: 100, frames: 8, step: 2, side: 320 });
   });
 });
 
@@ -386,8 +389,8 @@ describe('clips dropped on the page, whole', onlyLong, () => {
       for (const type of ['dragenter', 'dragover', 'drop'])
         await page.dispatchEvent('body', type, { dataTransfer: dropped });
       await inPhase(page, 'running');
-      await page.selectOption('#take-side', '320');
-      await page.waitForFunction(() => globalThis.tracecutStudio.take?.side === 320);
+      await page.selectOption('#clip-side', '320');
+      await page.waitForFunction(() => globalThis.tracecutStudio.trim?.side === 320);
       assert.equal(await ended(page), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
       assert.match(
         await text(page, '#subline'),

@@ -73,11 +73,13 @@ function shifting(count, speed, { width = 96, height = 64 } = {}) {
   });
 }
 
-const take = (page) => page.evaluate(() => globalThis.tracecutStudio.take);
+const trim = (page) => page.evaluate(() => globalThis.tracecutStudio.trim);
 /** What is offered is fetched when it is first needed. */
 const tries = async (page) => {
-  await page.waitForSelector('[data-try]');
-  return page.evaluate(() => [...document.querySelectorAll('[data-try]')].map((button) => button.dataset.try));
+  await page.waitForSelector('[data-suggestion]');
+  return page.evaluate(() =>
+    [...document.querySelectorAll('[data-suggestion]')].map((button) => button.dataset.suggestion),
+  );
 };
 
 describe('a run', () => {
@@ -206,9 +208,9 @@ describe('files', () => {
     assert.equal(await run(page, files(shades).reverse()), 'done');
     assert.match(await text(page, '#clip-name'), /frame0\.png … frame11\.png/);
     const reds = await page.evaluate(async () => {
-      const { source, take } = globalThis.tracecutStudio;
+      const { source, trim } = globalThis.tracecutStudio;
       const found = [];
-      for await (const { frame } of source.frames(take, new AbortController().signal)) found.push(frame.data[0]);
+      for await (const { frame } of source.frames(trim, new AbortController().signal)) found.push(frame.data[0]);
       return found;
     });
     assert.deepEqual(
@@ -285,9 +287,9 @@ describe('a still image', () => {
     assert.match(await text(page, '#headline'), /still image/i);
     assert.match(await text(page, '#subline'), /^\d+ superpixels? · 120 × 80 · computed in \d/);
     assert.match(await text(page, '#notice'), /motion/);
-    for (const absent of ['#timeline', '.block-objects', '#take-frames'])
+    for (const absent of ['#timeline', '.block-objects', '#clip-frames'])
       assert.equal(await page.locator(absent).isVisible(), false, absent);
-    assert.equal(await page.locator('#take-side').isVisible(), true);
+    assert.equal(await page.locator('#clip-side').isVisible(), true);
     const ids = await layerNames(page);
     assert.deepEqual(ids, ['superpixels', 'contours', 'boundaries', 'still', 'image']);
     const pictures = new Set();
@@ -375,19 +377,19 @@ describe('a clip in which nothing is found', () => {
 
   test('is told apart from one that has objects; slow motion is tried by leaving frames out', async () => {
     const { page, faults } = await openSample(site, { bypassCSP: true });
-    assert.equal(await page.locator('#nothing').isVisible(), false, 'the sample has objects');
+    assert.equal(await page.locator('#suggestions').isVisible(), false, 'the sample has objects');
     assert.equal(await run(page, shifting(30, 2)), 'done');
-    await page.waitForSelector('[data-try]');
-    const where = await text(page, '#nothing-where');
+    await page.waitForSelector('[data-suggestion]');
+    const where = await text(page, '#suggestions-report');
     assert.match(where, /^Tracked \d.* points over [89]\d% of the picture in 30 frames/);
     assert.match(where, /the camera moves about 2\.0 px\/frame/);
     assert.match(where, /nothing stands out/);
     assert.deepEqual(await tries(page), ['step', 'add']);
     assert.deepEqual(await accessibilityFaults(page), []);
     await screenshot(page, 'nothing');
-    await page.click('[data-try="step"]');
+    await page.click('[data-suggestion="step"]');
     assert.equal(await ended(page), 'done');
-    assert.deepEqual(await take(page), { start: 0, frames: 15, step: 2, side: 480 });
+    assert.deepEqual(await trim(page), { start: 0, frames: 15, step: 2, side: 480 });
     assert.deepEqual(faults, []);
   });
 
@@ -395,13 +397,13 @@ describe('a clip in which nothing is found', () => {
     const { page } = await openSample(site, { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true });
     assert.equal(await run(page, shifting(8, 0)), 'done');
     await screenshot(page, 'nothing-phone');
-    await page.click('[data-try="add"]');
-    await page.waitForSelector('#nothing', { state: 'hidden' });
+    await page.click('[data-suggestion="add"]');
+    await page.waitForSelector('#suggestions', { state: 'hidden' });
     assert.equal(await page.isChecked('#correct-tools [value="add"]'), true);
     await page.locator('#canvas').click();
     await page.waitForFunction(() => document.querySelectorAll('.object').length === 2);
     await page.click('#correct-done');
-    assert.equal(await page.locator('#nothing').isVisible(), false, 'there is an object now');
+    assert.equal(await page.locator('#suggestions').isVisible(), false, 'there is an object now');
   });
 });
 

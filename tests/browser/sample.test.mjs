@@ -28,10 +28,10 @@ describe('the sample', () => {
   test('moves of objects are told against the scene, not the picture', async () => {
     const { page } = sample;
     const found = await page.evaluate(() => {
-      const { points } = globalThis.tracecutStudio.app;
+      const { segmentation } = globalThis.tracecutStudio.app;
       return [1, 2, 3].map((object) => ({
-        ...points.presence.facts(object, points.scene).moved,
-        mask: [...points.mask(0)].flatMap((label, p) => (label === object ? [p] : [])),
+        ...segmentation.presence.facts(object, segmentation.scene).motion,
+        mask: [...segmentation.mask(0)].flatMap((label, p) => (label === object ? [p] : [])),
       }));
     });
     const clip = await synthClip(SAMPLE);
@@ -139,7 +139,7 @@ function paintedPixels(frame) {
   fill.value = before;
   const mask = source.clip.mask(frame);
   const masks = 1 + mask.reduce((most, value) => Math.max(most, value), 0);
-  const colors = Array.from({ length: app.points.count }, (_, k) => Number.parseInt(objectColor(k).slice(1), 16));
+  const colors = Array.from({ length: app.segmentation.count }, (_, k) => Number.parseInt(objectColor(k).slice(1), 16));
   const counts = colors.map(() => new Array(masks).fill(0));
   const scale = result.width / canvas.width;
   for (let y = 0; y < canvas.height; y += 1) {
@@ -155,9 +155,9 @@ function paintedPixels(frame) {
 
 /** Runs in the page: the pixel of an object that is nearest to its centre of gravity, in CSS pixels of the canvas. */
 function middleOfObject(object) {
-  const { points, viewer, timeline } = globalThis.tracecutStudio.app;
+  const { segmentation, viewer, timeline } = globalThis.tracecutStudio.app;
   const own = [];
-  points
+  segmentation
     .mask(timeline.frame)
     .forEach((label, p) => label === object && own.push([p % viewer.view.width, Math.floor(p / viewer.view.width)]));
   const mean = [0, 1].map((axis) => own.reduce((sum, place) => sum + place[axis], 0) / own.length);

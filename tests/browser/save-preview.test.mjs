@@ -114,11 +114,15 @@ describe('the preview of what is saved', () => {
     await openDialog(page, 7);
     await shown(page, 'transparent');
     assert.ok(distance(first, await page.evaluate(previewPixels)) > 2, 'another frame');
-    await page.click('#export-true');
+    await page.click('#export-actual-size');
     const wide = () => page.evaluate(() => document.querySelector('#export-preview > *').getBoundingClientRect().width);
     assert.equal(await wide(), WIDE.width / (await page.evaluate(() => devicePixelRatio)));
     await page.click('#export-preview');
-    assert.equal(await page.getAttribute('#export-true', 'aria-pressed'), 'false', 'a click shows the whole again');
+    assert.equal(
+      await page.getAttribute('#export-actual-size', 'aria-pressed'),
+      'false',
+      'a click shows the whole again',
+    );
     await page.click('#export-more > summary');
     await page.selectOption('#export-size', 'half');
     await page.waitForFunction(() => /240 × 135/.test(document.querySelector('#export-preview-text').textContent));

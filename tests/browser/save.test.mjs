@@ -196,7 +196,7 @@ describe('exports', () => {
     assert.deepEqual(recipe.parameters, {});
     assert.match(recipe.masks.sha256, /^[0-9a-f]{64}$/);
     await page.click('#export-close');
-    await page.locator('#settings-few [data-parameter="trajectory.gridStep"] input').fill('12');
+    await page.locator('#settings-list [data-parameter="trajectory.gridStep"] input').fill('12');
     await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
     await openSave(page);
     await page.click('#copy-link');

@@ -40,13 +40,13 @@ describe('work', () => {
 
   const masks = (page) =>
     page.evaluate(() => {
-      const { points } = globalThis.tracecutStudio.app;
-      return Array.from({ length: points.result.numFrames }, (_, t) => points.mask(t).join('')).join('|');
+      const { segmentation } = globalThis.tracecutStudio.app;
+      return Array.from({ length: segmentation.result.numFrames }, (_, t) => segmentation.mask(t).join('')).join('|');
     });
   /** Until all is kept, and something was since `then`. */
   const keptAfter = (page, then) =>
     page.waitForFunction(
-      (before) => Number(document.body.dataset.kept ?? 0) > before && !('unkept' in document.body.dataset),
+      (before) => Number(document.body.dataset.saved ?? 0) > before && !('unkept' in document.body.dataset),
       then,
     );
 
@@ -60,7 +60,7 @@ describe('work', () => {
 
   /** Adds the ground at a place of the clip to a new object. */
   async function addThing(page) {
-    const then = Number(await page.evaluate(() => document.body.dataset.kept));
+    const then = Number(await page.evaluate(() => document.body.dataset.saved));
     await openFix(page);
     await page.check('#correct-tools [value="paint"]', { force: true });
     await page.selectOption('#correct-object', '-1');
@@ -76,18 +76,18 @@ describe('work', () => {
 
   /** Chooses edges, a ground, and that the first object is not kept. */
   async function chooseLook(page) {
-    const then = Number(await page.evaluate(() => document.body.dataset.kept));
+    const then = Number(await page.evaluate(() => document.body.dataset.saved));
     for (const [name, value] of Object.entries({ grow: 3, feather: 2, smallest: 0.5, smooth: 1 }))
       await page.fill(`#edge-${name}`, String(value));
     await page.check('[name="view"][value="cutout"]', { force: true });
-    await page.selectOption('#ground', 'green');
+    await page.selectOption('#backdrop', 'green');
     await page.uncheck('[data-object="1"] input');
     await keptAfter(page, then);
   }
 
   /** What is chosen, as the page shows it. */
   async function chosen(page) {
-    const values = await page.$$eval('#edge-grow, #edge-feather, #edge-smallest, #edge-smooth, #ground', (all) =>
+    const values = await page.$$eval('#edge-grow, #edge-feather, #edge-smallest, #edge-smooth, #backdrop', (all) =>
       all.map(({ id, value }) => `${id} ${value}`),
     );
     const kept = await page.$$eval('[data-object] input', (all) => all.map(({ checked }) => checked));
@@ -108,13 +108,13 @@ describe('work', () => {
 
     const again = await context.newPage();
     await again.goto(address);
-    await again.waitForSelector('#saved:not([hidden])', { timeout: 180_000 });
-    assert.match(await text(again, '#saved-text'), /^Recent project: ./);
+    await again.waitForSelector('#recent:not([hidden])', { timeout: 180_000 });
+    assert.match(await text(again, '#recent-text'), /^Recent project: ./);
     await ended(again);
     await screenshot(again, 'saved');
     assert.deepEqual(await accessibilityFaults(again), []);
-    await again.click('#saved-open');
-    await again.waitForFunction(() => globalThis.tracecutStudio.app.points?.result.numFrames === 12);
+    await again.click('#recent-open');
+    await again.waitForFunction(() => globalThis.tracecutStudio.app.segmentation?.result.numFrames === 12);
     assert.equal(await ended(again), 'done');
     assert.equal(await masks(again), before);
     assert.deepEqual(await chosen(again), look);
@@ -129,13 +129,13 @@ describe('work', () => {
 
     const third = await context.newPage();
     await third.goto(address);
-    await third.click('#saved-forget', { timeout: 180_000 });
+    await third.click('#recent-discard', { timeout: 180_000 });
     // A reload would come before the storage has forgotten it.
-    await third.waitForFunction(() => document.querySelector('#works-open').hidden);
+    await third.waitForFunction(() => document.querySelector('#projects-open').hidden);
     await ended(third);
     await third.reload();
     assert.equal(await ended(third), 'done');
-    assert.equal(await third.locator('#saved').isVisible(), false);
+    assert.equal(await third.locator('#recent').isVisible(), false);
     assert.deepEqual(faults, []);
     await context.close();
   });
@@ -165,7 +165,7 @@ describe('work', () => {
     const { page: other } = await site.open({ bypassCSP: true });
     assert.equal(await ended(other), 'done');
     await other.setInputFiles('#file', file);
-    await other.waitForFunction(() => globalThis.tracecutStudio.app.points?.result.numFrames === 12);
+    await other.waitForFunction(() => globalThis.tracecutStudio.app.segmentation?.result.numFrames === 12);
     assert.equal(await ended(other), 'done');
     assert.equal(await masks(other), before);
     const again = await chosen(other);
@@ -185,8 +185,11 @@ describe('work', () => {
 
   const works = (page) =>
     page.evaluate(async () => {
-      const [{ kept }, storage] = await Promise.all([import('/model/slots.js'), import('/view/storage.js')]);
-      return (await kept(storage)).map(({ name, corrected, picture, earlier }) => ({
+      const [{ listProjects }, storage] = await Promise.all([
+        import('/model/saved-projects.js'),
+        import('/view/storage.js'),
+      ]);
+      return (await listProjects(storage)).map(({ name, corrected, picture, earlier }) => ({
         name,
         corrected,
         picture: picture?.size ?? 0,
@@ -198,7 +201,7 @@ describe('work', () => {
   test('takes one place a clip, with a small picture; a new run of it leaves what was corrected beside it', async () => {
     const { page, faults } = await site.open({ bypassCSP: true });
     const then = async (act) => {
-      const before = Number(await page.evaluate(() => document.body.dataset.kept ?? 0));
+      const before = Number(await page.evaluate(() => document.body.dataset.saved ?? 0));
       await act();
       await keptAfter(page, before);
     };
@@ -213,7 +216,7 @@ describe('work', () => {
     // Run again: the same clip, and its corrections.
     await then(async () => {
       await page.click('#again');
-      await page.click('#ask-yes');
+      await page.click('#confirm-yes');
     });
     assert.deepEqual(await facts(page), ['true 0']);
     await page.waitForTimeout(5);
@@ -221,8 +224,8 @@ describe('work', () => {
     assert.deepEqual(await facts(page), ['false 0', 'true 0']);
     // The first clip once more, as new files: its work is there, and stays.
     await open(clip(12, 96, 64));
-    await page.waitForSelector('#saved', { state: 'visible' });
-    assert.match(await text(page, '#saved-text'), /^You have a corrected project of frame000/);
+    await page.waitForSelector('#recent', { state: 'visible' });
+    assert.match(await text(page, '#recent-text'), /^You have a corrected project of frame000/);
     assert.deepEqual(await facts(page), ['false 1', 'false 0']);
     assert.notEqual(await masks(page), corrected);
     await addThing(page);
@@ -230,17 +233,19 @@ describe('work', () => {
     await page.click('#correct-done');
     assert.ok((await works(page)).every(({ picture }) => picture > 500));
 
-    await page.click('#works-open');
-    await page.waitForSelector('#works[open]');
-    assert.equal(await page.locator('.works > .work').count(), 2);
+    await page.click('#projects-open');
+    await page.waitForSelector('#projects[open]');
+    assert.equal(await page.locator('.projects > .project').count(), 2);
     // Each has its picture, with colours of objects in it.
-    await page.waitForFunction(() => [...document.querySelectorAll('.works img')].every((image) => image.naturalWidth));
-    assert.equal(await page.locator('.works img').count(), 3);
+    await page.waitForFunction(() =>
+      [...document.querySelectorAll('.projects img')].every((image) => image.naturalWidth),
+    );
+    assert.equal(await page.locator('.projects img').count(), 3);
     assert.deepEqual(await accessibilityFaults(page), []);
     await screenshot(page, 'works');
     await page.setViewportSize({ width: 390, height: 844 });
     await screenshot(page, 'works-phone');
-    assert.equal(await page.$eval('#works', (dialog) => dialog.scrollWidth <= dialog.clientWidth), true);
+    assert.equal(await page.$eval('#projects', (dialog) => dialog.scrollWidth <= dialog.clientWidth), true);
     await page.setViewportSize({ width: 1280, height: 800 });
     // The earlier one, by keyboard.
     await page.focus('.versions [data-open]');
@@ -251,14 +256,14 @@ describe('work', () => {
     assert.ok((await masks(page)) === corrected, 'the corrected masks are back');
     await page.waitForFunction(() => !('unkept' in document.body.dataset));
     assert.deepEqual(await facts(page), ['true 1', 'false 0'], 'opened again, each has its place');
-    await page.click('#works-open');
-    await page.waitForSelector('#works[open]');
-    const remove = page.locator('.works > .work:nth-child(2) > button').last();
+    await page.click('#projects-open');
+    await page.waitForSelector('#projects[open]');
+    const remove = page.locator('.projects > .project:nth-child(2) > button').last();
     await remove.focus();
     await page.keyboard.press('Enter');
     assert.equal(await remove.innerText(), 'Delete forever?');
     await page.keyboard.press('Enter');
-    await page.waitForFunction(() => document.querySelectorAll('.works > .work').length === 1);
+    await page.waitForFunction(() => document.querySelectorAll('.projects > .project').length === 1);
     await page.keyboard.press('Escape');
     assert.deepEqual(faults, []);
     await page.context().close();
@@ -279,14 +284,14 @@ describe('work', () => {
     await page.waitForFunction(() => !('unkept' in document.body.dataset));
     assert.deepEqual(await facts(page), ['true 0']);
     // Nothing was painted: the correction is in the masks.
-    await page.click('#works-open');
-    await page.waitForSelector('#works[open]');
-    assert.match(await text(page, '.work-name'), /12 frames, corrected/);
+    await page.click('#projects-open');
+    await page.waitForSelector('#projects[open]');
+    assert.match(await text(page, '.project-name'), /12 frames, corrected/);
     await page.click('[data-open]');
-    await page.waitForFunction(() => globalThis.tracecutStudio.app.points?.result.numFrames === 12);
+    await page.waitForFunction(() => globalThis.tracecutStudio.app.segmentation?.result.numFrames === 12);
     assert.equal(await ended(page), 'done');
     await page.click('#again');
-    assert.equal(await page.locator('#ask[open]').isVisible(), true, 'it is still corrected work');
+    assert.equal(await page.locator('#confirm[open]').isVisible(), true, 'it is still corrected work');
     assert.deepEqual(faults, []);
     await page.context().close();
   });
@@ -295,18 +300,21 @@ describe('work', () => {
   const fill = (page, count, corrected) =>
     page.evaluate(
       async ([many, isCorrected]) => {
-        const [{ keep, kept }, storage] = await Promise.all([import('/model/slots.js'), import('/view/storage.js')]);
-        const take = { start: 0, frames: 2, step: 1, side: 480 };
+        const [{ listProjects, saveProject }, storage] = await Promise.all([
+          import('/model/saved-projects.js'),
+          import('/view/storage.js'),
+        ]);
+        const trim = { start: 0, frames: 2, step: 1, side: 480 };
         const kinds = [];
         for (let at = 1; at <= many; at += 1)
           kinds.push(
-            await keep(storage, {
+            await saveProject(storage, {
               ...{ id: `w${at}`, name: `n${at}`, at, files: [], project: new Uint8Array(3), edits: null },
               ...{ corrected: isCorrected && at <= 8, picture: null, earlier: [] },
-              about: { name: `n${at}`, take, changed: [], run: `r${at}` },
+              about: { name: `n${at}`, trim, changed: [], run: `r${at}` },
             }),
           );
-        return { ids: (await kept(storage)).map(({ id }) => id), kinds };
+        return { ids: (await listProjects(storage)).map(({ id }) => id), kinds };
       },
       [count, corrected],
     );
@@ -320,22 +328,22 @@ describe('work', () => {
     await page.setInputFiles('#file', clip(12, 96, 64));
     await inPhase(page, 'running');
     assert.equal(await ended(page), 'done');
-    await page.waitForSelector('#saved', { state: 'visible' });
-    assert.match(await text(page, '#saved-text'), /^Storage is full/);
+    await page.waitForSelector('#recent', { state: 'visible' });
+    assert.match(await text(page, '#recent-text'), /^Storage is full/);
     assert.equal(await page.evaluate(() => 'unkept' in document.body.dataset), true, 'leaving is asked about');
     assert.deepEqual(await accessibilityFaults(page), []);
     await screenshot(page, 'works-full');
-    await page.focus('#saved-open');
+    await page.focus('#recent-open');
     await page.keyboard.press('Enter');
-    await page.waitForSelector('#works[open]');
-    const remove = page.locator('.works > .work:nth-child(8) > button').last();
+    await page.waitForSelector('#projects[open]');
+    const remove = page.locator('.projects > .project:nth-child(8) > button').last();
     await remove.focus();
     await page.keyboard.press('Enter');
     await page.keyboard.press('Enter');
     await page.waitForFunction(() => !('unkept' in document.body.dataset));
     assert.equal((await works(page)).length, 8);
     assert.match((await works(page))[0].name, /frame000/);
-    assert.equal(await page.locator('#saved').isVisible(), false);
+    assert.equal(await page.locator('#recent').isVisible(), false);
     assert.deepEqual(faults, []);
     await page.context().close();
   });
@@ -347,8 +355,8 @@ describe('a run that was cut off', () => {
   /** The runs that are remembered. */
   const runs = (page) =>
     page.evaluate(async () => {
-      const { stored } = await import('/view/storage.js');
-      return (await stored()).filter(({ id }) => id.startsWith('run-')).map(({ about }) => about.take.step);
+      const { list } = await import('/view/storage.js');
+      return (await list()).filter(({ id }) => id.startsWith('run-')).map(({ about }) => about.trim.step);
     });
   /** Until those are remembered, by the steps that they take. */
   async function remembered(page, steps) {
@@ -379,26 +387,26 @@ describe('a run that was cut off', () => {
   test('is offered with its settings; when it has ended it is forgotten', async () => {
     const { page, faults } = await site.open({ bypassCSP: true });
     await begun(page);
-    await page.selectOption('#take-step', '3');
+    await page.selectOption('#clip-step', '3');
     // The run begins anew with that, and is remembered so.
     await remembered(page, [3]);
     const again = await anew(page);
-    await again.waitForSelector('#saved', { state: 'visible' });
-    assert.equal(await text(again, '#saved-open'), 'Run again: frame000.png … frame169.png');
-    assert.equal(await text(again, '#saved-text'), 'The run of frame000.png … frame169.png was interrupted.');
+    await again.waitForSelector('#recent', { state: 'visible' });
+    assert.equal(await text(again, '#recent-open'), 'Run again: frame000.png … frame169.png');
+    assert.equal(await text(again, '#recent-text'), 'The run of frame000.png … frame169.png was interrupted.');
     await ended(again);
     await screenshot(again, 'cut-off');
     assert.deepEqual(await accessibilityFaults(again), []);
-    await again.click('#saved-open');
-    await again.waitForFunction(() => globalThis.tracecutStudio.take?.step === 3);
-    await again.waitForFunction(() => globalThis.tracecutStudio.app.points?.result.numFrames === 57);
+    await again.click('#recent-open');
+    await again.waitForFunction(() => globalThis.tracecutStudio.trim?.step === 3);
+    await again.waitForFunction(() => globalThis.tracecutStudio.app.segmentation?.result.numFrames === 57);
     assert.equal(await ended(again), 'done');
     await remembered(again, []);
-    await again.waitForFunction(() => document.body.dataset.kept && !('unkept' in document.body.dataset));
+    await again.waitForFunction(() => document.body.dataset.saved && !('unkept' in document.body.dataset));
 
     const third = await anew(again);
-    await third.waitForSelector('#saved', { state: 'visible' });
-    assert.match(await text(third, '#saved-text'), /^Recent project: ./);
+    await third.waitForSelector('#recent', { state: 'visible' });
+    assert.match(await text(third, '#recent-text'), /^Recent project: ./);
     assert.deepEqual(faults, []);
     await third.context().close();
   });
@@ -411,7 +419,7 @@ describe('a run that was cut off', () => {
     await ended(other);
     await other.waitForTimeout(2500);
     assert.equal(await page.evaluate(() => document.body.dataset.phase), 'running');
-    assert.equal(await other.locator('#saved').isVisible(), false);
+    assert.equal(await other.locator('#recent').isVisible(), false);
     await page.context().close();
   });
 });

@@ -41,7 +41,7 @@ async function videoFile(page, count) {
 }
 
 const drawn = (page) => page.waitForFunction(() => document.querySelector('#trim-strip').dataset.ready);
-const take = (page) => page.evaluate(() => globalThis.tracecutStudio.take);
+const trim = (page) => page.evaluate(() => globalThis.tracecutStudio.trim);
 
 describe('the strip of a video file', () => {
   const library = useLibrary();
@@ -102,7 +102,7 @@ describe('the filmstrip of the page', () => {
     await screenshot(page, 'trim');
     await page.click('#trim-run');
     assert.equal(await ended(page), 'done');
-    assert.deepEqual(await take(page), { start: 5, frames: last - 4, step: 1, side: 480 });
+    assert.deepEqual(await trim(page), { start: 5, frames: last - 4, step: 1, side: 480 });
     const times = await page.evaluate(() => globalThis.tracecutStudio.app.job.times);
     assert.deepEqual(
       times.map((time) => Math.round(10 * time)),
@@ -130,7 +130,7 @@ describe('the filmstrip of the page', () => {
       });
       await page.setInputFiles('#file', [await videoFile(page, count)]);
       await page.waitForFunction(
-        () => globalThis.tracecutStudio.take?.frames === 2 && document.body.dataset.phase === 'done',
+        () => globalThis.tracecutStudio.trim?.frames === 2 && document.body.dataset.phase === 'done',
       );
       assert.equal(await page.inputValue('#trim-to'), '1');
       await page.context().close();

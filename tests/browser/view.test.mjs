@@ -39,7 +39,7 @@ describe('the canvas', () => {
     const before = await placeAt(offsetX, offsetY);
     await page.mouse.move(box.x + offsetX, box.y + offsetY);
     for (let k = 0; k < 5; k += 1) await page.mouse.wheel(0, -100);
-    await page.waitForFunction(() => globalThis.tracecutStudio.app.viewer.zoom.by > 3);
+    await page.waitForFunction(() => globalThis.tracecutStudio.app.viewer.zoom.scale > 3);
     const after = await placeAt(offsetX, offsetY);
     assert.ok(Math.hypot(after[0] - before[0], after[1] - before[1]) < 1.5, `${before} ${after}`);
     assert.equal(await text(page, '#zoom-fit'), '305%');
@@ -58,15 +58,15 @@ describe('the canvas', () => {
     const { page } = sample;
     await page.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(12));
     const spot = await page.evaluate(() => {
-      const { viewer, points } = globalThis.tracecutStudio.app;
-      const { width, height } = points.result;
-      const mask = points.mask(12);
+      const { viewer, segmentation } = globalThis.tracecutStudio.app;
+      const { width, height } = segmentation.result;
+      const mask = segmentation.mask(12);
       const inside = mask.findIndex((label, p) =>
         label === 2 ? [-4, 4].every((d) => mask[p + d] === 2 && mask[p + d * width] === 2) : false,
       );
       const [x, y] = [inside % width, Math.floor(inside / width)];
-      viewer.enlarge(1, 0.5, 0.5);
-      viewer.enlarge(4, x / width, y / height);
+      viewer.zoomTo(1, 0.5, 0.5);
+      viewer.zoomTo(4, x / width, y / height);
       viewer.draw();
       const { canvas, view, zoom } = viewer;
       const box = canvas.getBoundingClientRect();
@@ -224,7 +224,7 @@ describe('views and words', () => {
     await page.mouse.click(box.x + (box.width * 12.5) / SMALL.frames, box.y + box.height / 2);
     assert.equal(await text(page, '#counter'), `13 / ${SMALL.frames}`);
     await page.click('[data-lane="1"] .lane-name');
-    const peak = await page.evaluate(() => globalThis.tracecutStudio.app.points.presence.facts(1).peak);
+    const peak = await page.evaluate(() => globalThis.tracecutStudio.app.segmentation.presence.facts(1).peak);
     assert.equal(await text(page, '#counter'), `${peak + 1} / ${SMALL.frames}`);
   });
 
@@ -322,20 +322,20 @@ describe('the page', () => {
 describe('settings', () => {
   test('are marked, applied by “Run again”, and reset', async () => {
     const { page, faults } = sample;
-    const row = '#settings-few [data-parameter="trajectory.gridStep"]';
+    const row = '#settings-list [data-parameter="trajectory.gridStep"]';
     const count = () => page.evaluate(() => globalThis.tracecutStudio.result.trajectories.count);
     const before = await count();
-    assert.equal(await page.locator('#pending').isVisible(), false);
+    assert.equal(await page.locator('#outdated').isVisible(), false);
     await page.locator(`${row} input`).fill('12');
-    assert.equal(await page.locator('#pending').isVisible(), true);
+    assert.equal(await page.locator('#outdated').isVisible(), true);
     assert.match(await page.getAttribute(row, 'class'), /is-changed/);
-    await page.click('#pending-run');
+    await page.click('#outdated-run');
     assert.equal(await ended(page), 'done');
-    assert.equal(await page.locator('#pending').isVisible(), false);
+    assert.equal(await page.locator('#outdated').isVisible(), false);
     const fewer = await count();
     assert.ok(fewer < 0.7 * before, `${fewer} trajectories at 12 px, ${before} at 8`);
     await page.click(`${row} .reset`);
-    assert.equal(await page.locator('#pending').isVisible(), true, 'the result was made with another value');
+    assert.equal(await page.locator('#outdated').isVisible(), true, 'the result was made with another value');
     await page.click('#again');
     assert.equal(await ended(page), 'done');
     assert.equal(await count(), before);
@@ -352,11 +352,11 @@ describe('settings', () => {
     });
     assert.equal(await run(page, [pngFile('cells.png', cells)]), 'done');
     assert.equal(await page.locator('[data-parameter="trajectory.gridStep"]:visible').count(), 0);
-    const before = await page.evaluate(() => globalThis.tracecutStudio.app.job.found.superpixels.count);
-    await page.locator('#settings-few [data-parameter="superpixel.mergeThreshold"] input').fill('5');
+    const before = await page.evaluate(() => globalThis.tracecutStudio.app.job.outputs.superpixels.count);
+    await page.locator('#settings-list [data-parameter="superpixel.mergeThreshold"] input').fill('5');
     await page.click('#again');
     assert.equal(await ended(page), 'done');
-    const after = await page.evaluate(() => globalThis.tracecutStudio.app.job.found.superpixels.count);
+    const after = await page.evaluate(() => globalThis.tracecutStudio.app.job.outputs.superpixels.count);
     assert.notEqual(after, before);
     await page.click('#settings-reset');
     await page.click('#sample');

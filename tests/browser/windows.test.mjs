@@ -65,7 +65,7 @@ function dialogBoxes() {
 
 /** Chooses the green ground by the device's own means, and looks where everything is. */
 async function assertDialog(page, { height, hasTouch }) {
-  if (hasTouch) await page.locator('#export-looks label').nth(1).tap();
+  if (hasTouch) await page.locator('#export-previews label').nth(1).tap();
   else await page.focus('[data-export="green"]');
   await page.waitForFunction(() => {
     const { dataset, firstElementChild: one } = document.querySelector('#export-preview');

@@ -5,7 +5,7 @@ import { test } from 'node:test';
 import { segmentVideo } from 'tracecut';
 import { editMasks, encodeRuns, openProject, saveProject } from 'tracecut/edit';
 import { clipsZip, cocoRle } from 'tracecut/export';
-import { lookOf, lookPatch } from '../../build/model/look.js';
+import { viewSettingsOf, viewSettingsPatch } from '../../build/model/view-settings.js';
 import { framesOf, ready, rejects } from './support.mjs';
 
 test('a result and a video are opened again as they were, with edits, words and files', async (t) => {
@@ -18,13 +18,13 @@ test('a result and a video are opened again as they were, with edits, words and 
     const edit = await editor.paint({ label: 7, stroke: { t: 2, points: [20, 20, 40, 30], radius: 5 } });
     editor.extend(edit, 3, encodeRuns(new Uint8Array(masks.width * masks.height).fill(1, 9, 59)), 0.8);
     const film = Uint8Array.from({ length: 3000 }, (_, k) => (k * 7) % 256);
-    const saved = await saveProject(masks, { editor, about: { take: { start: 3 } }, files: { 'clip.mp4': film } });
+    const saved = await saveProject(masks, { editor, about: { trim: { start: 3 } }, files: { 'clip.mp4': film } });
     assert.deepEqual(
-      await saveProject(masks, { editor, about: { take: { start: 3 } }, files: { 'clip.mp4': film } }),
+      await saveProject(masks, { editor, about: { trim: { start: 3 } }, files: { 'clip.mp4': film } }),
       saved,
     );
     const opened = await openProject(new Blob([saved]));
-    assert.deepEqual(opened.about, { take: { start: 3 } });
+    assert.deepEqual(opened.about, { trim: { start: 3 } });
     assert.deepEqual(opened.files['clip.mp4'], film);
     for (let k = 0; k < masks.numFrames; k += 1) assert.deepEqual(opened.masks.labels(k), masks.labels(k));
     assert.deepEqual(opened.masks.trajectories.x, masks.trajectories.x);
@@ -111,24 +111,24 @@ test('names of clips become folders of their archive, and no other', async () =>
 test('what the page keeps of a look is taken as far as it is legal', () => {
   const picture = { name: 'picture', colour: '#010203', picture: {} };
   const edges = { smallest: 0.5, grow: -3, feather: 2, smooth: 1 };
-  const state = { edges, hidden: new Set([2, 5]), ground: picture };
-  const look = JSON.parse(JSON.stringify(lookOf(state)));
-  const blank = { ground: { name: 'dimmed', colour: '#ffffff', picture: null } };
-  assert.deepEqual(lookPatch(look, blank), {
+  const state = { edges, hidden: new Set([2, 5]), backdrop: picture };
+  const look = JSON.parse(JSON.stringify(viewSettingsOf(state)));
+  const blank = { backdrop: { name: 'dimmed', colour: '#ffffff', picture: null } };
+  assert.deepEqual(viewSettingsPatch(look, blank), {
     edges,
     hidden: new Set([2, 5]),
-    ground: { name: 'transparent', colour: '#010203', picture: null },
+    backdrop: { name: 'transparent', colour: '#010203', picture: null },
   });
-  assert.deepEqual(lookPatch(undefined, blank), {});
+  assert.deepEqual(viewSettingsPatch(undefined, blank), {});
   const wrong = {
     edges: { smallest: 2, grow: '3', feather: NaN, smooth: 1e9 },
     hidden: [1, -1, 'x', 256],
-    ground: { name: 'green', colour: 'url(x)' },
+    backdrop: { name: 'green', colour: 'url(x)' },
   };
-  assert.deepEqual(lookPatch(wrong, blank), {
+  assert.deepEqual(viewSettingsPatch(wrong, blank), {
     edges: { smallest: 0.02, grow: 0, feather: 0, smooth: 0 },
     hidden: new Set([1]),
-    ground: { ...blank.ground, name: 'green' },
+    backdrop: { ...blank.backdrop, name: 'green' },
   });
-  assert.deepEqual(lookPatch({ hidden: 7, ground: { name: 'picture' } }, blank).ground, blank.ground);
+  assert.deepEqual(viewSettingsPatch({ hidden: 7, backdrop: { name: 'picture' } }, blank).backdrop, blank.backdrop);
 });

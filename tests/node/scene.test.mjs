@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { segmentVideo, synthClip } from 'tracecut';
 import { sceneMotion } from 'tracecut/stages';
-import { alikeObjects } from '../../build/model/alike.js';
+import { findSimilarObjects } from '../../build/model/similar-objects.js';
 import { framesOf, open, ready, rejects } from './support.mjs';
 
 /** Trajectories from lists of places, each with its first frame and label. */
@@ -160,26 +160,26 @@ const one = { box: [4, 4, 10, 10], step: [2, 0.5] };
 test('parts that touch and move alike are one group, the largest first; a chain is one group', () => {
   const middle = { box: [14, 4, 12, 12], step: [2.1, 0.5] };
   const last = { box: [27, 4, 8, 8], step: [2, 0.6] };
-  assert.deepEqual(alikeObjects(seen([one, middle, last])), [[2, 1, 3]]);
+  assert.deepEqual(findSimilarObjects(seen([one, middle, last])), [[2, 1, 3]]);
 });
 
 test('what moves otherwise, or stands apart, is none', () => {
-  assert.deepEqual(alikeObjects(seen([one, { box: [14, 4, 12, 12], step: [1, 0.5] }])), []);
-  assert.deepEqual(alikeObjects(seen([one, { box: [30, 4, 10, 10], step: [2, 0.5] }])), []);
-  assert.deepEqual(alikeObjects(seen([one])), []);
+  assert.deepEqual(findSimilarObjects(seen([one, { box: [14, 4, 12, 12], step: [1, 0.5] }])), []);
+  assert.deepEqual(findSimilarObjects(seen([one, { box: [30, 4, 10, 10], step: [2, 0.5] }])), []);
+  assert.deepEqual(findSimilarObjects(seen([one])), []);
 });
 
 test('two that rest in the scene say nothing, also where the camera pans', () => {
   const others = [one, { box: [14, 4, 10, 10], step: [2, 0.5] }].map((part) => ({ ...part, step: [2, 0] }));
-  assert.deepEqual(alikeObjects(seen(others, 0)), [[1, 2]]);
-  assert.deepEqual(alikeObjects(seen(others, 2)), []);
+  assert.deepEqual(findSimilarObjects(seen(others, 0)), [[1, 2]]);
+  assert.deepEqual(findSimilarObjects(seen(others, 2)), []);
 });
 
 test('only frames in which both are there count', () => {
-  assert.deepEqual(alikeObjects(seen([one, { box: [14, 4, 10, 10], step: [2, 0.5], until: 3 }])), [[1, 2]]);
+  assert.deepEqual(findSimilarObjects(seen([one, { box: [14, 4, 10, 10], step: [2, 0.5], until: 3 }])), [[1, 2]]);
 });
 
 test('without trajectories nothing is known', () => {
   const { trajectories, ...rest } = seen([one, { box: [14, 4, 10, 10], step: [2, 0.5] }]);
-  assert.deepEqual(alikeObjects({ ...rest, trajectories: { ...trajectories, count: 0 } }), []);
+  assert.deepEqual(findSimilarObjects({ ...rest, trajectories: { ...trajectories, count: 0 } }), []);
 });

@@ -11,7 +11,7 @@ async function opened(frames = movingFrames(16, [96, 64])) {
   const { app, store } = await openModel(frames);
   await app.openFiles([CLIP]);
   assert.equal(store.state.phase, 'done');
-  const points = () => store.state.found.points;
+  const points = () => store.state.analysis.segmentation;
   return {
     app,
     store,
@@ -50,18 +50,15 @@ test('of another part of the clip goes on with what still applies, and lists the
   await paint(disc);
   await paint({ t: 1, from: [0.2, 0.5], to: [0.3, 0.5], label: 0, carries: false });
   const [before, was] = [masks(), objects(4)];
-  store.set({ take: { ...store.state.take, start: 3, frames: 13 } });
-  await app.again();
-  assert.equal(store.state.film.numFrames, 13);
+  store.set({ trim: { ...store.state.trim, start: 3, frames: 13 } });
+  await app.rerun();
+  assert.equal(store.state.timeline.numFrames, 13);
   // The frame at hand was the fifth of the clip.
   const now = objects(1);
   assert.deepEqual(Object.keys(now), ['0', '1', '2']);
   assert.deepEqual(now[2], was[2]);
   assert.ok(Math.abs(now[1].x - was[1].x) < 2 && Math.abs(now[1].y - was[1].y) < 2);
-  assert.equal(
-    store.state.notice,
-    'These corrections no longer apply; undo brings back the result that has them: what was wiped away in frame 2.',
-  );
+  assert.equal(store.state.notice, 'These corrections no longer apply (undo restores them): erasing in frame 2.');
   await app.restore();
   assert.equal(masks(), before);
   assert.equal(store.state.notice, '');
@@ -71,8 +68,8 @@ test('at another size has the same places', async () => {
   const { app, store, objects, paint } = await opened(movingFrames(8, [400, 260]));
   await paint({ t: 4, from: [0.5, 0.7], to: [0.8, 0.7] });
   const was = objects(4);
-  store.set({ take: { ...store.state.take, side: 320 } });
-  await app.again();
+  store.set({ trim: { ...store.state.trim, side: 320 } });
+  await app.rerun();
   const now = objects(4);
   const [painted, label] = [now, was].map((all) => all[Math.max(...Object.keys(all))]);
   assert.ok(Math.abs(painted.n / (0.64 * label.n) - 1) < 0.05, `${painted.n} of ${label.n} pixels`);
@@ -86,7 +83,7 @@ test('of a clip that takes several windows', async () => {
   await store.state.job.corrections.join(0, [1]);
   showCorrected(store);
   const before = masks();
-  await app.again();
+  await app.rerun();
   assert.equal(masks(), before);
   await app.restore();
   assert.equal(masks(), before);
@@ -96,12 +93,12 @@ test('that is begun anew or cancelled on the way still keeps it', async () => {
   const { app, store, masks, paint } = await opened();
   await paint(disc);
   const before = masks();
-  const running = app.again();
+  const running = app.rerun();
   await new Promise((resolve) => setTimeout(resolve, 50));
   app.cancel();
   await running;
   assert.equal(store.state.phase, 'stopped');
-  await app.again();
+  await app.rerun();
   assert.equal(store.state.phase, 'done');
   assert.equal(masks(), before);
 });
@@ -111,43 +108,44 @@ test('is asked about where there are corrections, and is undone step by step bef
   await paint(disc);
   store.set({ hidden: new Set([1]) });
   const before = masks();
-  app.asks = async () => false;
+  app.confirmRerun = async () => false;
   const { job } = store.state;
-  await app.again();
+  await app.rerun();
   assert.equal(store.state.job, job);
-  app.asks = async () => true;
-  await app.again();
+  app.confirmRerun = async () => true;
+  await app.rerun();
   assert.equal(masks(), before);
   assert.deepEqual([...store.state.hidden], [1]);
   const { corrections } = store.state.job;
-  assert.equal(corrections.count(), 0, 'what was taken over is one step with the run');
+  assert.equal(corrections.undoCount(), 0, 'what was taken over is one step with the run');
   await paint({ t: 4, from: [0.3, 0.5], to: [0.3, 0.7], label: 0 });
   assert.notEqual(masks(), before);
   showCorrected(store, await corrections.undo());
   assert.equal(masks(), before);
-  assert.equal(store.state.before, job);
+  assert.equal(store.state.previousJob, job);
 });
 
 test('has the same corrections, also those of the session, and each can be undone', async () => {
   const { app, store } = await openModel();
   await app.openFiles([CLIP]);
-  const masks = () => Array.from({ length: 16 }, (_, t) => store.state.found.points.mask(t).join('')).join('|');
+  const masks = () =>
+    Array.from({ length: 16 }, (_, t) => store.state.analysis.segmentation.mask(t).join('')).join('|');
   const before = masks();
   const change = async (act) => showCorrected(store, await act(store.state.job.corrections));
   const strokeOn = (object) => {
-    const { width } = store.state.found.points.result;
-    const mask = store.state.found.points.mask(8);
+    const { width } = store.state.analysis.segmentation.result;
+    const mask = store.state.analysis.segmentation.mask(8);
     const all = [...mask.keys()].filter((p) => mask[p] === object);
     const p = all[all.length >> 1];
     return { t: 8, points: [p % width, Math.floor(p / width), (p % width) + 2, Math.floor(p / width)], radius: 2 };
   };
   await change((corrections) => corrections.join(1, [2]));
   await change((corrections) => corrections.split(1));
-  await change((corrections) => corrections.together([strokeOn(1), strokeOn(3)]));
+  await change((corrections) => corrections.joinStrokes([strokeOn(1), strokeOn(3)]));
   await change((corrections) => corrections.join(0, [2]));
   const corrected = masks();
   assert.notEqual(corrected, before);
-  await app.again();
+  await app.rerun();
   assert.equal(masks(), corrected);
   assert.equal(store.state.notice, '');
   await app.restore();

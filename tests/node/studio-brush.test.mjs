@@ -18,37 +18,38 @@ test('in a clip of three windows things are added, painted and parted, and each 
     store,
     corrector: () => corrections,
     object: () => object,
-    choose: (chosen) => (object = chosen),
-    carries: () => true,
-    tellCarrying() {},
-    tellSizes: (...both) => (sizes = both),
-    show: (frames) => showCorrected(store, frames),
-    tell: (text) => told.push(text),
+    choose: (label) => (object = label),
+    appliesToOthers: () => true,
+    onCarrying() {},
+    onSizes: (...both) => (sizes = both),
+    showFrames: (frames) => showCorrected(store, frames),
+    showStatus: (text) => told.push(text),
   });
-  const masks = () => Array.from({ length: 110 }, (_, t) => store.state.found.points.mask(t).join('')).join('|');
-  const labelAt = (t, x, y) => store.state.found.points.objectAt(t, x, y);
+  const masks = () =>
+    Array.from({ length: 110 }, (_, t) => store.state.analysis.segmentation.mask(t).join('')).join('|');
+  const labelAt = (t, x, y) => store.state.analysis.segmentation.objectAt(t, x, y);
   const change = async (promise) => showCorrected(store, await promise);
   const before = masks();
 
   store.set({ frame: 55 });
   await brush.add({ x: 76, y: 14 }, 0, false);
-  await brush.working;
+  await brush.queue;
   assert.equal(told.at(-1), 'Applied to frames 1–110.');
   assert.equal(labelAt(55, 76, 14), object);
   for (const t of [0, 30, 109]) assert.equal(labelAt(t, 76, 14), object, `frame ${t}`);
   const added = masks();
   if (sizes[1]) {
     await brush.resize(1);
-    await brush.working;
+    await brush.queue;
     assert.notEqual(masks(), added);
     await brush.resize(-1);
-    await brush.working;
+    await brush.queue;
     assert.equal(masks(), added, 'another size is no step of its own');
-    assert.equal(corrections.count(), 1);
+    assert.equal(corrections.undoCount(), 1);
   }
 
   brush.stroke({ t: 55, points: [66, 14, 70, 14], radius: 3 }, 'paint');
-  await brush.working;
+  await brush.queue;
   const painted = masks();
   for (const _ of [0, 1]) await change(corrections.undo());
   assert.equal(masks(), before);
@@ -59,7 +60,7 @@ test('in a clip of three windows things are added, painted and parted, and each 
   const halves = (t, left) => [labelAt(t, left + 4, 38), labelAt(t, left + 22, 38)];
   const [whole] = halves(55, 35);
   const line = (x) => ({ t: 55, points: [x, 30, x, 46], radius: 2 });
-  await change(corrections.apart([line(39), line(57)]));
+  await change(corrections.splitStrokes([line(39), line(57)]));
   const [one, other] = halves(55, 35);
   assert.ok(one === whole && other > 0 && other !== one, `${one} and ${other}`);
   for (const [t, left] of [
@@ -69,15 +70,15 @@ test('in a clip of three windows things are added, painted and parted, and each 
   ])
     assert.deepEqual(halves(t, left), [one, other], `frame ${t}`);
   const apart = masks();
-  await change(corrections.together([line(39), line(57)]));
+  await change(corrections.joinStrokes([line(39), line(57)]));
   assert.deepEqual(halves(100, 30), [one, one]);
   await change(corrections.undo());
   assert.equal(masks(), apart);
 
   object = one;
   brush.stroke({ t: 55, points: [39, 30, 39, 46], radius: 2 }, 'erase');
-  await brush.working;
+  await brush.queue;
   assert.equal(labelAt(55, 39, 38), 0);
-  while (corrections.count() > 0) await change(corrections.undo());
+  while (corrections.undoCount() > 0) await change(corrections.undo());
   assert.equal(masks(), before);
 });

@@ -4,12 +4,12 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { unzipSync } from 'fflate';
 import { version } from 'tracecut';
-import { subjectOf } from '../../build/model/export.js';
-import { framesOf } from '../../build/model/export-size.js';
-import { FIRST, otherExports } from '../../build/model/exports.js';
-import { recipeOf } from '../../build/model/recipe.js';
+import { exportSource } from '../../build/model/export.js';
+import { resizedFrames } from '../../build/model/export-size.js';
+import { MAIN_EXPORTS, otherExports } from '../../build/model/exports.js';
+import { createRecipe } from '../../build/model/recipe.js';
 import { showCorrected } from '../../build/model/show-result.js';
-import { frameText } from '../../build/model/describe.js';
+import { describeFrame } from '../../build/model/describe.js';
 import { CLIP, SAMPLE, openModel, openSampleWork } from './studio.mjs';
 
 /** Every headline that is shown from now on. */
@@ -19,8 +19,10 @@ function headlines(store) {
   return all;
 }
 
-const masksOf = ({ found }) =>
-  Array.from({ length: found.points.result.numFrames }, (_, t) => found.points.mask(t).join('')).join('|');
+const masksOf = ({ analysis }) =>
+  Array.from({ length: analysis.segmentation.result.numFrames }, (_, t) => analysis.segmentation.mask(t).join('')).join(
+    '|',
+  );
 
 test('the sample is opened, run, cancelled, resumed and corrected; other files and settings take its place', async () => {
   const { app, store } = await openModel();
@@ -34,7 +36,7 @@ test('the sample is opened, run, cancelled, resumed and corrected; other files a
   const before = masksOf(store.state);
 
   // Cancelled at once, it goes on where it was.
-  const running = app.again();
+  const running = app.rerun();
   await new Promise((resolve) => setTimeout(resolve, 30));
   app.cancel();
   assert.equal(store.state.phase, 'stopped');
@@ -57,7 +59,7 @@ test('the sample is opened, run, cancelled, resumed and corrected; other files a
   assert.equal(masksOf(store.state), before);
   await change(corrections.redo());
   assert.equal(masksOf(store.state), joined);
-  assert.equal(corrections.redoable(), 1);
+  assert.equal(corrections.redoCount(), 1);
   assert.equal(store.state.job.isCorrected, true);
 
   // A file that is none is an error; another clip is run in its place.
@@ -71,7 +73,7 @@ test('the sample is opened, run, cancelled, resumed and corrected; other files a
   assert.equal(store.state.phase, 'done');
 
   // Settings that are changed meanwhile begin it anew.
-  const again = app.again();
+  const again = app.rerun();
   store.set({ changed: new Map([['trajectory.gridStep', 12]]) });
   await again;
   while (store.state.phase !== 'done' || !store.state.job.options.trajectory)
@@ -81,10 +83,10 @@ test('the sample is opened, run, cancelled, resumed and corrected; other files a
 
 test('kept work is told, chosen of and painted in, and nothing is segmented for that', async () => {
   const { store, selection } = await openSampleWork();
-  const { film, found } = store.state;
+  const { analysis, timeline } = store.state;
   assert.match(store.state.summary, /^Object 1 \(orange\) at the upper left moves right; Object 2 \(light blue\) /);
   assert.match(
-    frameText(found.points.presence, found.points.count, 11, film.times),
+    describeFrame(analysis.segmentation.presence, analysis.segmentation.count, 11, timeline.times),
     /^Frame 12 of 16, 0\.7\u00a0s: Object 1 \(orange\) [a-z ]+, [\d.]+%; Object 2/,
   );
   selection.isolate(2);
@@ -92,17 +94,17 @@ test('kept work is told, chosen of and painted in, and nothing is segmented for 
   selection.isolate(2);
   selection.toggle(3);
   assert.deepEqual(selection.objects, { kept: [1, 2], all: 3 });
-  selection.choose(1);
-  selection.choose(3);
-  assert.deepEqual([...store.state.chosen], [1, 3]);
-  selection.choose(0);
-  assert.equal(store.state.chosen.size, 2, 'the background is no object');
+  selection.toggleSelected(1);
+  selection.toggleSelected(3);
+  assert.deepEqual([...store.state.selected], [1, 3]);
+  selection.toggleSelected(0);
+  assert.equal(store.state.selected.size, 2, 'the background is no object');
 
   const before = masksOf(store.state);
   const { corrections } = store.state.job;
   assert.equal(corrections.splitsAtPlace, true);
   await assert.rejects(corrections.split(1), { code: 'no-place' });
-  await assert.rejects(corrections.together([{ t: 0, points: [1, 1], radius: 1 }]), { code: 'param' });
+  await assert.rejects(corrections.joinStrokes([{ t: 0, points: [1, 1], radius: 1 }]), { code: 'param' });
   const stroke = { t: 4, points: [10, 90, 30, 90], radius: 6 };
   const painted = await corrections.paint({ label: corrections.newLabel(), stroke });
   await corrections.carry(painted, new AbortController().signal, () => {});
@@ -121,16 +123,16 @@ test('what is saved has the objects that are kept', async () => {
   const { store, selection } = await openSampleWork();
   selection.toggle(3);
   const { job } = store.state;
-  const known = subjectOf(store.state);
+  const known = exportSource(store.state);
   assert.deepEqual(known.masks.shots, [{ first: 0, last: 15 }]);
-  const read = framesOf(job, known.masks, SAMPLE.width);
+  const read = resizedFrames(job, known.masks, SAMPLE.width);
   const subject = {
     ...known,
-    ...{ frames: read.all, image: read.one, edges: { smallest: 0, grow: 0, feather: 0 } },
+    ...{ frames: read.stream, image: read.read, edges: { smallest: 0, grow: 0, feather: 0 } },
     objects: (object) => object > 0 && selection.has(object),
   };
   const none = { title: '', about: '', choices: [] };
-  const choices = [...FIRST, ...otherExports(none)].flatMap((one) => one.choices);
+  const choices = [...MAIN_EXPORTS, ...otherExports(none)].flatMap((one) => one.choices);
   const make = async (id) => {
     const blob = await choices
       .find((one) => one.id === id)
@@ -146,7 +148,7 @@ test('what is saved has the objects that are kept', async () => {
   assert.equal(files.filter((name) => name.endsWith('.png')).length, 32);
   assert.match(await text('tracks'), /^16\n\d+\n/);
   assert.match(new TextDecoder('latin1').decode((await make('png')).subarray(0, 4)), /PNG/);
-  const recipe = JSON.parse(await recipeOf({ version, job, masks: known.masks, corrections: 2 }));
+  const recipe = JSON.parse(await createRecipe({ version, job, masks: known.masks, corrections: 2 }));
   assert.deepEqual([recipe.tracecut, recipe.corrections, recipe.masks.frames], [version, 2, 16]);
   assert.match(recipe.masks.sha256, /^[0-9a-f]{64}$/);
 });

@@ -3,18 +3,18 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { parameters } from 'tracecut';
-import { clipFacts, lastOf, partWords, takeText, wantedTake } from '../../build/model/clip-words.js';
-import { durationOf, sizesOf } from '../../build/model/export-size.js';
+import { describeClip, lastFrame, describePart, describeTrim, trimFromInputs } from '../../build/model/clip-text.js';
+import { durationOf, exportSizes } from '../../build/model/export-size.js';
 import { colourName } from '../../build/model/palette.js';
-import { linkOf, readLink } from '../../build/model/recipe.js';
-import { ESSENTIALS, Settings, optionsOf } from '../../build/model/settings.js';
-import { fitTake, usualTake } from '../../build/model/source.js';
+import { settingsLink, readLink } from '../../build/model/recipe.js';
+import { ESSENTIALS, Settings, sessionOptions } from '../../build/model/settings.js';
+import { clampTrim, defaultTrim } from '../../build/model/source.js';
 import { Countdown, StageClock, timeLeft } from '../../build/model/stage-clock.js';
 import { Store } from '../../build/model/store.js';
 import { TimeLeft } from '../../build/model/time-left.js';
-import { triesOf, whereWords } from '../../build/model/tries.js';
-import { PageError, count, explain, percent, remaining } from '../../build/model/words.js';
-import { MOST, Zoom } from '../../build/model/zoom.js';
+import { suggestChanges, describeSearch } from '../../build/model/suggestions.js';
+import { PageError, explain, formatCount, formatPercent, formatTimeLeft } from '../../build/model/messages.js';
+import { MAX_SCALE, Zoom } from '../../build/model/zoom.js';
 
 const VIDEO = { kind: 'video', name: 'a.mp4', width: 1920, height: 1080, fps: 25, count: 100 };
 
@@ -30,19 +30,19 @@ test('a place stays where it is while it is enlarged, and nothing beyond the cli
   let state = 7;
   const random = () => (state = (Math.imul(state, 1103515245) + 12345) >>> 0) / 2 ** 32;
   for (let k = 0; k < 2000; k += 1) {
-    const [u, v, by] = [random(), random(), zoom.by * (0.5 + random())];
-    const before = [zoom.x + u / zoom.by, zoom.y + v / zoom.by];
-    if (k % 3 === 2) zoom.move(u - 0.5, v - 0.5);
-    else zoom.to(by, u, v);
-    const after = [zoom.x + u / zoom.by, zoom.y + v / zoom.by];
+    const [u, v, by] = [random(), random(), zoom.scale * (0.5 + random())];
+    const before = [zoom.x + u / zoom.scale, zoom.y + v / zoom.scale];
+    if (k % 3 === 2) zoom.pan(u - 0.5, v - 0.5);
+    else zoom.zoomTo(by, u, v);
+    const after = [zoom.x + u / zoom.scale, zoom.y + v / zoom.scale];
     const slack = 1e-9;
-    assert.ok(zoom.by >= 1 && zoom.by <= MOST);
-    for (const axis of ['x', 'y']) assert.ok(zoom[axis] >= 0 && zoom[axis] + 1 / zoom.by <= 1 + slack);
-    const atRim = [zoom.x, zoom.y].some((at) => at < slack || at > 1 - 1 / zoom.by - slack);
+    assert.ok(zoom.scale >= 1 && zoom.scale <= MAX_SCALE);
+    for (const axis of ['x', 'y']) assert.ok(zoom[axis] >= 0 && zoom[axis] + 1 / zoom.scale <= 1 + slack);
+    const atRim = [zoom.x, zoom.y].some((at) => at < slack || at > 1 - 1 / zoom.scale - slack);
     if (k % 3 !== 2 && !atRim) after.forEach((at, axis) => assert.ok(Math.abs(at - before[axis]) < slack));
   }
   zoom.reset();
-  assert.deepEqual([zoom.by, zoom.x, zoom.y], [1, 0, 0]);
+  assert.deepEqual([zoom.scale, zoom.x, zoom.y], [1, 0, 0]);
 });
 
 const plan = [
@@ -86,9 +86,9 @@ test('time left: what is shown goes down with the clock and follows new guesses 
 
 test('time left: of saving is told after two seconds, from the pace of the frames', () => {
   const left = new TimeLeft(0);
-  assert.equal(left.after({ done: 1, total: 10 }, 1000), null);
-  assert.equal(left.after({ done: 3, total: 10 }, 2500), 5250);
-  assert.equal(left.after({ done: 0, total: 10 }, 2600), null, 'other work begins');
+  assert.equal(left.estimate({ done: 1, total: 10 }, 1000), null);
+  assert.equal(left.estimate({ done: 3, total: 10 }, 2500), 5250);
+  assert.equal(left.estimate({ done: 0, total: 10 }, 2600), null, 'other work begins');
 });
 
 test('settings name parameters that there are, take what is legal, and make options of what counts', () => {
@@ -104,11 +104,13 @@ test('settings name parameters that there are, take what is legal, and make opti
   assert.equal(settings.set('trajectory.gridStep', 12), true);
   assert.equal(settings.set('superpixel.mergeThreshold', 5), true);
   const { changed } = store.state;
-  assert.deepEqual(optionsOf({ changed, source: VIDEO }), {
+  assert.deepEqual(sessionOptions({ changed, source: VIDEO }), {
     superpixel: { mergeThreshold: 5 },
     trajectory: { gridStep: 12 },
   });
-  assert.deepEqual(optionsOf({ changed, source: { ...VIDEO, kind: 'still' } }), { superpixel: { mergeThreshold: 5 } });
+  assert.deepEqual(sessionOptions({ changed, source: { ...VIDEO, kind: 'still' } }), {
+    superpixel: { mergeThreshold: 5 },
+  });
   settings.set('trajectory.gridStep', all.find(({ name }) => name === 'trajectory.gridStep').default);
   assert.deepEqual([...store.state.changed.keys()], ['superpixel.mergeThreshold'], 'a default is no change');
 });
@@ -118,29 +120,29 @@ test('a link carries settings; masks cannot be left out by one', () => {
   const settings = new Settings(store, parameters());
   readLink(settings, '#flow.smoothness=40&cut.spatialWeight=3&clip.dense=false&cut.no=1&affinity.noiseFloor=');
   assert.deepEqual(Object.fromEntries(store.state.changed), { 'flow.smoothness': 40, 'cut.spatialWeight': 3 });
-  const link = linkOf(store.state.changed, 'https://host/page/#old');
+  const link = settingsLink(store.state.changed, 'https://host/page/#old');
   assert.equal(link, 'https://host/page/#cut.spatialWeight=3&flow.smoothness=40');
-  assert.equal(linkOf(new Map(), 'https://host/page/#old'), 'https://host/page/');
+  assert.equal(settingsLink(new Map(), 'https://host/page/#old'), 'https://host/page/');
 });
 
 test('the part of a clip that is taken lies within it, and is put into words', () => {
-  const take = usualTake(VIDEO);
-  assert.deepEqual(take, { start: 0, frames: 100, step: 1, side: 480 });
-  assert.deepEqual(fitTake({ ...take, start: 200, step: 3 }, VIDEO), { start: 98, frames: 1, step: 3, side: 480 });
-  assert.equal(lastOf({ ...take, start: 10, frames: 4, step: 5 }), 25);
+  const trim = defaultTrim(VIDEO);
+  assert.deepEqual(trim, { start: 0, frames: 100, step: 1, side: 480 });
+  assert.deepEqual(clampTrim({ ...trim, start: 200, step: 3 }, VIDEO), { start: 98, frames: 1, step: 3, side: 480 });
+  assert.equal(lastFrame({ ...trim, start: 10, frames: 4, step: 5 }), 25);
   const typed = { start: 40, frames: 50, step: 1, side: 320 };
-  assert.equal(wantedTake(typed, take, VIDEO, false).frames, 100, 'to the end, as before');
-  assert.equal(wantedTake(typed, take, VIDEO, true).frames, 50);
-  assert.equal(wantedTake({ ...typed, frames: NaN }, take, VIDEO, true).frames, 2);
-  assert.equal(takeText(VIDEO, { ...take, frames: 50 }, 0), '50 frames of 480 × 270, 0.0\u00a0s to 2.0\u00a0s.');
-  assert.match(takeText(VIDEO, take, 1e-3), /About 13\u00a0s on this computer\. First results appear/);
-  assert.equal(clipFacts(VIDEO), '1920 × 1080, 4.0 s at 25 fps');
-  assert.equal(partWords(VIDEO, 25, 50), '1.0–2.0\u00a0s of 4.0\u00a0s');
-  assert.equal(partWords({ ...VIDEO, kind: 'images' }, 6, 29), 'images 7–30 of 100');
+  assert.equal(trimFromInputs(typed, trim, VIDEO, false).frames, 100, 'to the end, as before');
+  assert.equal(trimFromInputs(typed, trim, VIDEO, true).frames, 50);
+  assert.equal(trimFromInputs({ ...typed, frames: NaN }, trim, VIDEO, true).frames, 2);
+  assert.equal(describeTrim(VIDEO, { ...trim, frames: 50 }, 0), '50 frames of 480 × 270, 0.0\u00a0s to 2.0\u00a0s.');
+  assert.match(describeTrim(VIDEO, trim, 1e-3), /About 13\u00a0s on this computer\. First results appear/);
+  assert.equal(describeClip(VIDEO), '1920 × 1080, 4.0 s at 25 fps');
+  assert.equal(describePart(VIDEO, 25, 50), '1.0–2.0\u00a0s of 4.0\u00a0s');
+  assert.equal(describePart({ ...VIDEO, kind: 'images' }, 6, 29), 'images 7–30 of 100');
 });
 
 test('results are saved at sizes of the source, each once, and last as long as their frames', () => {
-  const names = (source, working) => sizesOf(source, working).map(({ name, side }) => `${name} ${side}`);
+  const names = (source, working) => exportSizes(source, working).map(({ name, side }) => `${name} ${side}`);
   assert.deepEqual(names(VIDEO, { width: 480, height: 270 }), ['source 1920', 'half 960', 'working 480', 'own 1920']);
   const small = { width: 480, height: 270 };
   assert.deepEqual(names({ ...VIDEO, ...small }, small), ['source 480', 'half 240', 'own 480']);
@@ -152,18 +154,18 @@ test('results are saved at sizes of the source, each once, and last as long as t
 test('where nothing was found, only what can change that is offered', () => {
   const report = { numFrames: 30, trajectories: 200, coverage: 0.9, speed: 2, cameraMoves: true, motions: [1] };
   assert.equal(
-    whereWords(report),
+    describeSearch(report),
     'Tracked 200 points over 90% of the picture in 30 frames; the camera moves about 2.0 px/frame. Everything moves together, so nothing stands out.',
   );
-  assert.match(whereWords({ ...report, trajectories: 0 }), /^No points to track/);
-  const state = (take, source = VIDEO) => ({ source, job: { take }, changed: new Map() });
-  const ids = (...given) => triesOf(...given).map(({ id }) => id);
+  assert.match(describeSearch({ ...report, trajectories: 0 }), /^No points to track/);
+  const state = (trim, source = VIDEO) => ({ source, job: { trim }, changed: new Map() });
+  const ids = (...given) => suggestChanges(...given).map(({ id }) => id);
   const whole = { start: 0, frames: 100, step: 1, side: 480 };
   assert.deepEqual(ids(state(whole), report), ['step', 'side']);
   assert.deepEqual(ids(state({ ...whole, frames: 20, side: 640 }), { coverage: 0.2 }), ['whole', 'weak']);
   assert.deepEqual(ids(state(whole, { ...VIDEO, kind: 'sample' }), report), []);
-  const [{ patch }] = triesOf(state(whole), report);
-  assert.deepEqual(patch.take, { start: 0, frames: 50, step: 2, side: 480 });
+  const [{ patch }] = suggestChanges(state(whole), report);
+  assert.deepEqual(patch.trim, { start: 0, frames: 50, step: 2, side: 480 });
 });
 
 test('errors say what to do, in terms of what the browser plays; numbers read easily', () => {
@@ -171,6 +173,6 @@ test('errors say what to do, in terms of what the browser plays; numbers read ea
   assert.doesNotMatch(explain(new PageError('codec'), false).advice, /MP4/);
   assert.equal(explain(new RangeError('x')).code, 'memory');
   assert.equal(explain('odd').code, 'unknown');
-  assert.deepEqual([count(1234567), percent(0.004), percent(0.62)], ['1,234,567', '0.4%', '62%']);
-  assert.deepEqual([remaining(1000), remaining(33_000)], ['almost done', 'about 35\u00a0s left']);
+  assert.deepEqual([formatCount(1234567), formatPercent(0.004), formatPercent(0.62)], ['1,234,567', '0.4%', '62%']);
+  assert.deepEqual([formatTimeLeft(1000), formatTimeLeft(33_000)], ['almost done', 'about 35\u00a0s left']);
 });

@@ -9,7 +9,7 @@ import { root } from '../../scripts/tools.mjs';
 import { App } from '../../build/model/app.js';
 import { Selection } from '../../build/model/selection.js';
 import { Store } from '../../build/model/store.js';
-import { PageError } from '../../build/model/words.js';
+import { PageError } from '../../build/model/messages.js';
 
 /** A file that is opened as a clip. */
 export const CLIP = new File(['clip'], 'clip.mp4', { type: 'video/mp4' });
@@ -84,7 +84,7 @@ export async function sampleFrames() {
 export async function openModel(frames) {
   frames ??= await sampleFrames();
   const store = new Store();
-  store.set({ calm: true });
+  store.set({ isReducedMotion: true });
   const app = new App(store, {
     openSample: async () => sourceOf(frames, { kind: 'sample', name: 'Sample clip' }),
     async openFiles([file]) {
@@ -118,20 +118,20 @@ async function sampleProject() {
 export async function openSampleWork() {
   const model = await openModel();
   const project = await openProject(await sampleProject());
-  const take = { start: 0, frames: SAMPLE.frames, step: 1, side: SAMPLE.width };
-  const about = { name: 'clip.mp4', take, changed: [], run: 'first' };
+  const trim = { start: 0, frames: SAMPLE.frames, step: 1, side: SAMPLE.width };
+  const about = { name: 'clip.mp4', trim, changed: [], run: 'first' };
   const files = [CLIP];
-  await model.app.openWork('clip.mp4', async () => ({ files, about, project: { ...project, edits: null } }));
+  await model.app.openProject('clip.mp4', async () => ({ files, about, project: { ...project, edits: null } }));
   return model;
 }
 
-/** A storage in memory. @returns {import('../../studio/model/slots.js').Storage & {records: Map<string, object>}} */
+/** A storage in memory. @returns {import('../../studio/model/saved-projects.js').ProjectStorage & {records: Map<string, object>}} */
 export function memoryStorage() {
   const records = new Map();
   return {
     records,
     put: async (record) => void records.set(record.id, record),
-    stored: async () => [...records.values()].sort((a, b) => b.at - a.at),
-    forget: async (id) => void records.delete(id),
+    list: async () => [...records.values()].sort((a, b) => b.at - a.at),
+    remove: async (id) => void records.delete(id),
   };
 }

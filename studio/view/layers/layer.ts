@@ -1,7 +1,7 @@
 // What a layer of the viewer is, and what it may look at.
 
-import type { Answers, Spot } from '../../model/answers.js';
-import type { Points } from '../../model/points.js';
+import type { FrameDataSource, Spot } from '../../model/frame-data.js';
+import type { Segmentation } from '../../model/segmentation.js';
 
 export type Canvas2D = CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D;
 
@@ -11,7 +11,7 @@ export type Canvas2D = CanvasRenderingContext2D | OffscreenCanvasRenderingContex
  */
 export interface View {
   /** The result by frame; null before there is one. */
-  points: Points | null;
+  segmentation: Segmentation | null;
   /** The frame itself, at clip size or larger. */
   image: CanvasImageSource | null;
   frame: number;
@@ -23,7 +23,7 @@ export interface View {
   visible: (object: number) => boolean;
   /** Of the frame, its edges as they are wanted; null where there is none. */
   mask: () => ReturnType<typeof import('../../model/library.js').adjustMask> | null;
-  answers: Answers;
+  frameData: FrameDataSource;
   /** Asks for another `draw`, when something that was missing has come. */
   redraw: () => void;
 }
@@ -53,7 +53,7 @@ export interface Layer {
   about: string;
   /** Layers with larger z are drawn over those with smaller. */
   z: number;
-  on: boolean;
+  isOn: boolean;
   /** Each layer has at least `opacity`. */
   settings: Record<string, Setting>;
   legend: () => Node[];

@@ -2,7 +2,7 @@
 
 import { version } from '../../model/library.js';
 import { h, connectDialog } from '../dom.js';
-import { explain } from '../../model/words.js';
+import { explain } from '../../model/messages.js';
 import type { Selftest, SelftestCheck } from 'tracecut/selftest';
 
 export class AboutDialog {
@@ -56,8 +56,8 @@ export class AboutDialog {
     this.status.textContent = 'Checking…';
     try {
       const { selftest } = await import('tracecut/selftest');
-      const found = await selftest({ signal, onCheck: (check) => this.add(check) });
-      this.status.textContent = verdict(found);
+      const result = await selftest({ signal, onCheck: (check) => this.add(check) });
+      this.status.textContent = describeResult(result);
     } catch (error) {
       const { title, detail } = explain(error);
       this.status.textContent = signal.aborted ? '' : `${title}: ${detail}`;
@@ -66,7 +66,7 @@ export class AboutDialog {
   }
 
   add({ name, what, hash, expected, same }: SelftestCheck) {
-    const words = same ? 'same' : `differs from ${expected}`;
+    const comparison = same ? 'same' : `differs from ${expected}`;
     // Names and meanings are those that the programs print, in English everywhere.
     const term = h('dt');
     const title = h('code');
@@ -74,12 +74,12 @@ export class AboutDialog {
     title.title = what;
     term.append(title);
     const meaning = h('dd', { class: same ? 'hash' : 'hash hash-differs' });
-    meaning.textContent = `${hash} · ${words}`;
+    meaning.textContent = `${hash} · ${comparison}`;
     this.list.append(term, meaning);
   }
 }
 
-function verdict({ same, checks }: Selftest) {
+function describeResult({ same, checks }: Selftest) {
   if (same) return `All ${checks.length} parts match.`;
   const different = checks.filter((check) => !check.same).length;
   return `${different} of ${checks.length} parts differ. Please report this browser, its version and this list.`;

@@ -3,16 +3,16 @@
 // place; every step can be undone and done again. Fetched when it is first opened.
 
 import { byId, h } from '../dom.js';
-import { moveOf, nameAndColour, placeName } from '../../model/describe.js';
+import { describeMotion, nameAndColour, describePosition } from '../../model/describe.js';
 import { objectName } from '../../model/palette.js';
-import { listed } from '../../model/selection.js';
+import { listObjects } from '../../model/selection.js';
 import { showCorrected } from '../../model/show-result.js';
-import { explain, percent, plural, seconds } from '../../model/words.js';
+import { explain, formatPercent, formatPlural, formatSeconds } from '../../model/messages.js';
 import { Brush, type BrushTool, NEW_OBJECT } from '../../model/brush.js';
 import { BRUSH_HELP, Strokes, isBrush } from './strokes.js';
-import type { Spot } from '../../model/answers.js';
+import type { Spot } from '../../model/frame-data.js';
 import type { Corrections } from '../../model/corrections.js';
-import type { Facts } from '../../model/presence.js';
+import type { ObjectFacts } from '../../model/presence.js';
 import type { View } from '../layers/layer.js';
 import type { Page } from '../page.js';
 
@@ -27,7 +27,7 @@ export class Correction {
   /** The object that is meant. */
   object = 1;
   /** The object that it would be merged with. */
-  other = 0;
+  target = 0;
   /** Where it was clicked. */
   place: { t: number; x: number; y: number } | null = null;
   tool: Tool = 'pick';
@@ -47,15 +47,15 @@ export class Correction {
       corrector: () => this.corrector,
       object: () => this.object,
       choose: (object) => this.chooseNew(object),
-      carries: () => byId<HTMLInputElement>('brush-carry').checked,
+      appliesToOthers: () => byId<HTMLInputElement>('brush-carry').checked,
       // The buttons keep their places.
-      tellCarrying: (isCarrying) => disable('brush-stop', !isCarrying),
-      tellSizes: (isSmaller, isLarger) => {
+      onCarrying: (isCarrying) => disable('brush-stop', !isCarrying),
+      onSizes: (isSmaller, isLarger) => {
         disable('add-smaller', !isSmaller);
         disable('add-larger', !isLarger);
       },
-      show: (frames) => this.show(frames),
-      tell: (text, wrong) => this.tell(text, wrong),
+      showFrames: (frames) => this.show(frames),
+      showStatus: (text, wrong) => this.showStatus(text, wrong),
     });
     this.strokes = new Strokes(viewer, () => this.update(), {
       radius: () => byId<HTMLInputElement>('brush-size').valueAsNumber / 2,
@@ -63,25 +63,25 @@ export class Correction {
     });
     this.connect();
     // Who opens it may have chosen a tool before it was fetched.
-    const chosen = this.tools.find(({ checked }) => checked)?.value;
+    const checkedTool = this.tools.find(({ checked }) => checked)?.value;
     viewer.painters.push((ctx, view) => this.draw(ctx, view));
-    viewer.onPick((spot, more, away) => this.pick(spot, more, away));
-    const undoable = () => this.on || store.state.before !== null || (this.corrector?.count() ?? 0) > 0;
-    const redoable = () => this.on || (this.corrector?.redoable() ?? 0) > 0;
+    viewer.onPick((spot, isMulti, isRemoving) => this.pick(spot, isMulti, isRemoving));
+    const undoable = () => this.isOpen || store.state.previousJob !== null || (this.corrector?.undoCount() ?? 0) > 0;
+    const redoable = () => this.isOpen || (this.corrector?.redoCount() ?? 0) > 0;
     keys.on('Ctrl+z', () => this.undo(), undoable);
     for (const key of ['Ctrl+y', 'Ctrl+Shift+z']) keys.on(key, () => this.redo(), redoable);
-    store.watch(['visit'], () => this.leave());
-    store.watch(['correcting'], ({ correcting }) => {
-      document.body.toggleAttribute('data-correcting', correcting);
-      byId('correct-open').setAttribute('aria-pressed', String(correcting));
+    store.watch(['visit'], () => this.reset());
+    store.watch(['isCorrecting'], ({ isCorrecting }) => {
+      document.body.toggleAttribute('data-correcting', isCorrecting);
+      byId('correct-open').setAttribute('aria-pressed', String(isCorrecting));
     });
-    this.use((chosen ?? 'pick') as Tool);
+    this.selectTool((checkedTool ?? 'pick') as Tool);
   }
 
   connect() {
     const buttons: Record<string, () => unknown> = {
       'correct-done': () => this.toggle(false),
-      'correct-merge': () => this.apply((c) => c.join(this.other, [this.object])),
+      'correct-merge': () => this.apply((c) => c.join(this.target, [this.object])),
       'correct-background': () => this.apply((c) => c.join(0, [this.object])),
       'correct-split': () => this.apply((c) => c.split(this.object, this.place ?? undefined)),
       'correct-undo': () => this.undo(),
@@ -93,66 +93,66 @@ export class Correction {
       'strokes-clear': () => this.strokes.clear(),
     };
     for (const [id, act] of Object.entries(buttons)) byId(id).addEventListener('click', act);
-    this.list.addEventListener('change', () => this.choose(Number(this.list.value)));
-    this.into.addEventListener('change', () => (this.other = Number(this.into.value)));
-    for (const radio of this.tools) radio.addEventListener('change', () => this.use(radio.value as Tool));
+    this.list.addEventListener('change', () => this.selectObject(Number(this.list.value)));
+    this.into.addEventListener('change', () => (this.target = Number(this.into.value)));
+    for (const radio of this.tools) radio.addEventListener('change', () => this.selectTool(radio.value as Tool));
   }
 
-  get on() {
-    return this.store.state.correcting;
+  get isOpen() {
+    return this.store.state.isCorrecting;
   }
 
   get corrector(): Corrections | null {
-    const { found, job } = this.store.state;
-    return found?.points ? (job?.corrector ?? null) : null;
+    const { analysis, job } = this.store.state;
+    return analysis?.segmentation ? (job?.corrector ?? null) : null;
   }
 
   open() {
     this.toggle();
   }
 
-  toggle(on: boolean = !this.on) {
-    const correcting = on && this.corrector !== null;
-    this.store.set({ correcting, ...(correcting ? { playing: false } : {}) });
+  toggle(on: boolean = !this.isOpen) {
+    const isCorrecting = on && this.corrector !== null;
+    this.store.set({ isCorrecting, ...(isCorrecting ? { isPlaying: false } : {}) });
     // The tools come first in it.
-    if (correcting) byId('panel').scrollTop = 0;
-    this.use(correcting ? this.tool : 'pick');
-    this.tell('');
-    this.fill();
+    if (isCorrecting) byId('panel').scrollTop = 0;
+    this.selectTool(isCorrecting ? this.tool : 'pick');
+    this.showStatus('');
+    this.listObjects();
   }
 
   /** Lists the objects of the result on screen. */
-  fill() {
-    const { found } = this.store.state;
-    if (!this.on || !found) return;
-    const objects = listed(found.facts).map(({ object }) => object);
-    if (this.makesNew) objects.push(NEW_OBJECT);
+  listObjects() {
+    const { analysis } = this.store.state;
+    if (!this.isOpen || !analysis) return;
+    const objects = listObjects(analysis.facts).map(({ object }) => object);
+    if (this.createsObjects) objects.push(NEW_OBJECT);
     if (!objects.includes(this.object)) this.object = objects.find((object) => object > 0) ?? 0;
-    this.other = 0;
-    const called = (object: number) => (object === NEW_OBJECT ? 'New object' : nameAndColour(object));
-    this.list.replaceChildren(...objects.map((object) => h('option', { value: object }, called(object))));
+    this.target = 0;
+    const optionLabel = (object: number) => (object === NEW_OBJECT ? 'New object' : nameAndColour(object));
+    this.list.replaceChildren(...objects.map((object) => h('option', { value: object }, optionLabel(object))));
     // What becomes background has a button of its own.
-    const others = objects.filter((object) => object > 0);
-    this.into.replaceChildren(...others.map((object) => h('option', { value: object }, objectName(object))));
+    const targets = objects.filter((object) => object > 0);
+    this.into.replaceChildren(...targets.map((object) => h('option', { value: object }, objectName(object))));
     this.update();
   }
 
-  choose(object: number, place: { t: number; x: number; y: number } | null = null) {
+  selectObject(object: number, place: { t: number; x: number; y: number } | null = null) {
     this.object = object;
     this.place = place;
-    this.tell('');
+    this.showStatus('');
     this.update();
   }
 
   /** Whether the tool can begin an object. */
-  get makesNew() {
+  get createsObjects() {
     return this.tool === 'paint' || this.tool === 'add';
   }
 
   /** An object that a tool has made or gone on with. */
   chooseNew(object: number) {
     this.object = object;
-    this.fill();
+    this.listObjects();
   }
 
   /**
@@ -161,7 +161,7 @@ export class Correction {
    */
   show(frames: number[] | null) {
     showCorrected(this.store, frames);
-    this.fill();
+    this.listObjects();
   }
 
   /**
@@ -169,26 +169,26 @@ export class Correction {
    * @param away whether what is there is taken away
    */
   pick({ object, x, y }: Spot, more: boolean, away: boolean) {
-    if (!this.on || this.busy) return;
-    if (this.tool === 'pick' && more) return this.selection.choose(object);
+    if (!this.isOpen || this.busy) return;
+    if (this.tool === 'pick' && more) return this.selection.toggleSelected(object);
     if (this.tool === 'add') this.brush.add({ x, y }, object, away);
-    if (this.tool === 'pick' && object >= 0) this.choose(object, { t: this.store.state.frame, x, y });
+    if (this.tool === 'pick' && object >= 0) this.selectObject(object, { t: this.store.state.frame, x, y });
   }
 
-  use(tool: Tool) {
+  selectTool(tool: Tool) {
     this.tool = tool;
     for (const radio of this.tools) radio.checked = radio.value === tool;
-    this.strokes.use(this.on && tool !== 'pick' && tool !== 'add' ? tool : null);
+    this.strokes.use(this.isOpen && tool !== 'pick' && tool !== 'add' ? tool : null);
     // A thing that was missed is a new one.
     if (tool === 'add') this.object = NEW_OBJECT;
-    this.fill();
+    this.listObjects();
     this.update();
   }
 
   /** Which buttons there are, and the facts of the object that is meant. */
   update() {
     const { corrector } = this;
-    if (!this.on || !corrector) return;
+    if (!this.isOpen || !corrector) return;
     this.showChoice();
     this.showTool();
     this.enable(corrector);
@@ -198,14 +198,17 @@ export class Correction {
   /** The two lists, and what is known of the object that is meant. */
   showChoice() {
     const { object, into } = this;
-    const facts = this.store.state.found?.facts ?? [];
-    if (this.other === object || this.other === 0)
-      this.other = listed(facts).find((one) => one.object > 0 && one.object !== object)?.object ?? 0;
+    const facts = this.store.state.analysis?.facts ?? [];
+    if (this.target === object || this.target === 0)
+      this.target =
+        listObjects(facts).find((candidate) => candidate.object > 0 && candidate.object !== object)?.object ?? 0;
     for (const option of into.options) option.hidden = option.disabled = option.value === String(object);
-    into.value = String(this.other);
+    into.value = String(this.target);
     this.list.value = String(object);
     byId('correct-facts').textContent =
-      object === 0 ? 'Everything that is not an object.' : factsText(facts.find((one) => one.object === object));
+      object === 0
+        ? 'Everything that is not an object.'
+        : describeFacts(facts.find((objectFacts) => objectFacts.object === object));
     byId('correct-split').textContent =
       object === 0 ? 'Make an object here' : this.place ? 'Split off this part' : 'Split';
   }
@@ -214,7 +217,7 @@ export class Correction {
     const { tool, strokes } = this;
     const [picking, brushing] = [tool === 'pick', isBrush(tool)];
     byId('correct-actions').hidden = !picking;
-    byId('correct-chosen').hidden = !picking && !brushing;
+    byId('correct-selected').hidden = !picking && !brushing;
     byId('stroke-actions').hidden = picking || brushing;
     byId('brush-actions').hidden = !brushing;
     byId('brush-width').hidden = tool === 'add';
@@ -225,52 +228,52 @@ export class Correction {
       : tool === 'together'
         ? 'Paint over the parts of one object.'
         : 'Paint one stroke on each object to separate.';
-    byId('strokes-count').textContent = plural(strokes.list.length, 'stroke');
+    byId('strokes-count').textContent = formatPlural(strokes.list.length, 'stroke');
   }
 
   enable(corrector: Corrections) {
     const { busy, object, tool, strokes } = this;
     disable('strokes-apply', busy || strokes.list.length < (tool === 'apart' ? 2 : 1));
     disable('strokes-clear', busy || strokes.list.length === 0);
-    for (const id of ['correct-merge', 'correct-into']) disable(id, busy || object === 0 || this.other === 0);
+    for (const id of ['correct-merge', 'correct-into']) disable(id, busy || object === 0 || this.target === 0);
     disable('correct-background', busy || object === 0);
     const lacksPlace = !this.place && (object === 0 || corrector.splitsAtPlace);
     const noPart = object === 0 && corrector.splitsAtPlace;
     disable('correct-split', busy || lacksPlace || noPart);
     byId('correct-split').title = lacksPlace || noPart ? 'Click the part to split off first' : '';
-    disable('correct-undo', busy || (corrector.count() === 0 && !this.store.state.before));
-    disable('correct-redo', busy || corrector.redoable() === 0);
+    disable('correct-undo', busy || (corrector.undoCount() === 0 && !this.store.state.previousJob));
+    disable('correct-redo', busy || corrector.redoCount() === 0);
   }
 
   applyStrokes() {
     const { tool } = this;
     const list = this.strokes.list;
-    return this.apply((c) => (tool === 'apart' ? c.apart(list) : c.together(list)));
+    return this.apply((c) => (tool === 'apart' ? c.splitStrokes(list) : c.joinStrokes(list)));
   }
 
   async undo() {
-    await this.brush.settled();
+    await this.brush.finish();
     // The first step may be the run that took the place of others.
-    if (!this.corrector?.count()) await this.app.restore();
+    if (!this.corrector?.undoCount()) await this.app.restore();
     else await this.apply((c) => c.undo(), 'Undone');
   }
 
   async redo() {
-    await this.brush.settled();
-    if ((this.corrector?.redoable() ?? 0) > 0) await this.apply((c) => c.redo(), 'Redone');
+    await this.brush.finish();
+    if ((this.corrector?.redoCount() ?? 0) > 0) await this.apply((c) => c.redo(), 'Redone');
   }
 
   /**
    * @param correct gives the frames that change
-   * @param done what is told then, in place of the time that it took
+   * @param doneText what is told then, in place of the time that it took
    */
-  async apply(correct: (corrector: Corrections) => Promise<number[] | null>, done?: string) {
+  async apply(correct: (corrector: Corrections) => Promise<number[] | null>, doneText?: string) {
     const { store, corrector } = this;
     if (!corrector || this.busy) return;
     const { visit } = store.state;
     const began = performance.now();
     this.busy = true;
-    this.tell('Correcting…');
+    this.showStatus('Correcting…');
     this.update();
     try {
       const frames = await correct(corrector);
@@ -278,32 +281,32 @@ export class Correction {
       this.strokes.clear();
       this.place = null;
       showCorrected(store, frames ?? null);
-      const words = done ?? `Corrected in ${seconds(performance.now() - began)}`;
-      this.tell(`${words}. ${store.state.headline}.`);
+      const message = doneText ?? `Corrected in ${formatSeconds(performance.now() - began)}`;
+      this.showStatus(`${message}. ${store.state.headline}.`);
     } catch (error) {
       const { title, detail } = explain(error);
-      if (visit === store.state.visit) this.tell(`Not possible here: ${detail || title}.`, true);
+      if (visit === store.state.visit) this.showStatus(`Not possible here: ${detail || title}.`, true);
     } finally {
       if (visit === store.state.visit) {
         this.busy = false;
-        this.fill();
+        this.listObjects();
       }
     }
   }
 
   /** A new clip: nothing is chosen any more. */
-  leave() {
+  reset() {
     this.busy = false;
     this.brush.stop();
     this.strokes.clear();
-    this.use('pick');
-    this.tell('');
+    this.selectTool('pick');
+    this.showStatus('');
     this.object = 1;
   }
 
-  tell(text: string, wrong = false) {
+  showStatus(text: string, wrong = false) {
     byId('correct-status').textContent = text;
-    byId('correct-status').classList.toggle('is-wrong', wrong);
+    byId('correct-status').classList.toggle('is-error', wrong);
   }
 
   /**
@@ -311,15 +314,15 @@ export class Correction {
    * @param ctx scaled to clip pixels
    */
   draw(ctx: CanvasRenderingContext2D, view: View) {
-    if (!this.on) return;
+    if (!this.isOpen) return;
     if ((this.tool === 'pick' || this.tool === 'erase') && this.object > 0)
-      drawFrame(ctx, view, boxOf(view, this.object));
+      drawBox(ctx, view, boundingBox(view, this.object));
     this.strokes.draw(ctx, view);
   }
 }
 
-function factsText(facts: Facts | undefined): string {
-  return facts ? `${placeName(facts.from)}, ${moveOf(facts)}, ${percent(facts.share)}` : '';
+function describeFacts(facts: ObjectFacts | undefined): string {
+  return facts ? `${describePosition(facts.from)}, ${describeMotion(facts)}, ${formatPercent(facts.share)}` : '';
 }
 
 function disable(id: string, disabled: boolean) {
@@ -327,12 +330,12 @@ function disable(id: string, disabled: boolean) {
 }
 
 /** Returns the place in the frame, in pixels. */
-export function boxOf(
-  { points, frame, width, height, mask: edged, visible }: View,
+export function boundingBox(
+  { segmentation, frame, width, height, mask: edged, visible }: View,
   object: number,
 ): [left: number, top: number, right: number, bottom: number] | null {
   // Specks that are not on screen do not count.
-  const mask = (visible(object) && edged()?.labels) || points?.mask(frame);
+  const mask = (visible(object) && edged()?.labels) || segmentation?.mask(frame);
   if (!mask) return null;
   let [left, top, right, bottom] = [width, height, -1, -1];
   for (let at = mask.indexOf(object); at >= 0; at = mask.indexOf(object, at + 1)) {
@@ -346,7 +349,7 @@ export function boxOf(
   return right < 0 ? null : [left, top, right, bottom];
 }
 
-export function drawFrame(ctx: CanvasRenderingContext2D, { unit }: View, box: [number, number, number, number] | null) {
+export function drawBox(ctx: CanvasRenderingContext2D, { unit }: View, box: [number, number, number, number] | null) {
   if (!box) return;
   const [left, top, right, bottom] = box;
   const room = 4 * unit;

@@ -3,23 +3,28 @@
 
 import { type MaskSource, version } from '../../model/library.js';
 import { PLAYS_MP4, byId, connectDialog, h } from '../dom.js';
-import { edgesOf, groundOf } from '../../model/look.js';
-import { type Choice, type Export, type Subject, stemOf, subjectOf } from '../../model/export.js';
-import { framesOf } from '../../model/export-size.js';
-import { FIRST, otherExports } from '../../model/exports.js';
+import { maskEdges, cutoutBackdrop } from '../../model/view-settings.js';
+import { type Choice, type Export, type Subject, fileStem, exportSource } from '../../model/export.js';
+import { resizedFrames } from '../../model/export-size.js';
+import { MAIN_EXPORTS, otherExports } from '../../model/exports.js';
 import { background } from '../background-export.js';
 import { objectName } from '../../model/palette.js';
-import { linkOf, recipeOf } from '../../model/recipe.js';
-import { download, placeFor } from '../save-file.js';
+import { settingsLink, createRecipe } from '../../model/recipe.js';
+import { download, chooseDestination } from '../save-file.js';
 import { TimeLeft } from '../../model/time-left.js';
 import { untilAborted } from '../../model/stage-clock.js';
-import { bytes, count, explain, remaining } from '../../model/words.js';
+import { formatBytes, formatCount, explain, formatTimeLeft } from '../../model/messages.js';
 import { ExportOptions } from './export-options.js';
 import { SavePreview } from './save-preview.js';
 import type { Page } from '../page.js';
 
 /** What the choices with a preview are called where there is little room. */
-const LOOKS: Record<string, string> = { transparent: 'Cut-out', green: 'Green', blurred: 'Blurred', zip: 'Masks' };
+const PREVIEW_LABELS: Record<string, string> = {
+  transparent: 'Cut-out',
+  green: 'Green',
+  blurred: 'Blurred',
+  zip: 'Masks',
+};
 
 /** How often progress is looked at, in milliseconds. */
 const TICK_MS = 200;
@@ -34,27 +39,27 @@ export class ExportDialog {
   /** What it takes to get the same result again. */
   recipe = '';
   abort: AbortController | null = null;
-  saved: File | null = null;
-  first: { choice: Choice; button: HTMLButtonElement }[];
+  sharedFile: File | null = null;
+  mainChoices: { choice: Choice; button: HTMLButtonElement }[];
   preview: SavePreview;
-  named: { title: string; choice: Choice; button: HTMLButtonElement }[];
+  otherChoices: { title: string; choice: Choice; button: HTMLButtonElement }[];
   choices: { choice: Choice; button: HTMLButtonElement }[];
 
   constructor({ store, selection, viewer }: Pick<Page, 'store' | 'selection' | 'viewer'>) {
     this.store = store;
     this.selection = selection;
     this.viewer = viewer;
-    const rows = otherExports(background).map((one) => this.row(one));
+    const rows = otherExports(background).map((item) => this.row(item));
     byId('export-list').replaceChildren(...rows.map(({ element }) => element));
-    const first = FIRST.map((one, k) => this.card(one, k === 0));
-    byId('export-first').replaceChildren(...first.map(({ button }) => button));
-    this.first = first;
+    const first = MAIN_EXPORTS.map((item, k) => this.card(item, k === 0));
+    byId('export-main').replaceChildren(...first.map(({ button }) => button));
+    this.mainChoices = first;
     this.preview = new SavePreview(
       first.map(({ choice }) => choice),
-      () => this.subjectNow(),
+      () => this.subject(),
     );
-    this.named = rows.flatMap(({ choices }) => choices);
-    this.choices = [...first, ...this.named];
+    this.otherChoices = rows.flatMap(({ choices }) => choices);
+    this.choices = [...first, ...this.otherChoices];
     this.nameChoices();
     this.connect();
   }
@@ -64,16 +69,16 @@ export class ExportDialog {
     byId('export-cancel').addEventListener('click', () => this.abort?.abort());
     byId('export-share').addEventListener('click', () => this.share());
     byId('copy-link').addEventListener('click', () =>
-      this.copy(linkOf(this.store.state.changed, location.href), 'Link copied.'),
+      this.copy(settingsLink(this.store.state.changed, location.href), 'Link copied.'),
     );
     byId('copy-recipe').addEventListener('click', () => this.copy(this.recipe, 'Recipe copied.'));
     this.recipeBox.addEventListener('toggle', () => this.showRecipe());
     byId('export-more').addEventListener('change', () => {
       const { choice } = this.preview;
       this.preview.begin();
-      if (choice) this.look(choice);
+      if (choice) this.showPreview(choice);
     });
-    this.connectShown();
+    this.connectPreview();
     this.dialog.addEventListener('close', () => {
       this.abort?.abort();
       this.preview.begin();
@@ -82,49 +87,49 @@ export class ExportDialog {
   }
 
   /** Whoever is at a choice sees what it would save; fingers choose that beside the picture. */
-  connectShown() {
-    for (const { choice, button } of this.first)
-      for (const kind of ['pointerenter', 'focus']) button.addEventListener(kind, () => this.look(choice));
-    const looks = this.first.map(({ choice }) =>
+  connectPreview() {
+    for (const { choice, button } of this.mainChoices)
+      for (const kind of ['pointerenter', 'focus']) button.addEventListener(kind, () => this.showPreview(choice));
+    const radios = this.mainChoices.map(({ choice }) =>
       h(
         'label',
         {},
-        h('input', { type: 'radio', name: 'look', value: choice.id, input: () => this.look(choice) }),
-        h('span', {}, LOOKS[choice.id] ?? choice.id),
+        h('input', { type: 'radio', name: 'look', value: choice.id, input: () => this.showPreview(choice) }),
+        h('span', {}, PREVIEW_LABELS[choice.id] ?? choice.id),
       ),
     );
-    byId('export-looks').append(...looks);
+    byId('export-previews').append(...radios);
   }
 
-  look(choice: Choice) {
+  showPreview(choice: Choice) {
     if (this.abort || !this.dialog.open) return;
     this.preview.show(choice);
-    for (const { choice: one, button } of this.first) button.toggleAttribute('data-looked', one === choice);
-    const radio = byId('export-looks').querySelector<HTMLInputElement>(`[value="${choice.id}"]`);
+    for (const { choice: one, button } of this.mainChoices) button.toggleAttribute('data-previewed', one === choice);
+    const radio = byId('export-previews').querySelector<HTMLInputElement>(`[value="${choice.id}"]`);
     if (radio) radio.checked = true;
   }
 
   /** What there is to save; null without a result. */
-  subject() {
-    return subjectOf(this.store.state);
+  source() {
+    return exportSource(this.store.state);
   }
 
   open() {
-    const found = this.subject();
-    if (!found || this.dialog.open) return;
-    this.options.open(found);
+    const source = this.source();
+    if (!source || this.dialog.open) return;
+    this.options.open(source);
     byId('export-kept').textContent = describeKept(this.selection.objects);
     this.nameChoices();
-    this.tell('');
-    this.offer(null);
+    this.showStatus('');
+    this.offerSharing(null);
     this.setBusy(false);
     this.recipeBox.open = false;
     this.preview.begin();
     // What is shown is one frame.
-    this.store.set({ playing: false });
-    byId('export-preview').style.setProperty('--aspect', String(found.source.width / found.source.height));
+    this.store.set({ isPlaying: false });
+    byId('export-preview').style.setProperty('--aspect', String(source.source.width / source.source.height));
     this.dialog.showModal();
-    this.look(this.first[0].choice);
+    this.showPreview(this.mainChoices[0].choice);
   }
 
   /** @param isNext whether it is what most would save */
@@ -166,65 +171,65 @@ export class ExportDialog {
 
   /** Buttons of cut-outs say on which ground. */
   nameChoices() {
-    const { name } = this.store.state.ground;
-    for (const { title, choice, button } of this.named) {
+    const { name } = this.store.state.backdrop;
+    for (const { title, choice, button } of this.otherChoices) {
       button.textContent = typeof choice.label === 'string' ? choice.label : choice.label(name);
-      button.setAttribute('aria-label', choice.says ? choice.says : `${title}: ${button.textContent}`);
+      button.setAttribute('aria-label', choice.ariaLabel ? choice.ariaLabel : `${title}: ${button.textContent}`);
     }
   }
 
   /** Returns the choice as it is to be saved. */
-  subjectNow(): Subject | null {
-    const found = this.subject();
+  subject(): Subject | null {
+    const source = this.source();
     const { job } = this.store.state;
-    if (!found || !job) return null;
-    const { side, quality } = this.options.chosen;
-    const frames = framesOf(job, found.masks, side);
+    if (!source || !job) return null;
+    const { side, quality } = this.options.values;
+    const frames = resizedFrames(job, source.masks, side);
     return {
-      ...found,
-      frames: frames.all,
-      image: frames.one,
-      look: this.viewer.maskLook(side),
+      ...source,
+      frames: frames.stream,
+      image: frames.read,
+      maskStyle: this.viewer.maskStyle(side),
       quality,
-      edges: edgesOf(this.store.state.edges, found.masks),
-      ground: groundOf(this.store.state.ground),
+      edges: maskEdges(this.store.state.edges, source.masks),
+      backdrop: cutoutBackdrop(this.store.state.backdrop),
       sound: (format: 'webm' | 'mp4') => this.options.soundFor(format),
       objects: (object: number) => object > 0 && this.selection.has(object),
     };
   }
 
   async save(choice: Choice) {
-    const subject = this.subjectNow();
+    const subject = this.subject();
     if (!subject || this.abort) return;
     this.preview.stop();
     const { masks } = subject;
-    const file = `${stemOf(subject.name)}-${choice.file(subject)}`;
-    this.offer(null);
+    const file = `${fileStem(subject.name)}-${choice.file(subject)}`;
+    this.offerSharing(null);
     this.abort = new AbortController();
     const { signal } = this.abort;
     const pressed = document.activeElement as HTMLElement | null;
     const timeLeft = new TimeLeft(performance.now());
     this.setBusy(true);
-    this.tell(`Saving ${file}…`);
+    this.showStatus(`Saving ${file}…`);
     try {
       // Asked first, while the click is fresh.
-      const place = choice.type ? await placeFor(file, choice.type) : null;
+      const place = choice.type ? await chooseDestination(file, choice.type) : null;
       const save = async (made: Blob | ReadableStream<Uint8Array<ArrayBuffer>>) => {
         if (!(made instanceof Blob)) return place!(made, signal);
         download(made, file);
         return made.size;
       };
-      const whole = await this.smoothed(signal, timeLeft);
-      if (whole) subject.masks = { ...masks, labels: (t) => whole.labels(t) };
-      if (whole) timeLeft.begin(performance.now());
-      const made = await choice.make(subject, { signal, onProgress: (progress) => showProgress(progress, timeLeft) });
+      const smoothed = await this.waitForSmoothing(signal, timeLeft);
+      if (smoothed) subject.masks = { ...masks, labels: (t) => smoothed.labels(t) };
+      if (smoothed) timeLeft.restart(performance.now());
+      const output = await choice.make(subject, { signal, onProgress: (progress) => showProgress(progress, timeLeft) });
       signal.throwIfAborted();
-      const size = await save(made);
-      if (made instanceof Blob) this.offer(new File([made], file, { type: made.type }));
-      this.tell(`Saved ${file}, ${bytes(size)}.`);
+      const size = await save(output);
+      if (output instanceof Blob) this.offerSharing(new File([output], file, { type: output.type }));
+      this.showStatus(`Saved ${file}, ${formatBytes(size)}.`);
     } catch (error) {
-      if (signal.aborted || isCancel(error)) this.tell('Cancelled.');
-      else this.tell(wordsOf(error), true);
+      if (signal.aborted || isCancel(error)) this.showStatus('Cancelled.');
+      else this.showStatus(describeError(error), true);
     } finally {
       this.abort = null;
       this.setBusy(false);
@@ -234,63 +239,64 @@ export class ExportDialog {
   }
 
   /** What was saved can be handed to another app, where the browser lets a page do that with such a file. */
-  offer(file: File | null) {
-    this.saved = file;
+  offerSharing(file: File | null) {
+    this.sharedFile = file;
     byId('export-share').hidden = !file || !navigator.canShare?.({ files: [file] });
   }
 
   async share() {
-    if (!this.saved) return;
+    if (!this.sharedFile) return;
     try {
-      await navigator.share({ files: [this.saved], title: this.saved.name });
+      await navigator.share({ files: [this.sharedFile], title: this.sharedFile.name });
     } catch (error) {
       // Whoever thinks better of it needs no words.
-      if ((error as { name?: string })?.name !== 'AbortError') this.tell('Couldn’t share; the file is saved.', true);
+      if ((error as { name?: string })?.name !== 'AbortError')
+        this.showStatus('Couldn’t share; the file is saved.', true);
     }
   }
 
   /** Returns the masks as they are on screen, when all of them are smoothed; null where none are to be. */
-  async smoothed(signal: AbortSignal, timeLeft: TimeLeft): Promise<MaskSource | null> {
-    const { smoothed } = this.store.state;
+  async waitForSmoothing(signal: AbortSignal, timeLeft: TimeLeft): Promise<MaskSource | null> {
+    const { smoothedMasks } = this.store.state;
     const tick = setInterval(() => {
-      if (this.store.state.smoothed) showProgress(this.store.state.smoothed, timeLeft);
+      if (this.store.state.smoothedMasks) showProgress(this.store.state.smoothedMasks, timeLeft);
     }, TICK_MS);
     try {
-      return smoothed && (await untilAborted(smoothed.whole, signal));
+      return smoothedMasks && (await untilAborted(smoothedMasks.complete, signal));
     } finally {
       clearInterval(tick);
     }
   }
 
   setBusy(busy: boolean) {
-    const subject = this.subject();
+    const subject = this.source();
     for (const { choice, button } of this.choices)
-      button.disabled = busy || !subject || choice.there?.(subject) === false;
+      button.disabled = busy || !subject || choice.isAvailable?.(subject) === false;
     byId('export-progress').hidden = !busy;
     showProgress({ done: 0, total: 0 });
   }
 
-  tell(text: string, wrong = false) {
+  showStatus(text: string, wrong = false) {
     byId('export-status').textContent = text;
-    byId('export-status').classList.toggle('is-wrong', wrong);
+    byId('export-status').classList.toggle('is-error', wrong);
   }
 
   async showRecipe() {
     const { state } = this.store;
-    const masks = this.subject()?.masks;
+    const masks = this.source()?.masks;
     if (!this.recipeBox.open || !masks || !state.job) return;
-    const corrections = state.job.corrector?.count() ?? 0;
-    this.recipe = await recipeOf({ version, job: state.job, masks, corrections });
+    const corrections = state.job.corrector?.undoCount() ?? 0;
+    this.recipe = await createRecipe({ version, job: state.job, masks, corrections });
     byId('recipe').textContent = this.recipe;
   }
 
-  /** @param done what is told then */
-  async copy(text: string, done: string) {
+  /** @param doneText what is told then */
+  async copy(text: string, doneText: string) {
     try {
       await navigator.clipboard.writeText(text);
-      this.tell(done);
+      this.showStatus(doneText);
     } catch {
-      this.tell(`Clipboard access is blocked. Copy it here: ${text}`, true);
+      this.showStatus(`Clipboard access is blocked. Copy it here: ${text}`, true);
     }
   }
 }
@@ -307,10 +313,10 @@ function showProgress({ done, total }: { done: number; total: number }, timeLeft
   const share = total > 0 ? done / total : 0;
   byId('export-bar').style.setProperty('--share', String(share));
   byId('export-bar').setAttribute('aria-valuenow', String(Math.round(100 * share)));
-  const words = total === 1 ? `${done} of 1 frame` : `${done} of ${count(total)} frames`;
-  const left = timeLeft?.after({ done, total }, performance.now()) ?? null;
-  const shown = left === null ? words : `${words}, ${remaining(left)}`;
-  byId('export-count').textContent = total > 0 ? shown : '';
+  const progressText = total === 1 ? `${done} of 1 frame` : `${done} of ${formatCount(total)} frames`;
+  const msLeft = timeLeft?.estimate({ done, total }, performance.now()) ?? null;
+  const text = msLeft === null ? progressText : `${progressText}, ${formatTimeLeft(msLeft)}`;
+  byId('export-count').textContent = total > 0 ? text : '';
 }
 
 /** @param error whether no file was chosen */
@@ -318,7 +324,7 @@ function isCancel(error: unknown) {
   return error instanceof DOMException && error.name === 'AbortError';
 }
 
-function wordsOf(error: unknown) {
+function describeError(error: unknown) {
   const { title, advice, detail } = explain(error, PLAYS_MP4);
   return [title, advice, detail].filter(Boolean).join('. ');
 }

@@ -3,12 +3,12 @@
 import { estimateVideoSize, soundInfo } from '../../model/library.js';
 import { byId, h } from '../dom.js';
 import { fitSize } from '../../model/library.js';
-import { LEAST_SIDE, durationOf, sizesOf } from '../../model/export-size.js';
-import { bytes, plural } from '../../model/words.js';
+import { MIN_SIDE_PX, durationOf, exportSizes } from '../../model/export-size.js';
+import { formatBytes, formatPlural } from '../../model/messages.js';
 import type { Subject } from '../../model/export.js';
 import type { SoundInfo, SoundOptions, VideoQuality } from '../../model/library.js';
 
-type Known = Pick<Subject, 'masks' | 'source' | 'fps'>;
+type SizedSource = Pick<Subject, 'masks' | 'source' | 'fps'>;
 
 const FORMATS = { webm: 'WebM', mp4: 'MP4' } as const;
 
@@ -25,89 +25,89 @@ const CODECS: Record<string, string> = {
 
 export class ExportOptions {
   size = byId<HTMLSelectElement>('export-size');
-  own = byId<HTMLInputElement>('export-side');
+  customSide = byId<HTMLInputElement>('export-side');
   quality = byId<HTMLSelectElement>('export-quality');
   withSound = byId<HTMLInputElement>('export-sound');
-  known: Known | null = null;
-  sizes: ReturnType<typeof sizesOf> = [];
+  source: SizedSource | null = null;
+  sizes: ReturnType<typeof exportSizes> = [];
   /** That of the source. */
   sound: SoundInfo | null = null;
 
   constructor() {
-    for (const control of [this.size, this.own, this.quality, this.withSound])
+    for (const control of [this.size, this.customSide, this.quality, this.withSound])
       control.addEventListener('input', () => this.show());
   }
 
   /** What is to be saved; what was chosen for the same source stays. */
-  async open(known: Known) {
-    const isSame = known.source === this.known?.source;
-    this.known = known;
-    this.sizes = sizesOf(known.source, known.masks);
+  async open(source: SizedSource) {
+    const isSame = source.source === this.source?.source;
+    this.source = source;
+    this.sizes = exportSizes(source.source, source.masks);
     const before = this.size.value;
     this.size.replaceChildren(...this.sizes.map(({ name, label }) => h('option', { value: name }, label)));
     this.size.value = isSame && this.sizes.some(({ name }) => name === before) ? before : this.sizes[0].name;
     if (!isSame) {
       this.sound = null;
-      this.own.max = String(Math.max(known.source.width, known.source.height));
-      this.own.value = String(Math.max(known.masks.width, known.masks.height));
+      this.customSide.max = String(Math.max(source.source.width, source.source.height));
+      this.customSide.value = String(Math.max(source.masks.width, source.masks.height));
     }
     this.show();
-    if (isSame || !known.source.file) return;
-    const found = await soundInfo(known.source.file).catch(() => null);
-    if (this.known !== known) return;
-    this.sound = found;
+    if (isSame || !source.source.file) return;
+    const sound = await soundInfo(source.source.file).catch(() => null);
+    if (this.source !== source) return;
+    this.sound = sound;
     this.show();
   }
 
   /** The longer side of what is saved, in pixels. */
   get side() {
-    const chosen = this.sizes.find(({ name }) => name === this.size.value);
-    if (chosen?.name !== 'own') return chosen?.side ?? 0;
-    const typed = Math.round(Number(this.own.value));
-    return Math.min(chosen.side, Math.max(LEAST_SIDE, Number.isFinite(typed) ? typed : LEAST_SIDE));
+    const preset = this.sizes.find(({ name }) => name === this.size.value);
+    if (preset?.name !== 'own') return preset?.side ?? 0;
+    const typed = Math.round(Number(this.customSide.value));
+    return Math.min(preset.side, Math.max(MIN_SIDE_PX, Number.isFinite(typed) ? typed : MIN_SIDE_PX));
   }
 
-  get chosen() {
+  get values() {
     return { side: this.side, quality: this.quality.value as VideoQuality };
   }
 
   /** Returns what is kept of the sound; null for nothing. */
   soundFor(format: 'webm' | 'mp4'): SoundOptions | null {
-    const { known, sound, withSound } = this;
-    if (!known?.source.file || !known.masks.times || !withSound.checked || !sound?.formats.includes(format))
+    const { source, sound, withSound } = this;
+    if (!source?.source.file || !source.masks.times || !withSound.checked || !sound?.formats.includes(format))
       return null;
-    const start = known.masks.times[0];
-    return { source: known.source.file, start, end: start + durationOf(known.masks, known.fps) };
+    const start = source.masks.times[0];
+    return { source: source.source.file, start, end: start + durationOf(source.masks, source.fps) };
   }
 
   show() {
-    const { known } = this;
-    byId('export-own').hidden = this.size.value !== 'own';
+    const { source } = this;
+    byId('export-custom').hidden = this.size.value !== 'own';
     byId('export-with-sound').hidden = !this.sound;
-    byId('export-sound-facts').textContent = this.soundWords;
-    if (!known) return;
-    const { numFrames } = known.masks;
-    const { width, height } = fitSize(known.source, this.side);
-    const size = estimateVideoSize({ width, height, numFrames, quality: this.chosen.quality });
+    byId('export-sound-facts').textContent = this.soundText;
+    if (!source) return;
+    const { numFrames } = source.masks;
+    const { width, height } = fitSize(source.source, this.side);
+    const size = estimateVideoSize({ width, height, numFrames, quality: this.values.quality });
     const facts = [
       `${width} × ${height}`,
-      plural(numFrames, 'frame'),
-      `${durationOf(known.masks, known.fps).toFixed(1)}\u00a0s`,
-      `about ${bytes(size)} as video`,
+      formatPlural(numFrames, 'frame'),
+      `${durationOf(source.masks, source.fps).toFixed(1)}\u00a0s`,
+      `about ${formatBytes(size)} as video`,
     ];
     byId('export-facts').textContent = `${facts.join(', ')}.`;
   }
 
   /** Returns which files can have the sound, in words. */
-  get soundWords(): string {
+  get soundText(): string {
     const { sound } = this;
     if (!sound) return '';
     const name = CODECS[sound.codec] ?? sound.codec;
     const without = Object.keys(FORMATS).filter((format) => !sound.formats.includes(format as 'mp4'));
     const names = (without.length > 0 ? without : sound.converted).map((format) => FORMATS[format as 'mp4']);
     if (names.length === 0) return `${name}, unchanged.`;
-    const said = names.length > 1 ? `${names[0]} and ${names[1]}` : String(names[0]);
-    if (without.length === 0) return `${name}, unchanged; Opus in ${said}.`;
-    return `${name}, unchanged; no sound in ${said}.`;
+    const formats = names.length > 1 ? `${names[0]} and ${names[1]}` : String(names[0]);
+    if (without.length === 0) return `${name}, unchanged; Opus in ${formats}.`;
+    return `${name}, unchanged; no sound in ${formats}.`;
   }
 }

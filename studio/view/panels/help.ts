@@ -24,7 +24,7 @@ const KEYS: [keys: string[], what: string][] = [
 ];
 
 /** What fingers do. */
-const TOUCHES: [touches: string, what: string][] = [
+const GESTURES: [touches: string, what: string][] = [
   ['Tap an object', 'show only it; tap again to show all'],
   ['Two fingers', 'zoom and pan'],
   ['One finger, when zoomed in', 'pan'],
@@ -36,12 +36,14 @@ export class Help {
   dialog = byId<HTMLDialogElement>('help');
 
   constructor() {
-    const entries = KEYS.flatMap(([names, what]) => [
+    const entries = KEYS.flatMap(([names, description]) => [
       h('dt', {}, ...names.flatMap((name) => [h('kbd', {}, name), ' '])),
-      h('dd', {}, what),
+      h('dd', {}, description),
     ]);
     byId('help-keys').replaceChildren(...entries);
-    byId('help-touch').replaceChildren(...TOUCHES.flatMap(([touch, what]) => [h('dt', {}, touch), h('dd', {}, what)]));
+    byId('help-touch').replaceChildren(
+      ...GESTURES.flatMap(([touch, description]) => [h('dt', {}, touch), h('dd', {}, description)]),
+    );
     for (const id of ['help-touch', 'help-touch-title', 'help-keys-title']) byId(id).hidden = !TOUCH;
     byId('help-pick').hidden = TOUCH;
     byId('help-close').addEventListener('click', () => this.dialog.close());

@@ -2,25 +2,25 @@
 // proposed. Fetched with what corrects.
 
 import { byId, h } from '../dom.js';
-import { alikeObjects } from '../../model/alike.js';
+import { findSimilarObjects } from '../../model/similar-objects.js';
 import { objectColor, objectName, objectShape } from '../../model/palette.js';
-import { plural } from '../../model/words.js';
-import { type Correction, boxOf, drawFrame } from './correction.js';
+import { formatPlural } from '../../model/messages.js';
+import { type Correction, boundingBox, drawBox } from './correction.js';
 import type { Page } from '../page.js';
 
 /** A result that stays for so long is looked at, in milliseconds. */
-const WAIT_MS = 200;
+const SEARCH_DELAY_MS = 200;
 
 export class JoinBar {
   store: Page['store'];
   viewer: Page['viewer'];
   /** Groups that look like one thing. */
-  alike: number[][] = [];
+  similar: number[][] = [];
   /** Groups that the user does not want. */
-  refused = new Set<string>();
+  dismissed = new Set<string>();
   /** What was joined last, and the result of it. */
-  joined: { found: unknown; count: number } | null = null;
-  pointed = false;
+  lastJoin: { analysis: unknown; count: number } | null = null;
+  isHovered = false;
   timer = 0;
 
   constructor(
@@ -29,105 +29,105 @@ export class JoinBar {
   ) {
     this.store = store;
     this.viewer = viewer;
-    byId('join-do').addEventListener('click', () => this.join());
-    byId('join-no').addEventListener('click', () => this.refuse());
+    byId('join-apply').addEventListener('click', () => this.join());
+    byId('join-dismiss').addEventListener('click', () => this.dismiss());
     byId('join-undo').addEventListener('click', () => correction.undo());
     for (const name of ['pointerenter', 'focusin', 'pointerleave', 'focusout'])
-      byId('join').addEventListener(name, () => this.point(/enter|in$/.test(name)));
+      byId('join').addEventListener(name, () => this.setHovered(/enter|in$/.test(name)));
     viewer.painters.push((ctx, view) => {
-      for (const object of this.marked) drawFrame(ctx, view, boxOf(view, object));
+      for (const object of this.marked) drawBox(ctx, view, boundingBox(view, object));
     });
-    store.watch(['visit'], () => this.refused.clear());
-    store.watch(['found', 'phase'], () => this.look());
-    store.watch(['found', 'phase', 'chosen'], () => this.show());
+    store.watch(['visit'], () => this.dismissed.clear());
+    store.watch(['analysis', 'phase'], () => this.findSimilar());
+    store.watch(['analysis', 'phase', 'selected'], () => this.show());
   }
 
   /** Returns the objects that would be joined. */
-  get meant(): number[] {
-    const { chosen } = this.store.state;
-    return chosen.size > 0 ? [...chosen] : (this.proposal ?? []);
+  get candidates(): number[] {
+    const { selected } = this.store.state;
+    return selected.size > 0 ? [...selected] : (this.proposal ?? []);
   }
 
   /** Returns the objects that are marked in the picture. */
   get marked(): number[] {
-    return this.store.state.chosen.size > 0 || this.pointed ? this.meant : [];
+    return this.store.state.selected.size > 0 || this.isHovered ? this.candidates : [];
   }
 
   get proposal() {
-    return this.alike.find((group) => !this.refused.has(String(group)));
+    return this.similar.find((group) => !this.dismissed.has(String(group)));
   }
 
   /** Looks which objects are alike, when there is time. */
-  look() {
-    this.alike = [];
+  findSimilar() {
+    this.similar = [];
     clearTimeout(this.timer);
-    const { found, phase } = this.store.state;
-    const points = found?.points;
+    const { analysis, phase } = this.store.state;
+    const points = analysis?.segmentation;
     if (phase !== 'done' || !points || !this.correction.corrector) return;
     this.timer = window.setTimeout(() => {
       const { width, height, numFrames, trajectories } = points.result;
       const labels = (t: number) => points.mask(t)!;
-      this.alike = alikeObjects({ width, height, numFrames, trajectories, labels, scene: points.scene });
+      this.similar = findSimilarObjects({ width, height, numFrames, trajectories, labels, scene: points.scene });
       this.show();
-    }, WAIT_MS);
+    }, SEARCH_DELAY_MS);
   }
 
   show() {
-    const { chosen, found, phase } = this.store.state;
-    const { meant, joined } = this;
-    const isDone = joined?.found === found && chosen.size === 0;
-    const shows = phase === 'done' && (isDone || meant.length > 0);
+    const { selected, analysis, phase } = this.store.state;
+    const { candidates, lastJoin } = this;
+    const isDone = lastJoin?.analysis === analysis && selected.size === 0;
+    const shows = phase === 'done' && (isDone || candidates.length > 0);
     byId('join').hidden = !shows;
     for (const row of document.querySelectorAll('.object')) {
       const object = Number((row as HTMLElement).dataset.object);
-      row.classList.toggle('is-meant', shows && !isDone && meant.includes(object));
+      row.classList.toggle('is-candidate', shows && !isDone && candidates.includes(object));
     }
     this.viewer.redraw();
     if (!shows) return;
-    byId('join-words').replaceChildren(...(isDone ? [] : meant.map(swatchOf)), this.words(isDone));
-    const button = byId<HTMLButtonElement>('join-do');
-    button.hidden = byId('join-no').hidden = isDone;
-    button.disabled = meant.length < 2;
-    byId('join-no').textContent = chosen.size > 0 ? 'Clear selection' : 'Dismiss';
+    byId('join-message').replaceChildren(...(isDone ? [] : candidates.map(createSwatch)), this.message(isDone));
+    const button = byId<HTMLButtonElement>('join-apply');
+    button.hidden = byId('join-dismiss').hidden = isDone;
+    button.disabled = candidates.length < 2;
+    byId('join-dismiss').textContent = selected.size > 0 ? 'Clear selection' : 'Dismiss';
     byId('join-undo').hidden = !isDone;
   }
 
-  words(isDone: boolean) {
-    const { chosen } = this.store.state;
-    if (isDone) return `${plural(this.joined?.count ?? 0, 'object')} joined.`;
-    if (chosen.size === 0) return `These ${this.meant.length} move together. Join?`;
-    return chosen.size > 1 ? `${plural(chosen.size, 'object')} selected` : 'Select one more object to join.';
+  message(isDone: boolean) {
+    const { selected } = this.store.state;
+    if (isDone) return `${formatPlural(this.lastJoin?.count ?? 0, 'object')} joined.`;
+    if (selected.size === 0) return `These ${this.candidates.length} move together. Join?`;
+    return selected.size > 1 ? `${formatPlural(selected.size, 'object')} selected` : 'Select one more object to join.';
   }
 
   async join() {
-    const [into, ...others] = this.meant;
-    if (others.length === 0) return;
-    const held = byId('join').contains(document.activeElement);
-    const { found } = this.store.state;
-    await this.correction.apply((corrector) => corrector.join(into, others));
-    if (this.store.state.found === found) return;
-    this.joined = { found: this.store.state.found, count: others.length + 1 };
+    const [into, ...objects] = this.candidates;
+    if (objects.length === 0) return;
+    const hadFocus = byId('join').contains(document.activeElement);
+    const { analysis } = this.store.state;
+    await this.correction.apply((corrector) => corrector.join(into, objects));
+    if (this.store.state.analysis === analysis) return;
+    this.lastJoin = { analysis: this.store.state.analysis, count: objects.length + 1 };
     this.show();
     // The button that had it is gone.
-    if (held) byId('join-undo').focus();
+    if (hadFocus) byId('join-undo').focus();
   }
 
-  refuse() {
-    const { chosen } = this.store.state;
-    if (chosen.size === 0) this.refused.add(String(this.proposal));
-    this.store.set({ chosen: new Set() });
+  dismiss() {
+    const { selected } = this.store.state;
+    if (selected.size === 0) this.dismissed.add(String(this.proposal));
+    this.store.set({ selected: new Set() });
     this.show();
     if (byId('join').hidden) document.querySelector<HTMLElement>('.object-main')?.focus();
   }
 
-  /** @param pointed whether the pointer or the focus is here */
-  point(pointed: boolean) {
-    this.pointed = pointed;
+  /** @param isHovered whether the pointer or the focus is here */
+  setHovered(isHovered: boolean) {
+    this.isHovered = isHovered;
     this.viewer.redraw();
   }
 }
 
-function swatchOf(object: number) {
+function createSwatch(object: number) {
   const swatch = h('span', { class: `swatch swatch-${objectShape(object)}`, 'aria-hidden': 'true' });
   swatch.style.setProperty('--mark', objectColor(object));
   return h('span', { title: objectName(object) }, swatch, h('span', { class: 'visually-hidden' }, objectName(object)));

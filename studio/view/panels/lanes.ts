@@ -1,10 +1,10 @@
 // A lane for each object, in the list of objects: when it is there, and how large.
 
 import { h } from '../dom.js';
-import { moveOf, nameAndColour, spanOf } from '../../model/describe.js';
+import { describeMotion, nameAndColour, describeSpan } from '../../model/describe.js';
 import { objectColor } from '../../model/palette.js';
-import { type Store, withinFilm } from '../../model/store.js';
-import type { Facts } from '../../model/presence.js';
+import { type Store, clampFrame } from '../../model/store.js';
+import type { ObjectFacts } from '../../model/presence.js';
 
 export class Lanes {
   strips: { canvas: HTMLCanvasElement; object: number }[] = [];
@@ -17,15 +17,15 @@ export class Lanes {
   }
 
   seek(frame: number) {
-    this.store.set({ playing: false, frame: withinFilm(this.store.state, frame) });
+    this.store.set({ isPlaying: false, frame: clampFrame(this.store.state, frame) });
   }
 
   /** @returns its lane, which is drawn by `draw` */
-  add(facts: Facts): HTMLElement {
+  add(facts: ObjectFacts): HTMLElement {
     const { object, peak } = facts;
-    const { times } = this.store.state.film;
-    const span = spanOf(facts, times);
-    const where = `${nameAndColour(object)}, ${span}, ${moveOf(facts)}; go to its largest frame, ${times.at(peak)}`;
+    const { times } = this.store.state.timeline;
+    const span = describeSpan(facts, times);
+    const where = `${nameAndColour(object)}, ${span}, ${describeMotion(facts)}; go to its largest frame, ${times.format(peak)}`;
     const canvas = h('canvas', { class: 'lane-canvas', 'aria-hidden': 'true' });
     this.strips.push({ canvas, object });
     return h(
@@ -45,7 +45,7 @@ export class Lanes {
     const strip = event.currentTarget as HTMLElement;
     const seek = ({ clientX }: { clientX: number }) => {
       const { left, width } = canvas.getBoundingClientRect();
-      this.seek(Math.floor(((clientX - left) / width) * this.store.state.film.numFrames));
+      this.seek(Math.floor(((clientX - left) / width) * this.store.state.timeline.numFrames));
     };
     strip.setPointerCapture(event.pointerId);
     strip.onpointermove = seek;
@@ -55,9 +55,9 @@ export class Lanes {
 
   /** The height of a lane's bar is the object's size in the frame against its largest size. */
   draw() {
-    const { found, film } = this.store.state;
-    const presence = found?.points?.presence;
-    const { numFrames } = film;
+    const { analysis, timeline } = this.store.state;
+    const presence = analysis?.segmentation?.presence;
+    const { numFrames } = timeline;
     if (!presence) return;
     const density = devicePixelRatio || 1;
     for (const { canvas, object } of this.strips) {

@@ -1,7 +1,7 @@
 // The list of layers: a switch, a key and, for layers that are on, the legend and their settings.
 
 import { byId, h } from '../dom.js';
-import { kindOf } from '../../model/source.js';
+import { sourceKind } from '../../model/source.js';
 import type { Layer, Setting } from '../layers/layer.js';
 import type { Page } from '../page.js';
 
@@ -12,10 +12,10 @@ export function layersPanel({ store, layers, viewer, keys }: Pick<Page, 'store' 
     keys.on(
       layer.key,
       () => box.click(),
-      () => isFor(layer, kindOf(store.state.source)),
+      () => isFor(layer, sourceKind(store.state.source)),
     );
   store.watch(['source'], ({ source }) => {
-    for (const { layer, element } of rows) element.hidden = !isFor(layer, kindOf(source));
+    for (const { layer, element } of rows) element.hidden = !isFor(layer, sourceKind(source));
   });
 }
 
@@ -31,7 +31,7 @@ function layerRow(layer: Layer, onChange: () => void) {
     'data-layer': layer.id,
     'aria-keyshortcuts': layer.key,
   });
-  box.checked = layer.on;
+  box.checked = layer.isOn;
   const legend = h('div', { class: 'legend' }, ...layer.legend());
   const details = h(
     'div',
@@ -41,9 +41,9 @@ function layerRow(layer: Layer, onChange: () => void) {
     ...Object.entries(layer.settings).map(([name, setting]) => controlOf(setting)(layer.id, name, setting, onChange)),
   );
   legend.hidden = layer.legend().length === 0;
-  const refresh = () => (details.hidden = !layer.on);
+  const refresh = () => (details.hidden = !layer.isOn);
   box.addEventListener('change', () => {
-    layer.on = box.checked;
+    layer.isOn = box.checked;
     refresh();
     onChange();
   });

@@ -8,7 +8,7 @@ import type { Page } from '../page.js';
 const PROBE = './favicon.svg';
 
 /** A worker without work stays for longer than that, in milliseconds. */
-const WARM_MS = 4000;
+const WARM_UP_INTERVAL_MS = 4000;
 
 /**
  * What opens a dialog. Where the network does not answer the page says so, and the next call tries again. That is seen
@@ -38,29 +38,29 @@ function onDemand(
 
 export function correctPanel(page: Pick<Page, 'app' | 'store' | 'viewer' | 'keys' | 'selection'>) {
   const { store } = page;
-  let [fetched, opens] = [false, false];
+  let [isLoaded, isOpening] = [false, false];
   const importFix = async () => {
     const [{ Correction }, { JoinBar }] = await Promise.all([import('./correction.js'), import('./join.js')]);
     const correction = new Correction(page);
     new JoinBar(page, correction);
-    fetched = true;
+    isLoaded = true;
     return {
       open: () => {
-        if (opens) correction.open();
-        opens = false;
+        if (isOpening) correction.open();
+        isOpening = false;
       },
     };
   };
-  const fetching = onDemand(store, importFix, () => opens || store.state.chosen.size > 0);
+  const fetching = onDemand(store, importFix, () => isOpening || store.state.selected.size > 0);
   const open = () => {
-    opens = true;
+    isOpening = true;
     return fetching();
   };
   byId('correct-open').addEventListener('click', open);
   page.keys.on('m', () => void open());
-  store.watch(['chosen', 'phase'], ({ chosen, phase, source }) => {
+  store.watch(['selected', 'phase'], ({ selected, phase, source }) => {
     // Objects of one's own clip may look like one.
-    if (!fetched && (chosen.size > 0 || (phase === 'done' && source?.files))) void fetching();
+    if (!isLoaded && (selected.size > 0 || (phase === 'done' && source?.files))) void fetching();
   });
 }
 
@@ -77,13 +77,13 @@ export function exportPanel(page: Pick<Page, 'store' | 'selection' | 'keys' | 'v
   byId('export-open').addEventListener('click', open);
   // Whoever is about to open it does not wait for workers and codecs.
   let warmed = -Infinity;
-  const near = async () => {
-    if (performance.now() - warmed < WARM_MS) return;
+  const warmUpSoon = async () => {
+    if (performance.now() - warmed < WARM_UP_INTERVAL_MS) return;
     warmed = performance.now();
     if (await open.prepare()) await (await import('./save-preview.js')).warmUp();
   };
   for (const kind of ['pointerenter', 'focus'])
-    byId('export-open').addEventListener(kind, () => void near().catch(() => {}));
+    byId('export-open').addEventListener(kind, () => void warmUpSoon().catch(() => {}));
   page.keys.on('e', open);
 }
 
@@ -93,19 +93,19 @@ export function nothingPanel(page: Pick<Page, 'app' | 'store'>) {
   const show = onDemand(
     store,
     async () => {
-      const { showNothing } = await import('./nothing.js');
-      return { open: () => isNothing() && showNothing(page) };
+      const { showSuggestions } = await import('./suggestions.js');
+      return { open: () => isNothing() && showSuggestions(page) };
     },
     isNothing,
   );
-  store.watch(['phase', 'found', 'correcting'], () => {
-    byId('nothing').hidden = !isNothing();
+  store.watch(['phase', 'analysis', 'isCorrecting'], () => {
+    byId('suggestions').hidden = !isNothing();
     if (isNothing()) void show();
   });
 }
 
 /** Returns whether a run has ended in which no object was found, nor made by hand, and nobody is at work on one. */
-function foundNothing({ phase, found, job, correcting }: State): boolean {
-  if (phase !== 'done' || correcting || !found?.points || !job || job.partial) return false;
-  return !found.facts.some(({ object, first }) => object > 0 && first >= 0);
+function foundNothing({ phase, analysis, job, isCorrecting }: State): boolean {
+  if (phase !== 'done' || isCorrecting || !analysis?.segmentation || !job || job.isPartial) return false;
+  return !analysis.facts.some(({ object, first }) => object > 0 && first >= 0);
 }

@@ -1,7 +1,7 @@
 // The words about the picture: what lies under the pointer, what the frame shows, what the whole is.
 
 import { byId } from '../dom.js';
-import { frameText } from '../../model/describe.js';
+import { describeFrame } from '../../model/describe.js';
 import { objectName } from '../../model/palette.js';
 import { NOWHERE, type State } from '../../model/store.js';
 import type { Page } from '../page.js';
@@ -10,27 +10,29 @@ import type { Page } from '../page.js';
 const REST_MS = 250;
 
 export function readoutPanel({ store, layers, viewer }: Pick<Page, 'store' | 'layers' | 'viewer'>) {
-  store.watch(['spot'], ({ spot, found }) => {
+  store.watch(['spot'], ({ spot, analysis }) => {
     const { view } = viewer;
-    const told =
-      spot === NOWHERE ? [] : layers.filter(({ on }) => on).map((layer) => layer.readout?.(view, spot) ?? '');
-    const words = [found?.points && spot.object >= 0 ? objectName(spot.object) : '', ...told].filter(Boolean);
-    byId('readout').hidden = words.length === 0;
-    if (words.length > 0) byId('readout').textContent = words.join(' · ');
+    const layerTexts =
+      spot === NOWHERE ? [] : layers.filter(({ isOn }) => isOn).map((layer) => layer.readout?.(view, spot) ?? '');
+    const parts = [analysis?.segmentation && spot.object >= 0 ? objectName(spot.object) : '', ...layerTexts].filter(
+      Boolean,
+    );
+    byId('readout').hidden = parts.length === 0;
+    if (parts.length > 0) byId('readout').textContent = parts.join(' · ');
   });
   let resting = 0;
-  store.watch(['frame', 'film'], () => {
+  store.watch(['frame', 'timeline'], () => {
     clearTimeout(resting);
-    resting = window.setTimeout(() => describeFrame(store.state), REST_MS);
+    resting = window.setTimeout(() => showFrameText(store.state), REST_MS);
   });
-  store.watch(['found'], describeFrame);
+  store.watch(['analysis'], showFrameText);
   store.watch(['phase', 'headline', 'source'], labelCanvas);
 }
 
 /** Puts the frame on screen into words, for those who do not see it. */
-function describeFrame({ found, frame, film }: Readonly<State>) {
-  const points = found?.points;
-  byId('frame-text').textContent = points ? frameText(points.presence, points.count, frame, film.times) : '';
+function showFrameText({ analysis, frame, timeline }: Readonly<State>) {
+  const points = analysis?.segmentation;
+  byId('frame-text').textContent = points ? describeFrame(points.presence, points.count, frame, timeline.times) : '';
 }
 
 function labelCanvas({ phase, headline, source }: Readonly<State>) {

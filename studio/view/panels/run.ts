@@ -7,26 +7,27 @@ import type { Page } from '../page.js';
 export function runPanel({ app, store, keys }: Pick<Page, 'app' | 'store' | 'keys'>) {
   const buttons: [ids: string[], act: () => unknown][] = [
     [['sample', 'error-sample'], () => app.openSample()],
-    [['again', 'pending-run'], () => app.again()],
+    [['again', 'outdated-run'], () => app.rerun()],
     [['restore'], () => app.restore()],
     [['resume'], () => app.resume()],
     [['cancel'], () => app.cancel()],
   ];
   for (const [ids, act] of buttons) for (const id of ids) byId(id).addEventListener('click', act);
   keys.on('Escape', () => app.cancel());
-  const isKept = () => store.state.before !== null;
-  keys.on('Ctrl+z', () => app.restore(), isKept);
-  store.watch(['before'], () => (byId('restore').hidden = !isKept()));
-  store.watch(['phase'], ({ phase, job, live }) => {
-    if (phase !== 'done' || !job?.lost) return;
+  const hasPrevious = () => store.state.previousJob !== null;
+  keys.on('Ctrl+z', () => app.restore(), hasPrevious);
+  store.watch(['previousJob'], () => (byId('restore').hidden = !hasPrevious()));
+  store.watch(['phase'], ({ phase, job, announcement }) => {
+    if (phase !== 'done' || !job?.droppedCorrections) return;
     // It is said above the panel, which may be elsewhere.
     byId('restore').scrollIntoView({ block: 'nearest' });
-    if (!live.includes(job.lost)) store.set({ live: `${live}. ${job.lost}` });
+    if (!announcement.includes(job.droppedCorrections))
+      store.set({ announcement: `${announcement}. ${job.droppedCorrections}` });
   });
-  app.asks = connectQuestion();
+  app.confirmRerun = connectQuestion();
   const open: Open = (files) => {
-    const all = [...(files ?? [])];
-    if (all.length > 0) app.openFiles(all);
+    const list = [...(files ?? [])];
+    if (list.length > 0) app.openFiles(list);
   };
   connectPicker(open, keys);
   connectDrop(open);
@@ -35,7 +36,7 @@ export function runPanel({ app, store, keys }: Pick<Page, 'app' | 'store' | 'key
 
 /** Connects the dialog that asks whether to run again, without the corrections. */
 function connectQuestion(): () => Promise<boolean> {
-  const dialog = byId<HTMLDialogElement>('ask');
+  const dialog = byId<HTMLDialogElement>('confirm');
   connectDialog(dialog);
   return () => {
     dialog.returnValue = '';

@@ -5,7 +5,7 @@ import { encodeVideo } from '../../model/library.js';
 import { byId } from '../dom.js';
 import type { Choice, Subject } from '../../model/export.js';
 
-type Shown = HTMLVideoElement | HTMLImageElement;
+type PreviewElement = HTMLVideoElement | HTMLImageElement;
 
 /** A press that goes farther drags, in CSS pixels. */
 const DRAG_PX = 4;
@@ -14,7 +14,7 @@ export class SavePreview {
   box = byId('export-preview');
   choice: Choice | null = null;
   /** What was made of this frame; null where that failed. */
-  made = new Map<Choice, Shown | null>();
+  previews = new Map<Choice, PreviewElement | null>();
   /** Of what is being made. */
   abort: AbortController | null = null;
 
@@ -26,36 +26,36 @@ export class SavePreview {
   }
 
   connect() {
-    byId('export-true').addEventListener('click', () => this.enlarge(!this.isTrue));
+    byId('export-actual-size').addEventListener('click', () => this.enlarge(!this.isActualSize));
     const { box } = this;
     let press: { x: number; y: number } | null = null;
-    let dragged = false;
+    let isDragged = false;
     box.addEventListener('pointerdown', (event) => {
       // Fingers scroll by themselves.
       if (event.pointerType === 'mouse') press = { x: event.clientX, y: event.clientY };
-      dragged = false;
+      isDragged = false;
     });
     box.addEventListener('pointermove', (event) => {
       if (!press) return;
       const [dx, dy] = [event.clientX - press.x, event.clientY - press.y];
-      dragged ||= Math.hypot(dx, dy) > DRAG_PX;
-      if (!dragged) return;
+      isDragged ||= Math.hypot(dx, dy) > DRAG_PX;
+      if (!isDragged) return;
       box.scrollBy(-dx, -dy);
       press = { x: event.clientX, y: event.clientY };
     });
     for (const kind of ['pointerup', 'pointerleave']) box.addEventListener(kind, () => (press = null));
-    box.addEventListener('click', (event) => dragged || this.enlarge(!this.isTrue, event));
+    box.addEventListener('click', (event) => isDragged || this.enlarge(!this.isActualSize, event));
   }
 
-  get isTrue() {
-    return this.box.hasAttribute('data-true');
+  get isActualSize() {
+    return this.box.hasAttribute('data-actual-size');
   }
 
   /** What was made of another frame, or with other settings, is shown no more. */
   begin() {
     this.stop();
-    for (const shown of this.made.values()) if (shown) URL.revokeObjectURL(shown.src);
-    this.made.clear();
+    for (const element of this.previews.values()) if (element) URL.revokeObjectURL(element.src);
+    this.previews.clear();
     this.choice = null;
     this.enlarge(false);
     this.box.replaceChildren();
@@ -69,8 +69,8 @@ export class SavePreview {
 
   show(choice: Choice) {
     this.choice = choice;
-    const known = this.made.get(choice);
-    if (known !== undefined) return this.put(choice, known);
+    const element = this.previews.get(choice);
+    if (element !== undefined) return this.put(choice, element);
     this.box.toggleAttribute('data-waits', true);
     if (!this.abort) void this.work((this.abort = new AbortController()));
   }
@@ -78,36 +78,36 @@ export class SavePreview {
   /** One after the other: first what is to be shown, then the others, which are there when somebody looks. */
   async work(work: AbortController) {
     const subject = this.subject();
-    const one = subject && oneOf(subject);
-    for (let next = this.choice; one && next; next = this.next()) {
-      const shown = await made(next, one, work.signal).catch((error) => {
+    const frameSubject = subject && singleFrame(subject);
+    for (let next = this.choice; frameSubject && next; next = this.next()) {
+      const element = await createPreview(next, frameSubject, work.signal).catch((error) => {
         // Saving says what is wrong.
         if (!work.signal.aborted) console.info('There is no preview.', error);
         return null;
       });
-      if (work.signal.aborted) return shown && URL.revokeObjectURL(shown.src);
-      this.made.set(next, shown);
-      if (next === this.choice) this.put(next, shown);
+      if (work.signal.aborted) return element && URL.revokeObjectURL(element.src);
+      this.previews.set(next, element);
+      if (next === this.choice) this.put(next, element);
     }
     if (this.abort === work) this.abort = null;
   }
 
   /** Returns the preview that is to be made next. */
   next(): Choice | null {
-    return [this.choice, ...this.choices].find((one) => one && !this.made.has(one)) ?? null;
+    return [this.choice, ...this.choices].find((choice) => choice && !this.previews.has(choice)) ?? null;
   }
 
-  put(choice: Choice, shown: Shown | null) {
+  put(choice: Choice, element: PreviewElement | null) {
     this.box.toggleAttribute('data-waits', false);
-    if (!shown) {
+    if (!element) {
       this.box.replaceChildren();
       byId('export-preview-text').textContent = 'No preview.';
       return;
     }
-    const { width, height } = sizeOf(shown);
+    const { width, height } = sizeOf(element);
     this.box.dataset.shows = choice.id;
-    this.box.replaceChildren(shown);
-    shown.style.setProperty('--true', `${width / devicePixelRatio}px`);
+    this.box.replaceChildren(element);
+    element.style.setProperty('--true', `${width / devicePixelRatio}px`);
     byId('export-preview-text').textContent = `Saved at ${width} × ${height}`;
   }
 
@@ -117,14 +117,14 @@ export class SavePreview {
    */
   enlarge(isTrue: boolean, at?: { clientX: number; clientY: number }) {
     const { box } = this;
-    const shown = box.firstElementChild;
-    const before = shown?.getBoundingClientRect();
-    box.toggleAttribute('data-true', isTrue);
-    byId('export-true').setAttribute('aria-pressed', String(isTrue));
-    if (!shown || !before || !isTrue) return;
+    const element = box.firstElementChild;
+    const before = element?.getBoundingClientRect();
+    box.toggleAttribute('data-actual-size', isTrue);
+    byId('export-actual-size').setAttribute('aria-pressed', String(isTrue));
+    if (!element || !before || !isTrue) return;
     const place = box.getBoundingClientRect();
     const { clientX, clientY } = at ?? { clientX: place.x + place.width / 2, clientY: place.y + place.height / 2 };
-    const now = shown.getBoundingClientRect();
+    const now = element.getBoundingClientRect();
     const scale = now.width / before.width;
     box.scrollTo(
       scale * (clientX - before.x) - (clientX - place.x),
@@ -139,14 +139,14 @@ export async function warmUp() {
   await encodeVideo(mask, [new ImageData(16, 16)], { style: 'cutout' });
 }
 
-async function made(choice: Choice, subject: Subject, signal: AbortSignal): Promise<Shown | null> {
-  if (choice.there?.(subject) === false) return null;
+async function createPreview(choice: Choice, subject: Subject, signal: AbortSignal): Promise<PreviewElement | null> {
+  if (choice.isAvailable?.(subject) === false) return null;
   const file = await choice.make(subject, { signal, onProgress() {} });
-  return file instanceof Blob ? shownOf(file) : null;
+  return file instanceof Blob ? createElement(file) : null;
 }
 
 /** The frame on screen alone. */
-function oneOf(subject: Subject): Subject {
+function singleFrame(subject: Subject): Subject {
   const { masks, frame, image, state } = subject;
   // Read once, while what encodes is fetched.
   const read = image(frame);
@@ -156,7 +156,7 @@ function oneOf(subject: Subject): Subject {
     masks: {
       ...masks,
       numFrames: 1,
-      labels: () => state.smoothed?.labels(frame) ?? masks.labels(frame),
+      labels: () => state.smoothedMasks?.labels(frame) ?? masks.labels(frame),
       times: masks.times ? [masks.times[frame]] : null,
       end: masks.times?.[frame + 1] ?? masks.end,
       shots: [{ first: 0, last: 0 }],
@@ -169,35 +169,35 @@ function oneOf(subject: Subject): Subject {
 }
 
 /** @param file a video, a picture, or an archive of pictures */
-async function shownOf(file: Blob): Promise<Shown> {
-  if (file.type.startsWith('video/')) return videoOf(file);
+async function createElement(file: Blob): Promise<PreviewElement> {
+  if (file.type.startsWith('video/')) return createVideo(file);
   const image = new Image();
   image.alt = '';
-  image.src = URL.createObjectURL(await pictureOf(file));
+  image.src = URL.createObjectURL(await extractPicture(file));
   await image.decode();
   return image;
 }
 
-async function videoOf(file: Blob) {
+async function createVideo(file: Blob) {
   const video = document.createElement('video');
   Object.assign(video, { muted: true, playsInline: true, preload: 'auto', src: URL.createObjectURL(file) });
-  await new Promise((done, failed) => {
-    video.addEventListener('loadeddata', done, { once: true });
-    video.addEventListener('error', () => failed(video.error), { once: true });
+  await new Promise((resolve, reject) => {
+    video.addEventListener('loadeddata', resolve, { once: true });
+    video.addEventListener('error', () => reject(video.error), { once: true });
   });
   return video;
 }
 
-async function pictureOf(file: Blob) {
+async function extractPicture(file: Blob) {
   if (file.type !== 'application/zip') return file;
   const { unzipSync } = await import('fflate');
   const files = unzipSync(new Uint8Array(await file.arrayBuffer()));
-  const [name] = Object.keys(files).filter((one) => one.endsWith('.png'));
+  const [name] = Object.keys(files).filter((fileName) => fileName.endsWith('.png'));
   return new Blob([files[name]], { type: 'image/png' });
 }
 
-function sizeOf(shown: Shown) {
-  return shown instanceof HTMLVideoElement
-    ? { width: shown.videoWidth, height: shown.videoHeight }
-    : { width: shown.naturalWidth, height: shown.naturalHeight };
+function sizeOf(element: PreviewElement) {
+  return element instanceof HTMLVideoElement
+    ? { width: element.videoWidth, height: element.videoHeight }
+    : { width: element.naturalWidth, height: element.naturalHeight };
 }

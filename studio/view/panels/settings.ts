@@ -1,41 +1,41 @@
 // The few settings that an editor cares for: each says what it does, and goes back to its default.
 
 import { byId, h, icon } from '../dom.js';
-import { ESSENTIALS, type Essential, type Settings, counts, optionsOf } from '../../model/settings.js';
-import { kindOf } from '../../model/source.js';
-import { plural } from '../../model/words.js';
+import { ESSENTIALS, type Essential, type Settings, appliesTo, sessionOptions } from '../../model/settings.js';
+import { sourceKind } from '../../model/source.js';
+import { formatPlural } from '../../model/messages.js';
 import type { State } from '../../model/store.js';
 import type { Page } from '../page.js';
 
 export function settingsPanel({ store, settings }: Pick<Page, 'store' | 'settings'>) {
-  const rows = ESSENTIALS.map((essential) => ({ only: essential.only, element: row(settings, essential) }));
+  const rows = ESSENTIALS.map((essential) => ({ only: essential.only, element: createRow(settings, essential) }));
   byId('settings-reset').addEventListener('click', () => settings.resetAll());
   store.watch(['source'], ({ source }) => {
-    const wanted = rows.filter(({ only }) => only === kindOf(source));
-    byId('settings-few').replaceChildren(...wanted.map(({ element }) => element));
+    const shownRows = rows.filter(({ only }) => only === sourceKind(source));
+    byId('settings-list').replaceChildren(...shownRows.map(({ element }) => element));
   });
   store.watch(['source', 'changed'], showChanged);
-  store.watch(['phase', 'job', 'take', 'source', 'changed'], (state) => store.set({ pending: isPending(state) }));
-  store.watch(['pending'], ({ pending }) => (byId('pending').hidden = !pending));
+  store.watch(['phase', 'job', 'trim', 'source', 'changed'], (state) => store.set({ isOutdated: isPending(state) }));
+  store.watch(['isOutdated'], ({ isOutdated }) => (byId('outdated').hidden = !isOutdated));
 }
 
 function showChanged({ changed, source }: Readonly<State>) {
-  const others = [...changed]
-    .filter(([name]) => counts(source, name) && !ESSENTIALS.some((essential) => essential.name === name))
+  const hiddenChanges = [...changed]
+    .filter(([name]) => appliesTo(source, name) && !ESSENTIALS.some((essential) => essential.name === name))
     .map(([name, value]) => `${name} = ${value}`);
-  byId('settings-others').hidden = others.length === 0;
-  byId('settings-others').textContent = `Also changed: ${others.join(', ')}.`;
+  byId('settings-others').hidden = hiddenChanges.length === 0;
+  byId('settings-others').textContent = `Also changed: ${hiddenChanges.join(', ')}.`;
   byId('settings-reset').hidden = changed.size === 0;
-  byId('settings-reset').title = plural(changed.size, 'changed setting');
+  byId('settings-reset').title = formatPlural(changed.size, 'changed setting');
 }
 
 /** Whether the result on screen was made with other settings than those chosen now. */
 function isPending(state: Readonly<State>) {
-  const { phase, job, take } = state;
-  return phase === 'done' && job !== null && !job.isFor(take, optionsOf(state));
+  const { phase, job, trim } = state;
+  return phase === 'done' && job !== null && !job.hasSettings(trim, sessionOptions(state));
 }
 
-function row(settings: Settings, { name, label, about, range: [min, max, step], unit }: Essential): HTMLElement {
+function createRow(settings: Settings, { name, label, about, range: [min, max, step], unit }: Essential): HTMLElement {
   const id = `setting-${name.replace('.', '-')}`;
   const input = h('input', { type: 'range', id, min, max, step, 'aria-describedby': `${id}-about` });
   input.addEventListener('input', () => settings.set(name, Number(input.value)));

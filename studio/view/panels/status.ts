@@ -2,7 +2,7 @@
 // of the body that the style sheets go by.
 
 import { PLAYS_MP4, byId } from '../dom.js';
-import { explain } from '../../model/words.js';
+import { explain } from '../../model/messages.js';
 import type { Phase, State, Store } from '../../model/store.js';
 
 /** The public state of each phase: opening and stopped are both `loading`, as no result is on screen. */
@@ -21,13 +21,13 @@ export function statusPanel({ store }: { store: Store }) {
   store.watch(['summary'], ({ summary }) => writeOrHide('summary', summary));
   store.watch(['notice'], ({ notice }) => writeOrHide('notice', notice));
   // Read aloud by screen readers when they are idle.
-  store.watch(['live'], ({ live }) => write('live', live));
+  store.watch(['announcement'], ({ announcement }) => write('live', announcement));
   store.watch(['share'], ({ share }) => showShare(share));
   store.watch(['phase', 'error'], ({ phase, error }) => phase === 'error' && showError(error));
   store.watch(['preview'], ({ preview }) => document.body.toggleAttribute('data-preview', preview !== null));
-  store.watch(['source', 'found', 'streaming', 'job', 'phase'], showFacts);
-  store.watch(['phase', 'source', 'found', 'job', 'correcting', 'pending'], showPrimary);
-  store.watch(['phase', 'source', 'found'], endWelcome);
+  store.watch(['source', 'analysis', 'isStreaming', 'job', 'phase'], showFacts);
+  store.watch(['phase', 'source', 'analysis', 'job', 'isCorrecting', 'isOutdated'], showPrimary);
+  store.watch(['phase', 'source', 'analysis'], endWelcome);
   // Last, so that whoever waits for the state finds everything else in place.
   store.watch(['phase', 'error'], showPhase, { last: true });
 }
@@ -56,30 +56,30 @@ function showError(error: unknown) {
   byId('error').dataset.code = code;
 }
 
-function showFacts({ source, found, streaming, job }: Readonly<State>) {
+function showFacts({ source, analysis, isStreaming, job }: Readonly<State>) {
   const { body } = document;
   if (source) body.dataset.source = source.kind;
   else delete body.dataset.source;
-  body.toggleAttribute('data-masks', Boolean(found?.points));
-  body.toggleAttribute('data-streaming', streaming);
-  body.toggleAttribute('data-partial', job?.partial ?? false);
+  body.toggleAttribute('data-masks', Boolean(analysis?.segmentation));
+  body.toggleAttribute('data-streaming', isStreaming);
+  body.toggleAttribute('data-partial', job?.isPartial ?? false);
 }
 
 /** One button is the next step, and looks like it. */
-function showPrimary({ phase, source, found, job, correcting, pending }: Readonly<State>) {
+function showPrimary({ phase, source, analysis, job, isCorrecting, isOutdated }: Readonly<State>) {
   const hasOwn = source !== null && source.kind !== 'sample';
   let next = hasOwn && phase === 'running' ? '' : 'open';
-  if (phase === 'done' && hasOwn && found?.points) next = 'export-open';
-  if (phase === 'stopped' || job?.partial) next = 'resume';
-  if (pending) next = 'again';
-  if (correcting) next = 'correct-done';
+  if (phase === 'done' && hasOwn && analysis?.segmentation) next = 'export-open';
+  if (phase === 'stopped' || job?.isPartial) next = 'resume';
+  if (isOutdated) next = 'again';
+  if (isCorrecting) next = 'correct-done';
   for (const id of ['open', 'export-open', 'resume', 'again', 'correct-done'])
     byId(id).classList.toggle('primary', id === next);
 }
 
 /** What shows what the page does has done so when there is something of one's own, or the sample's objects. */
-function endWelcome({ phase, source, found }: Readonly<State>) {
-  const isFirst = (phase === 'opening' || phase === 'running') && !found && (source?.kind ?? 'sample') === 'sample';
+function endWelcome({ phase, source, analysis }: Readonly<State>) {
+  const isFirst = (phase === 'opening' || phase === 'running') && !analysis && (source?.kind ?? 'sample') === 'sample';
   if (!isFirst) document.getElementById('welcome')?.remove();
 }
 

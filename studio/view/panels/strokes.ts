@@ -19,10 +19,10 @@ export function isBrush(tool: string): tool is BrushTool {
 }
 
 /** Half the width of the brush in CSS pixels. */
-const BRUSH_PX = 7;
+const STROKE_RADIUS_PX = 7;
 
 /** Points of a stroke are at least this far apart, in CSS pixels. */
-const STEP_PX = 2;
+const MIN_POINT_DISTANCE_PX = 2;
 
 const COLOURS = {
   together: ['#ffffff'],
@@ -69,14 +69,14 @@ export class Strokes {
 
   /** Half the width of a stroke, in CSS pixels. */
   get radius() {
-    return this.tool === 'paint' || this.tool === 'erase' ? this.brush.radius() : BRUSH_PX;
+    return this.tool === 'paint' || this.tool === 'erase' ? this.brush.radius() : STROKE_RADIUS_PX;
   }
 
   begin(event: PointerEvent) {
     if (!this.tool || event.button !== 0) return;
     const { canvas, view } = this.viewer;
     canvas.setPointerCapture(event.pointerId);
-    this.current = { t: view.frame, points: this.at(event), radius: this.radius * view.unit };
+    this.current = { t: view.frame, points: this.pointAt(event), radius: this.radius * view.unit };
     this.viewer.redraw();
   }
 
@@ -85,9 +85,9 @@ export class Strokes {
     if (this.tool === 'paint' || this.tool === 'erase') this.viewer.redraw();
     if (!this.current) return;
     const { points } = this.current;
-    const [x, y] = this.at(event);
-    const far = Math.hypot(x - points[points.length - 2], y - points[points.length - 1]);
-    if (far < STEP_PX * this.viewer.view.unit) return;
+    const [x, y] = this.pointAt(event);
+    const distance = Math.hypot(x - points[points.length - 2], y - points[points.length - 1]);
+    if (distance < MIN_POINT_DISTANCE_PX * this.viewer.view.unit) return;
     points.push(x, y);
     this.viewer.redraw();
   }
@@ -104,7 +104,7 @@ export class Strokes {
     this.onChange();
   }
 
-  at(event: PointerEvent): [x: number, y: number] {
+  pointAt(event: PointerEvent): [x: number, y: number] {
     return this.viewer.placeAt(event);
   }
 
@@ -112,10 +112,10 @@ export class Strokes {
   draw(ctx: CanvasRenderingContext2D, view: View) {
     const { tool } = this;
     if (!tool) return;
-    const all = this.current ? [...this.list, this.current] : this.list;
+    const strokes = this.current ? [...this.list, this.current] : this.list;
     ctx.lineCap = 'round';
     ctx.lineJoin = 'round';
-    all.forEach(({ t, points, radius }, k) => {
+    strokes.forEach(({ t, points, radius }, k) => {
       const colours = COLOURS[tool];
       for (const [style, width] of [
         ['rgb(0 0 0 / 0.7)', 2 * radius + 3 * view.unit],

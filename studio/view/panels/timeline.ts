@@ -1,12 +1,12 @@
 // The timeline: frames and playing.
 
 import { byId, h } from '../dom.js';
-import { type Film, type State, type Store, withinFilm } from '../../model/store.js';
-import { atTime } from '../../model/words.js';
+import { type Timeline, type State, type Store, clampFrame } from '../../model/store.js';
+import { formatFrameTime } from '../../model/messages.js';
 import type { Page } from '../page.js';
 
 export function timelinePanel({ store, keys }: Pick<Page, 'store' | 'keys'>) {
-  const timeline = new Timeline(store);
+  const timeline = new TimelinePanel(store);
   keys.on(' ', () => timeline.toggle());
   keys.on('ArrowLeft', () => timeline.step(-1));
   keys.on('ArrowRight', () => timeline.step(1));
@@ -14,16 +14,16 @@ export function timelinePanel({ store, keys }: Pick<Page, 'store' | 'keys'>) {
   keys.on('End', () => timeline.jump(timeline.last));
 }
 
-class Timeline {
+class TimelinePanel {
   range = byId<HTMLInputElement>('scrub');
   ticking = 0;
 
   constructor(readonly store: Store) {
     this.connect();
-    store.watch(['film'], ({ film }) => this.showFilm(film));
-    store.watch(['frame', 'film'], (state) => this.showFrame(state));
+    store.watch(['timeline'], ({ timeline }) => this.showTimeline(timeline));
+    store.watch(['frame', 'timeline'], (state) => this.showFrame(state));
     store.watch(['loop'], ({ loop }) => byId('loop').setAttribute('aria-pressed', String(loop)));
-    store.watch(['playing'], ({ playing }) => this.showPlaying(playing));
+    store.watch(['isPlaying'], ({ isPlaying }) => this.showPlaying(isPlaying));
   }
 
   connect() {
@@ -39,50 +39,50 @@ class Timeline {
 
   /** The last frame. */
   get last() {
-    return this.store.state.film.numFrames - 1;
+    return this.store.state.timeline.numFrames - 1;
   }
 
-  showFilm({ numFrames, times, cuts }: Film) {
+  showTimeline({ numFrames, times, cuts }: Timeline) {
     this.range.max = String(Math.max(0, numFrames - 1));
     for (const control of byId('timeline').querySelectorAll('button, input'))
       (control as HTMLButtonElement).disabled = numFrames < 2;
     const marks = cuts.map((frame) => {
-      const mark = h('span', { class: 'cut', title: `Cut at ${times.at(frame)}` });
+      const mark = h('span', { class: 'cut', title: `Cut at ${times.format(frame)}` });
       mark.style.setProperty('--at', String(frame / Math.max(1, numFrames)));
       return mark;
     });
     byId('cuts').replaceChildren(...marks);
-    const places = cuts.map((frame) => times.at(frame)).join(', ');
+    const places = cuts.map((frame) => times.format(frame)).join(', ');
     byId('cuts-text').textContent = cuts.length > 0 ? `Cuts: ${places}.` : '';
   }
 
-  showFrame({ film, frame }: Readonly<State>) {
-    const { numFrames, times } = film;
+  showFrame({ timeline, frame }: Readonly<State>) {
+    const { numFrames, times } = timeline;
     // Frames that only just arrive are no film yet.
-    const at = withinFilm({ film }, frame);
+    const at = clampFrame({ timeline }, frame);
     this.range.value = String(at);
-    this.range.setAttribute('aria-valuetext', `Frame ${at + 1} of ${numFrames}${atTime(times, at)}`);
+    this.range.setAttribute('aria-valuetext', `Frame ${at + 1} of ${numFrames}${formatFrameTime(times, at)}`);
     const share = String(numFrames > 1 ? at / (numFrames - 1) : 0);
     for (const where of [this.range, byId('object-list')]) where.style.setProperty('--share', share);
     byId('counter').textContent = numFrames > 0 ? `${at + 1} / ${numFrames}` : '– / –';
   }
 
   jump(frame: number) {
-    this.store.set({ playing: false, frame: withinFilm(this.store.state, frame) });
+    this.store.set({ isPlaying: false, frame: clampFrame(this.store.state, frame) });
   }
 
   /** @param by frames; past either end it stays, or goes round when looping */
   step(by: number) {
-    const { film, frame, loop } = this.store.state;
-    if (film.numFrames === 0) return;
-    this.jump(loop ? (frame + by + film.numFrames) % film.numFrames : frame + by);
+    const { timeline, frame, loop } = this.store.state;
+    if (timeline.numFrames === 0) return;
+    this.jump(loop ? (frame + by + timeline.numFrames) % timeline.numFrames : frame + by);
   }
 
   toggle() {
-    const { playing, film, loop, frame } = this.store.state;
+    const { isPlaying, timeline, loop, frame } = this.store.state;
     const isAtEnd = !loop && frame === this.last;
-    if (playing) this.store.set({ playing: false });
-    else if (film.numFrames > 1) this.store.set({ playing: true, frame: isAtEnd ? 0 : frame });
+    if (isPlaying) this.store.set({ isPlaying: false });
+    else if (timeline.numFrames > 1) this.store.set({ isPlaying: true, frame: isAtEnd ? 0 : frame });
   }
 
   showPlaying(playing: boolean) {
@@ -95,16 +95,16 @@ class Timeline {
   play() {
     let before = performance.now();
     /** For how long the frame on screen has been shown, in seconds. */
-    let shown = 0;
+    let shownSeconds = 0;
     const tick = (now: number) => {
       this.ticking = requestAnimationFrame(tick);
-      const { film, frame } = this.store.state;
-      const lasts = (by: number) => film.times.lasts((frame + by) % film.numFrames, film.fps);
+      const { timeline, frame } = this.store.state;
+      const durationOf = (by: number) => timeline.times.durationOf((frame + by) % timeline.numFrames, timeline.fps);
       // A page that was in the background does not try to catch up.
-      shown += Math.min((now - before) / 1000, Math.max(1, lasts(0)));
+      shownSeconds += Math.min((now - before) / 1000, Math.max(1, durationOf(0)));
       before = now;
       let due = 0;
-      for (; shown >= lasts(due); due++) shown -= lasts(due);
+      for (; shownSeconds >= durationOf(due); due++) shownSeconds -= durationOf(due);
       if (due > 0) this.advance(due);
     };
     this.ticking = requestAnimationFrame(tick);
@@ -112,8 +112,8 @@ class Timeline {
 
   /** @param by frames while playing */
   advance(by: number) {
-    const { film, frame, loop } = this.store.state;
+    const { timeline, frame, loop } = this.store.state;
     if (!loop && frame + by >= this.last) this.jump(this.last);
-    else this.store.set({ frame: (frame + by) % film.numFrames });
+    else this.store.set({ frame: (frame + by) % timeline.numFrames });
   }
 }

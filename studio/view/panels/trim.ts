@@ -2,20 +2,20 @@
 // before, during and after a run; the clip can be played from it without one.
 
 import { type ClipPlayer, openPlayer } from '../clip-player.js';
-import { lastOf, lengthOf, partWords, placeIn } from '../../model/clip-words.js';
+import { lastFrame, describeLength, describePart, frameFormatter } from '../../model/clip-text.js';
 import { byId, h } from '../dom.js';
-import { type Source, fitTake } from '../../model/source.js';
-import { explain } from '../../model/words.js';
+import { type Source, clampTrim } from '../../model/source.js';
+import { explain } from '../../model/messages.js';
 import type { State, Store } from '../../model/store.js';
 import type { Page } from '../page.js';
 
 /** Pictures of the strip, and their long side in pixels. */
-const PICTURES = 12;
-const SIDE = 112;
+const STRIP_PICTURES = 12;
+const STRIP_SIDE_PX = 112;
 
 export function trimPanel({ store, app, keys }: Pick<Page, 'store' | 'app' | 'keys'>) {
   const panel = new TrimPanel(store);
-  byId('trim-run').addEventListener('click', () => app.again());
+  byId('trim-run').addEventListener('click', () => app.rerun());
   keys.on(
     'p',
     () => panel.toggle(),
@@ -35,23 +35,23 @@ class TrimPanel {
   constructor(readonly store: Store) {
     this.connect();
     store.watch(['source'], ({ source }) => this.open(source));
-    store.watch(['source', 'take'], (state) => this.show(state));
-    store.watch(['source', 'take', 'phase', 'job'], (state) => showRun(state));
+    store.watch(['source', 'trim'], (state) => this.show(state));
+    store.watch(['source', 'trim', 'phase', 'job'], (state) => showRun(state));
     // What is found takes the screen.
     store.watch(['phase'], () => this.hide());
   }
 
   connect() {
     for (const handle of [this.from, this.to]) {
-      handle.addEventListener('input', () => this.look(handle));
-      handle.addEventListener('change', () => this.choose());
+      handle.addEventListener('input', () => this.moveHandle(handle));
+      handle.addEventListener('change', () => this.applyHandles());
       handle.addEventListener('blur', () => this.playing || this.hide());
       handle.addEventListener('pointerup', () => this.playing || this.hide());
     }
     byId('trim-play').addEventListener('click', () => this.toggle());
     byId('trim-all').addEventListener('click', () => {
-      const { source, take } = this.store.state;
-      if (source) this.store.set({ take: fitTake({ ...take, start: 0, frames: source.count }, source) });
+      const { source, trim } = this.store.state;
+      if (source) this.store.set({ trim: clampTrim({ ...trim, start: 0, frames: source.count }, source) });
     });
   }
 
@@ -60,10 +60,10 @@ class TrimPanel {
     this.player?.close();
     this.player = null;
     this.drawing.abort();
-    const trims = Boolean(source?.strip && source.count > 2);
-    byId('trim').hidden = !trims;
+    const canTrim = Boolean(source?.strip && source.count > 2);
+    byId('trim').hidden = !canTrim;
     this.strip.replaceChildren();
-    if (!source || !trims) return;
+    if (!source || !canTrim) return;
     this.from.max = this.to.max = String(source.count - 1);
     this.drawing = new AbortController();
     this.draw(source, this.drawing.signal);
@@ -71,12 +71,12 @@ class TrimPanel {
 
   async draw(source: Source, signal: AbortSignal) {
     const shape = source.width / source.height;
-    const side = Math.round(shape > 1 ? SIDE : SIDE / shape);
-    const places = Array.from({ length: Math.min(PICTURES, source.count) }, () => h('canvas'));
+    const side = Math.round(shape > 1 ? STRIP_SIDE_PX : STRIP_SIDE_PX / shape);
+    const places = Array.from({ length: Math.min(STRIP_PICTURES, source.count) }, () => h('canvas'));
     this.strip.replaceChildren(...places);
     try {
       let at = 0;
-      for await (const image of source.strip?.(PICTURES, side, signal) ?? []) {
+      for await (const image of source.strip?.(STRIP_PICTURES, side, signal) ?? []) {
         const canvas = places[at++];
         Object.assign(canvas, { width: image.width, height: image.height });
         canvas.getContext('2d')?.putImageData(image, 0, 0);
@@ -88,55 +88,57 @@ class TrimPanel {
     if (!signal.aborted) this.strip.dataset.ready = source.name;
   }
 
-  show({ source, take }: Readonly<State>) {
+  show({ source, trim }: Readonly<State>) {
     if (!source?.strip) return;
-    const last = lastOf(take);
-    this.from.value = String(take.start);
+    const last = lastFrame(trim);
+    this.from.value = String(trim.start);
     this.to.value = String(last);
-    this.words(source, take.start, last);
+    this.showPart(source, trim.start, last);
   }
 
-  words(source: Source, first: number, last: number) {
-    const whole = first === 0 && last >= source.count - 1;
-    const at = placeIn(source);
+  showPart(source: Source, first: number, last: number) {
+    const isWhole = first === 0 && last >= source.count - 1;
+    const at = frameFormatter(source);
     this.from.setAttribute('aria-valuetext', at(first));
     this.to.setAttribute('aria-valuetext', at(last));
     const box = byId('trim-box');
     box.style.setProperty('--from', String(first / (source.count - 1)));
     box.style.setProperty('--to', String(last / (source.count - 1)));
-    byId('trim-text').textContent = whole ? `Whole clip, ${lengthOf(source)}` : partWords(source, first, last);
-    byId('trim-all').hidden = whole;
+    byId('trim-text').textContent = isWhole
+      ? `Whole clip, ${describeLength(source)}`
+      : describePart(source, first, last);
+    byId('trim-all').hidden = isWhole;
   }
 
   /** While a handle moves: the frame that it stands on. The handles never meet. */
-  look(handle: HTMLInputElement) {
-    const { source, take } = this.store.state;
+  moveHandle(handle: HTMLInputElement) {
+    const { source, trim } = this.store.state;
     if (!source) return;
     if (handle === this.from)
-      this.from.value = String(Math.min(Number(this.from.value), Number(this.to.value) - take.step));
-    else this.to.value = String(Math.max(Number(this.to.value), Number(this.from.value) + take.step));
-    this.words(source, Number(this.from.value), Number(this.to.value));
+      this.from.value = String(Math.min(Number(this.from.value), Number(this.to.value) - trim.step));
+    else this.to.value = String(Math.max(Number(this.to.value), Number(this.from.value) + trim.step));
+    this.showPart(source, Number(this.from.value), Number(this.to.value));
     this.stop();
     this.reveal().show(Number(handle.value));
   }
 
   /** A handle rests: that is the part that is meant. */
-  choose() {
-    const { source, take } = this.store.state;
+  applyHandles() {
+    const { source, trim } = this.store.state;
     if (!source) return;
     const start = Number(this.from.value);
-    const frames = Math.floor((Number(this.to.value) - start) / take.step) + 1;
-    if (start === take.start && frames === take.frames) return;
-    this.store.set({ take: fitTake({ ...take, start, frames }, source) });
+    const frames = Math.floor((Number(this.to.value) - start) / trim.step) + 1;
+    if (start === trim.start && frames === trim.frames) return;
+    this.store.set({ trim: clampTrim({ ...trim, start, frames }, source) });
   }
 
   toggle() {
-    const { source, take } = this.store.state;
+    const { source, trim } = this.store.state;
     if (!source) return;
     if (this.playing) return this.hide();
-    this.store.set({ playing: false });
+    this.store.set({ isPlaying: false });
     this.playing = true;
-    this.reveal().play(take.start, lastOf(take), (frame) =>
+    this.reveal().play(trim.start, lastFrame(trim), (frame) =>
       byId('trim-box').style.setProperty('--at', String(frame / (source.count - 1))),
     );
     this.showPlaying();
@@ -170,11 +172,11 @@ class TrimPanel {
 }
 
 /** A run under way follows the handles by itself; one that has ended is asked for. */
-function showRun({ source, take, phase, job }: Readonly<State>) {
-  const done = phase === 'done' || phase === 'stopped';
-  const other = job !== null && (job.take.start !== take.start || lastOf(job.take) !== lastOf(take));
+function showRun({ source, trim, phase, job }: Readonly<State>) {
+  const hasEnded = phase === 'done' || phase === 'stopped';
+  const isOtherPart = job !== null && (job.trim.start !== trim.start || lastFrame(job.trim) !== lastFrame(trim));
   const button = byId('trim-run');
-  button.hidden = !(done && other);
-  const whole = source && take.start === 0 && lastOf(take) + take.step >= source.count;
-  button.textContent = whole ? 'Run the whole clip' : 'Run this part';
+  button.hidden = !(hasEnded && isOtherPart);
+  const isWhole = source && trim.start === 0 && lastFrame(trim) + trim.step >= source.count;
+  button.textContent = isWhole ? 'Run the whole clip' : 'Run this part';
 }

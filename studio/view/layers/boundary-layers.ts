@@ -1,15 +1,15 @@
 // What a still image shows: the boundary probability, contours, superpixels.
 
 import { type DrawSuperpixelsOptions, drawBoundaries, drawSuperpixels } from '../../model/library.js';
-import { Fetched, picture, valueAt } from './fetched.js';
+import { FrameCache, drawPicture, valueAt } from './frame-cache.js';
 import { type Layer, fromCorner, opacity, toggle } from './layer.js';
 import { key } from '../dom.js';
 import { EDGE_STYLES } from '../../model/palette.js';
-import type { Boundaries, Superpixels } from '../../model/answers.js';
+import type { Boundaries, Superpixels } from '../../model/frame-data.js';
 
 export function boundaryLayer(): Layer {
   const thin = toggle('Ridges only', false);
-  const maps = new Fetched('boundaries', (map) => ({
+  const maps = new FrameCache('boundaries', (map) => ({
     map,
     pb: boundariesOf(map, 'pb'),
     thin: boundariesOf(map, 'thin'),
@@ -21,32 +21,32 @@ export function boundaryLayer(): Layer {
     about: 'Boundary probability of each pixel, from brightness, colour and texture.',
     only: 'still',
     z: 14,
-    on: false,
+    isOn: false,
     settings: { opacity: opacity(), thin },
     legend: () => [],
     reset: () => maps.reset(),
     draw(ctx, view) {
-      const known = maps.get(view, view.frame);
-      if (known) ctx.drawImage(thin.value > 0 ? known.thin : known.pb, -0.5, -0.5, view.width, view.height);
+      const cached = maps.get(view, view.frame);
+      if (cached) ctx.drawImage(thin.value > 0 ? cached.thin : cached.pb, -0.5, -0.5, view.width, view.height);
     },
     readout(view, spot) {
       const map = maps.get(view, view.frame)?.map;
-      const here = map && valueAt(map, map.pb, view, spot);
-      return here === undefined ? '' : `Pb ${here.toFixed(2)}`;
+      const value = map && valueAt(map, map.pb, view, spot);
+      return value === undefined ? '' : `Pb ${value.toFixed(2)}`;
     },
   };
 }
 
 function boundariesOf({ width, height, ...values }: Boundaries, of: 'pb' | 'thin') {
-  return picture({ width, height }, (ctx) => drawBoundaries(ctx, { width, height, [of]: values[of] }, { of }));
+  return drawPicture({ width, height }, (ctx) => drawBoundaries(ctx, { width, height, [of]: values[of] }, { of }));
 }
 
 /** Width of contours in CSS pixels. */
-const WIDTH = 1.6;
+const CONTOUR_WIDTH_PX = 1.6;
 
 export function contourLayer(): Layer {
   const deleted = toggle('Deleted edges', false);
-  const regions = new Fetched('superpixels', (superpixels) => superpixels);
+  const regions = new FrameCache('superpixels', (superpixels) => superpixels);
   return {
     id: 'contours',
     name: 'Contours',
@@ -54,7 +54,7 @@ export function contourLayer(): Layer {
     about: 'Lines fitted to contours, and Gabriel edges across the gaps.',
     only: 'still',
     z: 50,
-    on: false,
+    isOn: false,
     settings: { opacity: opacity(), deleted },
     legend: () => [
       key('line', EDGE_STYLES.Constraint.color, 'contours'),
@@ -63,27 +63,27 @@ export function contourLayer(): Layer {
     ],
     reset: () => regions.reset(),
     draw(ctx, view) {
-      const known = regions.get(view, view.frame);
-      if (!known) return;
+      const superpixels = regions.get(view, view.frame);
+      if (!superpixels) return;
       const options: DrawSuperpixelsOptions = {
         fill: 'none',
         borders: false,
         edges: true,
         deleted: deleted.value > 0,
-        width: WIDTH * view.unit,
+        width: CONTOUR_WIDTH_PX * view.unit,
       };
-      fromCorner(ctx, () => drawSuperpixels(ctx, known, options));
+      fromCorner(ctx, () => drawSuperpixels(ctx, superpixels, options));
     },
   };
 }
 
 /** Pixels of the picture along one of the superpixels' grid, so that lines between them are finer than that. */
-const FINE = 3;
+const PIXELS_PER_CELL = 3;
 
 export function superpixelLayer(): Layer {
   const mean = toggle('Mean colour', true);
   const pictures = new Map<string, OffscreenCanvas>();
-  const regions = new Fetched('superpixels', (superpixels) => superpixels);
+  const regions = new FrameCache('superpixels', (superpixels) => superpixels);
   return {
     id: 'superpixels',
     name: 'Superpixels',
@@ -91,7 +91,7 @@ export function superpixelLayer(): Layer {
     about: 'Regions between contours; each belongs to one object.',
     only: 'still',
     z: 12,
-    on: false,
+    isOn: false,
     settings: { opacity: opacity(0.9), mean },
     legend: () => [],
     reset() {
@@ -99,10 +99,10 @@ export function superpixelLayer(): Layer {
       regions.reset();
     },
     draw(ctx, view) {
-      const known = regions.get(view, view.frame);
-      if (!known) return;
+      const superpixels = regions.get(view, view.frame);
+      if (!superpixels) return;
       const key = `${view.frame} ${mean.value}`;
-      const canvas = pictures.get(key) ?? superpixelsOf(known, mean.value > 0 ? view.image : null);
+      const canvas = pictures.get(key) ?? superpixelsOf(superpixels, mean.value > 0 ? view.image : null);
       pictures.set(key, canvas);
       ctx.drawImage(canvas, -0.5, -0.5, view.width, view.height);
     },
@@ -112,8 +112,8 @@ export function superpixelLayer(): Layer {
 /** @param image for mean colours */
 function superpixelsOf(superpixels: Superpixels, image: CanvasImageSource | null) {
   const { width, height } = superpixels;
-  return picture({ width: FINE * width, height: FINE * height }, (ctx) => {
-    ctx.scale(FINE, FINE);
+  return drawPicture({ width: PIXELS_PER_CELL * width, height: PIXELS_PER_CELL * height }, (ctx) => {
+    ctx.scale(PIXELS_PER_CELL, PIXELS_PER_CELL);
     drawSuperpixels(ctx, { ...superpixels, scaleX: 1, scaleY: 1 }, image ? { image } : {});
   });
 }

@@ -27,10 +27,10 @@ export interface Result {
 }
 
 /** Masks that are kept; those of a long clip lie elsewhere in a small form. */
-const MASKS = 64;
+const MAX_CACHED_MASKS = 64;
 
 /** Answers are kept, so playing costs nothing after the first round. */
-export class Points {
+export class Segmentation {
   masks = new Map<number, Uint8Array>();
   /** One more than the highest label. */
   count: number;
@@ -55,7 +55,7 @@ export class Points {
     const mask = this.masks.get(frame) ?? this.result.labels(frame);
     this.masks.delete(frame);
     this.masks.set(frame, mask);
-    if (this.masks.size > MASKS) this.masks.delete(this.masks.keys().next().value!);
+    if (this.masks.size > MAX_CACHED_MASKS) this.masks.delete(this.masks.keys().next().value!);
     return mask;
   }
 

@@ -1,23 +1,23 @@
 // What layers draw: answers that are fetched when a layer first looks at a frame, and pictures of one value a pixel.
 
-import type { Answer } from '../../model/answers.js';
+import type { FrameData } from '../../model/frame-data.js';
 import type { View } from './layer.js';
 
 /** Answers by frame, one question at a time: while the clip plays, frames in between are passed over. */
-export class Fetched<K extends keyof Answer, T> {
-  known = new Map<number, T>();
+export class FrameCache<K extends keyof FrameData, T> {
+  values = new Map<number, T>();
   busy = false;
   run = 0;
 
-  /** @param made what is kept of an answer */
+  /** @param convert what is kept of an answer */
   constructor(
-    readonly what: K,
-    public made: (answer: Answer[K]) => T,
+    readonly kind: K,
+    public convert: (answer: FrameData[K]) => T,
   ) {}
 
   /** Forgets everything, also what is on its way. */
   reset() {
-    this.known.clear();
+    this.values.clear();
     this.busy = false;
     this.run += 1;
   }
@@ -27,25 +27,25 @@ export class Fetched<K extends keyof Answer, T> {
    * @returns undefined as long as it is on its way, and where nobody knows
    */
   get(view: View, frame: number): T | undefined {
-    const known = this.known.get(frame);
-    const ask = view.answers[this.what];
-    if (known === undefined && !this.busy && ask) this.fetch(view, frame, ask);
-    return known;
+    const value = this.values.get(frame);
+    const load = view.frameData[this.kind];
+    if (value === undefined && !this.busy && load) this.fetch(view, frame, load);
+    return value;
   }
 
-  async fetch(view: View, frame: number, ask: (frame: number) => Promise<Answer[K]>) {
-    const asked = this.run;
+  async fetch(view: View, frame: number, load: (frame: number) => Promise<FrameData[K]>) {
+    const run = this.run;
     this.busy = true;
     try {
-      const answer = await ask(frame);
-      if (asked === this.run) this.known.set(frame, this.made(answer));
+      const answer = await load(frame);
+      if (run === this.run) this.values.set(frame, this.convert(answer));
     } catch (error) {
       // A session that was closed meanwhile answers nobody.
-      if (asked === this.run) console.warn(`no ${this.what} of frame`, frame, error);
+      if (run === this.run) console.warn(`no ${this.kind} of frame`, frame, error);
     } finally {
-      if (asked === this.run) {
+      if (run === this.run) {
         this.busy = false;
-        if (this.known.has(frame)) view.redraw();
+        if (this.values.has(frame)) view.redraw();
       }
     }
   }
@@ -55,7 +55,7 @@ export class Fetched<K extends keyof Answer, T> {
  * Paints a picture once, to be drawn over the frame again and again.
  * @param draw fills it from the upper left corner
  */
-export function picture(
+export function drawPicture(
   { width, height }: { width: number; height: number },
   draw: (ctx: OffscreenCanvasRenderingContext2D) => void,
 ): OffscreenCanvas {

@@ -34,9 +34,14 @@ export type ImageEdges = {
 };
 
 /** What can be asked about a frame. */
-export type Answer = { boundaries: Boundaries; superpixels: Superpixels; background: Plate; imageEdges: ImageEdges };
+export type FrameData = { boundaries: Boundaries; superpixels: Superpixels; background: Plate; imageEdges: ImageEdges };
 
 /** What the session, or what was made of a still image, answers about a frame; null where it knows no such thing. */
-export type Answers = { [What in keyof Answer]: ((frame: number) => Promise<Answer[What]>) | null };
+export type FrameDataSource = { [What in keyof FrameData]: ((frame: number) => Promise<FrameData[What]>) | null };
 
-export const NO_ANSWERS: Answers = { boundaries: null, superpixels: null, background: null, imageEdges: null };
+export const NO_FRAME_DATA: FrameDataSource = {
+  boundaries: null,
+  superpixels: null,
+  background: null,
+  imageEdges: null,
+};

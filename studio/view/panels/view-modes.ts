@@ -3,10 +3,10 @@
 
 import { byId } from '../dom.js';
 import { drawCutout } from '../../model/library.js';
-import { type GroundName, type View, groundOf } from '../../model/look.js';
+import { type BackdropName, type View, cutoutBackdrop } from '../../model/view-settings.js';
 import { type View as LayerView, fromCorner } from '../layers/layer.js';
-import { type Ground, type Store, errorPatch } from '../../model/store.js';
-import { PageError } from '../../model/words.js';
+import { type Backdrop, type Store, errorPatch } from '../../model/store.js';
+import { PageError } from '../../model/messages.js';
 import type { Zoom } from '../../model/zoom.js';
 import type { Page } from '../page.js';
 
@@ -27,11 +27,11 @@ export class Compare {
 
   constructor(readonly store: Store) {
     for (const radio of this.radios) radio.addEventListener('change', () => store.set({ view: radio.value as View }));
-    this.split.addEventListener('input', () => store.set({ split: Number(this.split.value) }));
+    this.split.addEventListener('input', () => store.set({ dividerPercent: Number(this.split.value) }));
     NARROW.addEventListener('change', () => this.showShape());
     store.watch(['view'], ({ view }) => this.showView(view));
     store.watch(['view', 'picture'], () => this.showShape());
-    store.watch(['split'], ({ split }) => this.showSplit(split));
+    store.watch(['dividerPercent'], ({ dividerPercent }) => this.showSplit(dividerPercent));
   }
 
   showView(view: View) {
@@ -49,9 +49,9 @@ export class Compare {
   showShape() {
     const { view, picture } = this.store.state;
     const stacks = NARROW.matches && picture.width > picture.height;
-    const two = view === 'beside' ? (stacks ? 0.5 : 2) : 1;
+    const aspectFactor = view === 'beside' ? (stacks ? 0.5 : 2) : 1;
     this.box.toggleAttribute('data-stacks', stacks);
-    this.box.parentElement?.style.setProperty('--aspect', String((picture.width / picture.height) * two));
+    this.box.parentElement?.style.setProperty('--aspect', String((picture.width / picture.height) * aspectFactor));
   }
 
   showSplit(percent: number) {
@@ -64,7 +64,7 @@ export class Compare {
    * Draws the frame as it came.
    * @param like the canvas of the result, whose size it takes
    */
-  draw(image: CanvasImageSource | null, like: HTMLCanvasElement, { by, x, y }: Zoom) {
+  draw(image: CanvasImageSource | null, like: HTMLCanvasElement, { scale, x, y }: Zoom) {
     if (!['beside', 'slider'].includes(this.store.state.view)) return;
     const { canvas, box } = this;
     if (canvas.width !== like.width || canvas.height !== like.height)
@@ -77,45 +77,45 @@ export class Compare {
     ctx.clearRect(0, 0, canvas.width, canvas.height);
     ctx.imageSmoothingQuality = 'high';
     const { width, height } = canvas;
-    if (image) ctx.drawImage(image, -x * by * width, -y * by * height, by * width, by * height);
+    if (image) ctx.drawImage(image, -x * scale * width, -y * scale * height, scale * width, scale * height);
   }
 }
 
-export function groundPanel({ store, viewer }: Pick<Page, 'store' | 'viewer'>) {
-  const choice = byId<HTMLSelectElement>('ground');
-  const colour = byId<HTMLInputElement>('ground-colour');
-  const file = byId<HTMLInputElement>('ground-file');
+export function backdropPanel({ store, viewer }: Pick<Page, 'store' | 'viewer'>) {
+  const choice = byId<HTMLSelectElement>('backdrop');
+  const colour = byId<HTMLInputElement>('backdrop-colour');
+  const file = byId<HTMLInputElement>('backdrop-file');
   choice.addEventListener('change', () => {
-    const name = choice.value as GroundName;
+    const name = choice.value as BackdropName;
     if (name === 'picture') file.click();
     // Without a picture it stays as it was.
-    if (name === 'picture' && !store.state.ground.picture) choice.value = store.state.ground.name;
-    else store.set({ ground: { ...store.state.ground, name } });
+    if (name === 'picture' && !store.state.backdrop.picture) choice.value = store.state.backdrop.name;
+    else store.set({ backdrop: { ...store.state.backdrop, name } });
   });
-  colour.addEventListener('input', () => store.set({ ground: { ...store.state.ground, colour: colour.value } }));
+  colour.addEventListener('input', () => store.set({ backdrop: { ...store.state.backdrop, colour: colour.value } }));
   file.addEventListener('change', async () => {
     const [picked] = file.files ?? [];
     file.value = '';
     if (!picked) return;
     try {
       const picture = await createImageBitmap(picked);
-      store.set({ ground: { ...store.state.ground, name: 'picture', picture } });
+      store.set({ backdrop: { ...store.state.backdrop, name: 'picture', picture } });
     } catch {
       store.set(errorPatch(new PageError('unreadable-image', picked.name)));
     }
   });
-  store.watch(['view', 'ground'], ({ view, ground }) => {
-    byId('ground-row').hidden = view !== 'cutout';
-    byId('screen').dataset.ground = ground.name;
-    choice.value = ground.name;
-    colour.hidden = ground.name !== 'colour';
+  store.watch(['view', 'backdrop'], ({ view, backdrop }) => {
+    byId('backdrop-row').hidden = view !== 'cutout';
+    byId('screen').dataset.backdrop = backdrop.name;
+    choice.value = backdrop.name;
+    colour.hidden = backdrop.name !== 'colour';
     viewer.redraw();
   });
 }
 
 /** Draws the frame's objects that are kept on their ground. */
-export function drawKept(ctx: CanvasRenderingContext2D, { image, mask }: LayerView, ground: Ground) {
+export function drawCutoutView(ctx: CanvasRenderingContext2D, { image, mask }: LayerView, backdrop: Backdrop) {
   const edged = mask();
   if (!image || !edged) return;
-  fromCorner(ctx, () => drawCutout(ctx, image, edged, { background: groundOf(ground) }));
+  fromCorner(ctx, () => drawCutout(ctx, image, edged, { background: cutoutBackdrop(backdrop) }));
 }

@@ -1,6 +1,6 @@
 // Every sentence the page builds: numbers, the summary of a result, and errors with what to do about them.
 
-import type { Facts, Times } from './presence.js';
+import type { ObjectFacts, Times } from './presence.js';
 
 /** An error of the page itself (the library's own is `TraceCutError`); both carry a `code`. */
 export class PageError extends Error {
@@ -80,7 +80,7 @@ const ADVICE: Record<string, [string, string]> = {
 };
 
 /** What a run does, in the words of the headline, by stages. */
-const DOING: Record<string, string> = {
+const STAGE_NAMES: Record<string, string> = {
   frames: 'Reading frames',
   windows: 'Finding objects',
   flow: 'Tracking motion',
@@ -93,21 +93,21 @@ const DOING: Record<string, string> = {
   other: 'Grouping motion',
 };
 
-export const doing = (stage: string) => DOING[stage] ?? DOING.other;
+export const stageName = (stage: string) => STAGE_NAMES[stage] ?? STAGE_NAMES.other;
 
 /** What the page says about an image that is alone. */
-export const STILL = {
+export const STILL_MESSAGES = {
   headline: 'Still image',
   remark: 'One image has no motion. Open a video or an image sequence.',
 };
 
 /** What the page says about the first look at a clip. */
-export const PREVIEW = {
+export const PREVIEW_MESSAGES = {
   live: 'Coarse preview of the first frames.',
 };
 
 /** What the page says about a clip that was taken window by window. */
-export const LONG = {
+export const CLIP_MESSAGES = {
   remark: (window: number) => `windows of ${window} frames`,
   nothing: 'Nothing stands out from the background.',
   partial: (done: number, all: number) =>
@@ -115,14 +115,14 @@ export const LONG = {
 };
 
 /** A file that ends in damage, and what was taken of it. */
-export function damageWords({ frames, total }: { frames: number; total: number | null }): string {
+export function describeDamage({ frames, total }: { frames: number; total: number | null }): string {
   return total !== null && total > frames
-    ? `The file is damaged: the first ${count(frames)} of ${count(total)} frames were used.`
-    : `The file is damaged: the first ${count(frames)} frames were used.`;
+    ? `The file is damaged: the first ${formatCount(frames)} of ${formatCount(total)} frames were used.`
+    : `The file is damaged: the first ${formatCount(frames)} frames were used.`;
 }
 
 /** What files are to be converted to. */
-const FORMATS = /MP4 \(H\.264\)( \S+ WebM)?/;
+const SUGGESTED_FORMATS = /MP4 \(H\.264\)( \S+ WebM)?/;
 
 /** @param playsMp4 whether there is a decoder for H.264: some browsers have none, and are not told to use it */
 export function explain(
@@ -131,13 +131,13 @@ export function explain(
 ): { code: string; title: string; advice: string; detail: string } {
   const code = (error as { code?: unknown })?.code;
   const detail = error instanceof Error ? error.message : String(error);
-  const told = ([title, advice]: [string, string]) => ({
+  const toMessage = ([title, advice]: [string, string]) => ({
     title,
-    advice: playsMp4 ? advice : advice.replace(FORMATS, 'WebM'),
+    advice: playsMp4 ? advice : advice.replace(SUGGESTED_FORMATS, 'WebM'),
   });
-  const known = typeof code === 'string' ? ADVICE[code] : undefined;
-  if (known) return { code: String(code), ...told(known), detail: detail === code ? '' : detail };
-  if (error instanceof RangeError) return { code: 'memory', ...told(ADVICE.memory), detail };
+  const advice = typeof code === 'string' ? ADVICE[code] : undefined;
+  if (advice) return { code: String(code), ...toMessage(advice), detail: detail === code ? '' : detail };
+  if (error instanceof RangeError) return { code: 'memory', ...toMessage(ADVICE.memory), detail };
   return {
     code: typeof code === 'string' ? code : 'unknown',
     title: 'Something went wrong',
@@ -147,31 +147,31 @@ export function explain(
 }
 
 /** Writes a number with commas between thousands: `1,234`. */
-export function count(n: number): string {
+export function formatCount(n: number): string {
   return Math.round(n)
     .toString()
     .replace(/\B(?=(\d{3})+$)/g, ',');
 }
 
 /** Returns `1 frame`, `2 frames`. */
-export function plural(n: number, one: string, many = `${one}s`): string {
-  return `${count(n)} ${n === 1 ? one : many}`;
+export function formatPlural(n: number, singular: string, pluralNoun = `${singular}s`): string {
+  return `${formatCount(n)} ${n === 1 ? singular : pluralNoun}`;
 }
 
 /** Returns `840 KB`, `12.3 MB`. */
-export function bytes(n: number): string {
+export function formatBytes(n: number): string {
   return n < 1e6 ? `${Math.max(1, Math.round(n / 1e3))}\u00a0KB` : `${(n / 1e6).toFixed(1)}\u00a0MB`;
 }
 
 /** Returns `0.4 s`, `12.3 s`, `2 min 5 s`. */
-export function seconds(ms: number): string {
+export function formatSeconds(ms: number): string {
   const s = ms / 1000;
   if (s < 100) return `${s.toFixed(1)}\u00a0s`;
   return `${Math.floor(s / 60)}\u00a0min ${Math.round(s % 60)}\u00a0s`;
 }
 
 /** Returns `about 12 s left`: coarser, the more there is. */
-export function remaining(ms: number): string {
+export function formatTimeLeft(ms: number): string {
   const s = ms / 1000;
   if (s < 1.5) return 'almost done';
   if (s > 90) return `about ${Math.round(s / 60)}\u00a0min left`;
@@ -179,15 +179,15 @@ export function remaining(ms: number): string {
 }
 
 /** Returns `, 0.8 s`; empty where frames have no time. */
-export function atTime(times: Times, frame: number): string {
-  return times.seconds ? `, ${times.at(frame)}` : '';
+export function formatFrameTime(times: Times, frame: number): string {
+  return times.seconds ? `, ${times.format(frame)}` : '';
 }
 
 /**
  * @param share in 0..1
  * @returns `62%`, `0.4%`
  */
-export function percent(share: number): string {
+export function formatPercent(share: number): string {
   const p = share * 100;
   return `${p > 0 && p < 9.95 ? p.toFixed(1) : Math.round(p)}%`;
 }
@@ -195,20 +195,20 @@ export function percent(share: number): string {
 /** What the page sees, in one sentence. */
 export function headline(
   result: { objects: readonly object[] | null; clusters: { count: number }; trajectories: { count: number } },
-  facts: Facts[],
+  facts: ObjectFacts[],
 ): string {
   if (result.trajectories.count === 0) return 'Nothing to track';
   return countObjects(facts);
 }
 
-export function countObjects(facts: Facts[]): string {
+export function countObjects(facts: ObjectFacts[]): string {
   const objects = facts.filter(({ object, first }) => object > 0 && first >= 0).length;
   if (objects < 1) return 'No moving objects';
-  return plural(objects, 'moving object');
+  return formatPlural(objects, 'moving object');
 }
 
 /**
- * Why the result holds no moving object; empty when it does. What to do about it are buttons, see panels/nothing.ts.
+ * Why the result holds no moving object; empty when it does. What to do about it are buttons, see panels/suggestions.ts.
  */
 export function remark(result: {
   objects: readonly object[] | null;

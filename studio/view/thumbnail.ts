@@ -3,40 +3,40 @@
 import { type MaskSource, drawLabels } from '../model/library.js';
 
 /** Its longer side, in pixels: twice as large as it is shown. */
-const SIDE = 192;
+const THUMBNAIL_SIDE_PX = 192;
 
 /** So many frames of a clip are looked at. */
-const LOOKED_AT = 16;
+const MAX_SAMPLED_FRAMES = 16;
 
 /**
  * @param hidden objects that are not kept
  * @returns null where there is no frame
  */
-export async function smallPicture(
+export async function makeThumbnail(
   masks: MaskSource,
   frame: (t: number) => Promise<CanvasImageSource | ImageData | null>,
   hidden: readonly number[] = [],
 ): Promise<Blob | null> {
-  const t = fullest(masks, hidden);
-  const found = await frame(t).catch(() => null);
-  if (!found) return null;
-  const picture = found instanceof ImageData ? await createImageBitmap(found) : found;
+  const t = findFullestFrame(masks, hidden);
+  const image = await frame(t).catch(() => null);
+  if (!image) return null;
+  const picture = image instanceof ImageData ? await createImageBitmap(image) : image;
   const { width, height } = masks;
-  const scale = Math.min(1, SIDE / Math.max(width, height));
+  const scale = Math.min(1, THUMBNAIL_SIDE_PX / Math.max(width, height));
   const canvas = new OffscreenCanvas(Math.max(1, Math.round(scale * width)), Math.max(1, Math.round(scale * height)));
   const ctx = canvas.getContext('2d')!;
   ctx.imageSmoothingQuality = 'high';
   ctx.scale(canvas.width / width, canvas.height / height);
   ctx.drawImage(picture, 0, 0, width, height);
-  if (picture !== found && picture instanceof ImageBitmap) picture.close();
+  if (picture !== image && picture instanceof ImageBitmap) picture.close();
   const objects = (object: number) => object > 0 && !hidden.includes(object);
   drawLabels(ctx, masks, t, { outlineWidth: 2 / scale, objects });
   return canvas.convertToBlob({ type: 'image/jpeg', quality: 0.85 });
 }
 
 /** Returns the frame, of a sample, in which objects cover most. */
-function fullest(masks: MaskSource, hidden: readonly number[]): number {
-  const step = Math.max(1, Math.floor(masks.numFrames / LOOKED_AT));
+function findFullestFrame(masks: MaskSource, hidden: readonly number[]): number {
+  const step = Math.max(1, Math.floor(masks.numFrames / MAX_SAMPLED_FRAMES));
   let [best, most] = [0, -1];
   for (let t = 0; t < masks.numFrames; t += step) {
     let count = 0;

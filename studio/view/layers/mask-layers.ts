@@ -4,7 +4,7 @@ import { drawLabels } from '../../model/library.js';
 import { type Layer, fromCorner, opacity } from './layer.js';
 
 /** Width of the outline in CSS pixels. */
-export const OUTLINE = 1.8;
+export const OUTLINE_WIDTH_PX = 1.8;
 
 export function maskLayer(): Layer {
   const fill = { ...opacity(0.5), name: 'Fill' };
@@ -15,7 +15,7 @@ export function maskLayer(): Layer {
     only: 'clip',
     about: 'The pixels of each object, in its colour.',
     z: 30,
-    on: true,
+    isOn: true,
     settings: { opacity: opacity(), fill },
     legend: () => [],
     draw(ctx, { mask, unit, visible }) {
@@ -23,7 +23,9 @@ export function maskLayer(): Layer {
       if (!edged) return;
       const masks = { ...edged, numFrames: 1, labels: () => edged.labels };
       const objects = (object: number) => object > 0 && visible(object);
-      fromCorner(ctx, () => drawLabels(ctx, masks, 0, { opacity: fill.value, outlineWidth: OUTLINE * unit, objects }));
+      fromCorner(ctx, () =>
+        drawLabels(ctx, masks, 0, { opacity: fill.value, outlineWidth: OUTLINE_WIDTH_PX * unit, objects }),
+      );
     },
   };
 }
@@ -36,7 +38,7 @@ export function imageLayer(): Layer {
     key: '9',
     about: 'The frame, desaturated so that layers stand out.',
     z: 0,
-    on: true,
+    isOn: true,
     settings: { opacity: opacity(), color },
     legend: () => [],
     draw(ctx, view) {

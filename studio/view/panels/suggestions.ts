@@ -2,21 +2,21 @@
 
 import { searchReport } from '../../model/library.js';
 import { TOUCH, byId, h } from '../dom.js';
-import { triesOf, whereWords } from '../../model/tries.js';
+import { suggestChanges, describeSearch } from '../../model/suggestions.js';
 import type { Page } from '../page.js';
 
-export function showNothing({ store, app }: Pick<Page, 'store' | 'app'>) {
+export function showSuggestions({ store, app }: Pick<Page, 'store' | 'app'>) {
   const { state } = store;
-  const result = state.found?.points?.result;
+  const result = state.analysis?.segmentation?.result;
   if (!result) return;
   const report = searchReport(result);
-  byId('nothing-where').textContent = whereWords(report);
-  const tries = triesOf(state, report).map(({ id, label, patch }) =>
-    h('button', { type: 'button', 'data-try': id, click: () => (store.set(patch), app.again()) }, label),
+  byId('suggestions-report').textContent = describeSearch(report);
+  const buttons = suggestChanges(state, report).map(({ id, label, patch }) =>
+    h('button', { type: 'button', 'data-suggestion': id, click: () => (store.set(patch), app.rerun()) }, label),
   );
   const adds = TOUCH ? 'Tap the object to add it' : 'Click the object to add it';
-  tries.push(h('button', { type: 'button', 'data-try': 'add', click: addByClick }, adds));
-  byId('nothing-tries').replaceChildren(...tries);
+  buttons.push(h('button', { type: 'button', 'data-suggestion': 'add', click: addByClick }, adds));
+  byId('suggestions-list').replaceChildren(...buttons);
 }
 
 /** Goes to the tool with which a click adds a thing. */

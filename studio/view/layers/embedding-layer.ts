@@ -1,9 +1,9 @@
 // Boundaries of a still image by the embedding of its pixels (section 2.2 and Figure 3(b) of the paper), dark on white.
 
 import { drawBoundaries } from '../../model/library.js';
-import { Fetched, picture, valueAt } from './fetched.js';
+import { FrameCache, drawPicture, valueAt } from './frame-cache.js';
 import { type Layer, choice, opacity } from './layer.js';
-import type { ImageEdges } from '../../model/answers.js';
+import type { ImageEdges } from '../../model/frame-data.js';
 
 type Kind = 'combined' | 'discontinuity' | 'spectral' | 'pb';
 
@@ -11,7 +11,7 @@ type Kind = 'combined' | 'discontinuity' | 'spectral' | 'pb';
  * Strengths of the embedding have no scale of their own: shares of pixels that stay white, and that are not quite
  * black.
  */
-const STRETCH = { white: 0.4, black: 0.98 };
+const CONTRAST_QUANTILES = { white: 0.4, black: 0.98 };
 
 /** What can be chosen, and its word in the readout. */
 const KINDS: [Kind, string, string][] = [
@@ -26,7 +26,7 @@ export function stillLayer(): Layer {
     'Show',
     KINDS.map(([, name]) => name),
   );
-  const maps = new Fetched('imageEdges', (map) => ({
+  const maps = new FrameCache('imageEdges', (map) => ({
     map,
     pictures: KINDS.map(([of]) => paint(map, of)),
   }));
@@ -37,19 +37,19 @@ export function stillLayer(): Layer {
     only: 'still',
     about: 'Similar pixels lie close together in the embedding; boundaries are where it changes abruptly.',
     z: 16,
-    on: true,
+    isOn: true,
     settings: { opacity: opacity(), kind },
     legend: () => [],
     reset: () => maps.reset(),
     draw(ctx, view) {
-      const known = maps.get(view, view.frame);
-      if (known) ctx.drawImage(known.pictures[kind.value], -0.5, -0.5, view.width, view.height);
+      const cached = maps.get(view, view.frame);
+      if (cached) ctx.drawImage(cached.pictures[kind.value], -0.5, -0.5, view.width, view.height);
     },
     readout(view, spot) {
       const { map } = maps.get(view, view.frame) ?? {};
       if (!map) return '';
-      const words = KINDS.map(([of, , word]) => [word, valueAt(map, map[of], view, spot)]);
-      return words
+      const values = KINDS.map(([of, , word]) => [word, valueAt(map, map[of], view, spot)]);
+      return values
         .map(([word, value]) => (typeof value === 'number' ? `${word} ${value.toFixed(2)}` : ''))
         .filter(Boolean)
         .join(', ');
@@ -61,8 +61,11 @@ function paint({ width, height, ...values }: ImageEdges, of: Kind) {
   const stretch =
     of === 'pb' || of === 'combined'
       ? {}
-      : { white: quantile(values[of], STRETCH.white), black: quantile(values[of], STRETCH.black) };
-  return picture({ width, height }, (ctx) =>
+      : {
+          white: quantile(values[of], CONTRAST_QUANTILES.white),
+          black: quantile(values[of], CONTRAST_QUANTILES.black),
+        };
+  return drawPicture({ width, height }, (ctx) =>
     drawBoundaries(ctx, { width, height, [of]: values[of] }, { of, ...stretch }),
   );
 }

@@ -9,9 +9,9 @@ const REST_MS = 120;
 /** Pixels of all pictures that are kept. */
 const MOST_PIXELS = 2 ** 25;
 
-type Wanted = { job: AnyJob; frame: number; side: number };
+type FrameRequest = { job: AnyJob; frame: number; side: number };
 
-export class Sharp {
+export class SharpFrames {
   job: AnyJob | null = null;
   /** In the order in which they came. */
   pictures = new Map<number, { picture: ImageBitmap; side: number }>();
@@ -19,9 +19,9 @@ export class Sharp {
   failed = new Set<number>();
   resting = 0;
   /** What is being read. */
-  reading: Wanted | null = null;
+  reading: FrameRequest | null = null;
   /** What is to be read next. */
-  next: Wanted | null = null;
+  next: FrameRequest | null = null;
 
   /** @param onReady called when a frame that was wanted has come */
   constructor(public onReady: () => void) {}
@@ -33,32 +33,33 @@ export class Sharp {
   get(job: AnyJob | null, frame: number, side: number): ImageBitmap | null {
     if (job !== this.job) this.clear(job);
     if (!job) return null;
-    const known = this.pictures.get(frame);
-    const wanted = sideFor(job, side);
-    if (wanted > (known?.side ?? job.take.side) && !this.failed.has(frame)) this.want({ job, frame, side: wanted });
-    else this.want(null);
-    return known?.picture ?? null;
+    const cached = this.pictures.get(frame);
+    const neededSide = sideFor(job, side);
+    if (neededSide > (cached?.side ?? job.trim.side) && !this.failed.has(frame))
+      this.schedule({ job, frame, side: neededSide });
+    else this.schedule(null);
+    return cached?.picture ?? null;
   }
 
-  want(wanted: Wanted | null): null {
+  schedule(request: FrameRequest | null): null {
     const { next, reading } = this;
-    const isSame = (one: Wanted | null) => one?.frame === wanted?.frame && one?.side === wanted?.side;
-    if (isSame(next) || (wanted && isSame(reading))) return null;
-    this.next = wanted;
+    const isSame = (other: FrameRequest | null) => other?.frame === request?.frame && other?.side === request?.side;
+    if (isSame(next) || (request && isSame(reading))) return null;
+    this.next = request;
     clearTimeout(this.resting);
-    if (wanted) this.resting = window.setTimeout(() => this.read(), REST_MS);
+    if (request) this.resting = window.setTimeout(() => this.read(), REST_MS);
     return null;
   }
 
   /** One after the other: a file is read by one. */
   async read() {
     if (this.reading || !this.next) return;
-    const wanted = this.next;
-    const { job, frame, side } = wanted;
-    Object.assign(this, { reading: wanted, next: null });
+    const request = this.next;
+    const { job, frame, side } = request;
+    Object.assign(this, { reading: request, next: null });
     try {
-      const { source, take, times } = job;
-      const pixels = await source.preview(take.start + frame * take.step, side, times[frame]);
+      const { source, trim, times } = job;
+      const pixels = await source.preview(trim.start + frame * trim.step, side, times[frame]);
       const picture = await createImageBitmap(pixels);
       if (job === this.job) this.keep(frame, picture, side);
       else picture.close();
@@ -76,10 +77,10 @@ export class Sharp {
     this.pictures.delete(frame);
     this.pictures.set(frame, { picture, side });
     let pixels = 0;
-    for (const [at, { picture: one }] of [...this.pictures].reverse()) {
-      pixels += one.width * one.height;
+    for (const [at, { picture: cached }] of [...this.pictures].reverse()) {
+      pixels += cached.width * cached.height;
       if (pixels <= MOST_PIXELS || at === frame) continue;
-      one.close();
+      cached.close();
       this.pictures.delete(at);
     }
     this.onReady();
@@ -89,15 +90,15 @@ export class Sharp {
     for (const { picture } of this.pictures.values()) picture.close();
     this.pictures.clear();
     this.failed.clear();
-    this.want(null);
+    this.schedule(null);
     this.job = job;
   }
 }
 
 /** Returns the working size, doubled until it is enough; at most the source's. */
-function sideFor({ source, take }: AnyJob, side: number): number {
-  const whole = Math.max(source.width, source.height);
-  let found = Math.min(whole, take.side);
-  while (found < Math.min(whole, side)) found = Math.min(whole, 2 * found);
-  return found;
+function sideFor({ source, trim }: AnyJob, side: number): number {
+  const fullSide = Math.max(source.width, source.height);
+  let result = Math.min(fullSide, trim.side);
+  while (result < Math.min(fullSide, side)) result = Math.min(fullSide, 2 * result);
+  return result;
 }

@@ -1,21 +1,21 @@
 // What is on screen as work that can be opened again, and back.
 
 import { type MaskSource, type Project, type VideoResult, editMasks, openProject, saveProject } from './library.js';
-import { stemOf } from './export.js';
-import { PageError } from './words.js';
-import { lookOf } from './look.js';
+import { fileStem } from './export.js';
+import { PageError } from './messages.js';
+import { viewSettingsOf } from './view-settings.js';
 import type { ClipJob } from './clip-job.js';
-import type { About, Saved } from './slots.js';
+import type { ProjectInfo, SavedProject } from './saved-projects.js';
 import type { State } from './store.js';
 
 /** Clips that are larger are not kept with the work, in bytes. */
-const MOST_BYTES = 2 ** 30;
+const MAX_CLIP_BYTES = 2 ** 30;
 
-function aboutOf(state: State): About {
+function projectInfo(state: State): ProjectInfo {
   const { changed, name } = state;
-  const { take, id, holdsOthers, corrections } = state.job as ClipJob;
-  const within = holdsOthers || corrections.changesResult;
-  return { name, take, changed: [...changed], look: lookOf(state), run: id, within };
+  const { trim, id, hasEarlierCorrections, corrections } = state.job as ClipJob;
+  const correctsMasks = hasEarlierCorrections || corrections.changesResult;
+  return { name, trim, changed: [...changed], view: viewSettingsOf(state), run: id, correctsMasks };
 }
 
 /** Makes work of what is on screen; masks that have not changed since are not packed again. */
@@ -23,55 +23,59 @@ export class Packer {
   packed: { masks: unknown; project: Uint8Array } | null = null;
 
   constructor(
-    readonly smallPicture: (
+    readonly makeThumbnail: (
       masks: MaskSource,
       frame: (t: number) => Promise<CanvasImageSource | null>,
       hidden?: readonly number[],
     ) => Promise<Blob | null> = async () => null,
   ) {}
 
-  async pack(state: State, id: string): Promise<Saved> {
-    const { job, film } = state;
+  async pack(state: State, id: string): Promise<SavedProject> {
+    const { job, timeline } = state;
     const corrections = job?.corrections!;
-    const masks = corrections.of.result!;
+    const masks = corrections.target.result!;
     const edits = corrections.editor?.toJSON() ?? null;
     if (this.packed?.masks !== masks) {
-      const times = film.times.seconds?.slice(0, masks.numFrames) ?? null;
+      const times = timeline.times.seconds?.slice(0, masks.numFrames) ?? null;
       // A result of one window has labels of clusters, a result of many has labels of objects.
       const { width, height, numFrames, shots, trajectories, clusters } = masks as VideoResult & { clusters?: unknown };
       const source = {
         ...{ width, height, numFrames, shots, times, trajectories, clusters },
-        end: times && (film.times.seconds?.[masks.numFrames] ?? film.times.end),
+        end: times && (timeline.times.seconds?.[masks.numFrames] ?? timeline.times.end),
         labels: (t: number) => masks.labels(t),
       };
-      this.packed = { masks, project: await saveProject(source, { frameRate: film.fps }) };
+      this.packed = { masks, project: await saveProject(source, { frameRate: timeline.fps }) };
     }
     const { project } = this.packed;
-    const about = aboutOf(state);
-    const shown = corrections.masks!;
-    const picture = await this.smallPicture(shown, (t) => corrections.of.images.open(t), about.look?.hidden);
+    const about = projectInfo(state);
+    const correctedMasks = corrections.masks!;
+    const picture = await this.makeThumbnail(
+      correctedMasks,
+      (t) => corrections.target.images.open(t),
+      about.view?.hidden,
+    );
     const corrected = job?.isCorrected ?? false;
-    const [files, at] = [filesOf(state), Date.now()];
+    const [files, at] = [storedFiles(state), Date.now()];
     return { id, name: state.name, at, files, project, edits, about, corrected, picture, earlier: [] };
   }
 }
 
 /** Returns the files of the clip, unless they are too large to be kept. */
-export function filesOf({ source, name }: State): File[] {
+export function storedFiles({ source, name }: State): File[] {
   const files = (source?.files ?? []).filter(Boolean);
   const bytes = files.reduce((sum, { size }) => sum + size, 0);
-  if (bytes > MOST_BYTES) throw new PageError('too-large-to-keep', stemOf(name));
+  if (bytes > MAX_CLIP_BYTES) throw new PageError('too-large-to-keep', fileStem(name));
   return files;
 }
 
 /** What is read of a clip to know it again, in bytes: all of a small one. */
-const MOST_READ = 2 ** 24;
+const MAX_HASHED_BYTES = 2 ** 24;
 
 /**
  * Which clip files are: the same for the same content, whatever their names. Of large ones the two ends are looked at.
  */
-export async function clipId(files: File[]): Promise<string> {
-  const each = Math.floor(MOST_READ / Math.max(1, files.length));
+export async function hashClip(files: File[]): Promise<string> {
+  const each = Math.floor(MAX_HASHED_BYTES / Math.max(1, files.length));
   const ends = files.flatMap((file) =>
     file.size <= each
       ? [String(file.size), file]
@@ -85,7 +89,7 @@ export async function clipId(files: File[]): Promise<string> {
 }
 
 /** A file of one's work: masks, edits, and the clip itself. */
-export async function projectFile({ files, project, edits, about }: Saved): Promise<Blob> {
+export async function createProjectFile({ files, project, edits, about }: SavedProject): Promise<Blob> {
   const { masks } = await openProject(project);
   const editor = editMasks(masks);
   if (edits) editor.restore(edits);
@@ -99,21 +103,25 @@ export async function projectFile({ files, project, edits, about }: Saved): Prom
   return new Blob([bytes], { type: 'application/zip' });
 }
 
-export async function readProjectFile(file: File): Promise<{ files: File[]; about: About; project: Project }> {
+export async function readProjectFile(file: File): Promise<{ files: File[]; about: ProjectInfo; project: Project }> {
   const project = await openProject(file);
-  const about = project.about as About & { types?: Record<string, string> };
+  const about = project.about as ProjectInfo & { types?: Record<string, string> };
   const files = Object.entries(project.files).map(
     ([name, bytes]) => new File([bytes as BlobPart], name, { type: about?.types?.[name] ?? '' }),
   );
-  if (!about?.take || files.length === 0) throw new PageError('no-project', file.name);
+  if (!about?.trim || files.length === 0) throw new PageError('no-project', file.name);
   return { files, about, project };
 }
 
-export async function reopened({
+export async function reopenProject({
   files,
   about,
   project,
   edits,
-}: Pick<Saved, 'files' | 'about' | 'project' | 'edits'>): Promise<{ files: File[]; about: About; project: Project }> {
+}: Pick<SavedProject, 'files' | 'about' | 'project' | 'edits'>): Promise<{
+  files: File[];
+  about: ProjectInfo;
+  project: Project;
+}> {
   return { files, about, project: { ...(await openProject(project)), edits } };
 }

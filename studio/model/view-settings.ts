@@ -1,0 +1,82 @@
+// What was chosen for a result beside its masks: their edges and smoothing, what is kept, the ground. Kept with the
+// work.
+
+import { type Ground as CutoutGround, type MaskEdges, SCREEN_GREEN } from './library.js';
+import { DEFAULT_EDGES, type Backdrop, type State } from './store.js';
+
+/**
+ * The smallest piece that counts, in percent of the frame; how far objects grow, or shrink where it is negative, and how
+ * soft their edges are, in pixels of the masks; over how many frames before and after they are smoothed.
+ */
+export type EdgeSettings = { smallest: number; grow: number; feather: number; smooth: number };
+
+/** A project file's extension. */
+export const PROJECT_EXTENSION = '.tracecut';
+
+export function maskEdges(
+  { smallest, grow, feather }: EdgeSettings,
+  { width, height }: { width: number; height: number },
+): MaskEdges {
+  return { smallest: Math.ceil((smallest / 100) * width * height), grow, feather };
+}
+
+/** Grounds with a picture are kept without it: they are transparent. */
+export interface ViewSettings {
+  edges: EdgeSettings;
+  /** Objects that are not kept. */
+  hidden: number[];
+  backdrop: { name: string; colour: string };
+}
+
+/** What edges may be. */
+const EDGE_RANGES: Record<keyof EdgeSettings, [min: number, max: number]> = {
+  smallest: [0, 1],
+  grow: [-10, 10],
+  feather: [0, 20],
+  smooth: [0, 2],
+};
+const STORED_BACKDROPS: BackdropName[] = ['transparent', 'green', 'colour', 'blurred', 'desaturated', 'dimmed'];
+
+export function viewSettingsOf({
+  edges,
+  hidden,
+  backdrop: { name, colour },
+}: Pick<State, 'edges' | 'hidden' | 'backdrop'>): ViewSettings {
+  const storedName = name === 'picture' ? 'transparent' : name;
+  return { edges: { ...edges }, hidden: [...hidden], backdrop: { name: storedName, colour } };
+}
+
+/** What a file says is looked at closely: anyone may have written it. */
+export function viewSettingsPatch(settings: unknown, { backdrop }: State): Partial<State> {
+  if (!settings) return {};
+  const fields = settings as { edges?: Record<string, unknown>; hidden?: unknown; backdrop?: unknown };
+  const edges = { ...DEFAULT_EDGES };
+  for (const [name, [min, max]] of Object.entries(EDGE_RANGES) as [keyof typeof EDGE_RANGES, [number, number]][]) {
+    const value = fields.edges?.[name];
+    if (isWithin(value, min, max)) edges[name] = value;
+  }
+  edges.smooth = Math.round(edges.smooth);
+  const hidden = Array.isArray(fields.hidden) ? fields.hidden.filter((object) => isWithin(object, 0, 255)) : [];
+  return { edges, hidden: new Set(hidden), backdrop: { ...backdrop, ...readBackdrop(fields.backdrop) } };
+}
+
+function readBackdrop(backdrop: unknown): Partial<Backdrop> {
+  const { name, colour } = (backdrop ?? {}) as { name?: unknown; colour?: unknown };
+  const stored = STORED_BACKDROPS.find((backdropName) => backdropName === name);
+  if (!stored) return {};
+  return { name: stored, ...(typeof colour === 'string' && /^#[0-9a-f]{6}$/.test(colour) ? { colour } : {}) };
+}
+
+function isWithin(value: unknown, min: number, max: number): value is number {
+  return typeof value === 'number' && value >= min && value <= max;
+}
+
+export type BackdropName = 'transparent' | 'green' | 'colour' | 'blurred' | 'desaturated' | 'dimmed' | 'picture';
+
+export type View = 'overlay' | 'beside' | 'slider' | 'cutout';
+
+export function cutoutBackdrop({ name, colour, picture }: Backdrop): CutoutGround {
+  if (name === 'green') return SCREEN_GREEN;
+  if (name === 'colour') return colour;
+  return name === 'picture' && picture ? picture : name;
+}

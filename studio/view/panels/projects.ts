@@ -1,0 +1,257 @@
+// The works that are kept in the browser: made of what is on screen, offered when the page opens, listed, to open or to
+// delete. Fetched when there is one.
+
+import { byId, connectDialog, h } from '../dom.js';
+import { SavedJob } from '../../model/saved-job.js';
+import { Packer, hashClip, storedFiles, reopenProject } from '../../model/project-file.js';
+import {
+  type SavedProject,
+  type ProjectVersion,
+  projectBytes,
+  saveProject,
+  listProjects,
+} from '../../model/saved-projects.js';
+import * as storage from '../storage.js';
+import { makeThumbnail } from '../thumbnail.js';
+import { formatBytes } from '../../model/messages.js';
+import type { InterruptedRun, RunMemory } from '../../model/interrupted-runs.js';
+import type { Source } from '../../model/source.js';
+import type { State } from '../../model/store.js';
+import type { Page } from '../page.js';
+
+/** What is said of kept work, and what can be done. */
+type Notice = { text: string; action?: () => unknown; actionText?: string; discard?: () => unknown; hasList: boolean };
+
+let fetched: Promise<RunMemory> | undefined;
+
+/** The runs of this page, and what it may be fetched for. */
+export function runMemory() {
+  fetched ??= import('../../model/interrupted-runs.js').then(
+    ({ RunMemory }) => new RunMemory(storage, navigator.locks),
+  );
+  return fetched;
+}
+
+export class Projects {
+  store: Page['store'];
+  app: Page['app'];
+  packer = new Packer(makeThumbnail);
+  /** Whether there was no room for what was to be kept last. */
+  isFull = false;
+  ids = new WeakMap<Source, Promise<string>>();
+  /** Addresses of the small pictures in the list. */
+  urls: string[] = [];
+  /** What the list has. */
+  shownKey = '';
+  dialog = byId<HTMLDialogElement>('projects');
+
+  /** @param onRoom called when there is room for what could not be kept */
+  constructor(
+    { store, app }: Pick<Page, 'store' | 'app'>,
+    readonly onRoom: () => unknown,
+  ) {
+    this.store = store;
+    this.app = app;
+    for (const id of ['projects-open', 'recent-all']) byId(id).addEventListener('click', () => this.list());
+    byId('projects-close').addEventListener('click', () => this.dialog.close());
+    connectDialog(this.dialog);
+    store.watch(['source'], () => void this.offerCorrected());
+  }
+
+  idOf(source: Source): Promise<string> {
+    const id = this.ids.get(source) ?? hashClip(source.files ?? []);
+    this.ids.set(source, id);
+    return id;
+  }
+
+  /** @returns whether there was room for it */
+  async save(state: State): Promise<boolean> {
+    storedFiles(state);
+    const id = await this.idOf(state.source!);
+    const project = await this.packer.pack(state, id);
+    const isSaved = await saveProject(storage, project).finally(() => void this.update());
+    if (!isSaved)
+      this.showNotice({
+        text: 'Storage is full. Delete a project to save this one.',
+        actionText: 'Manage projects…',
+        action: () => this.list(),
+        hasList: false,
+      });
+    else if (this.isFull) byId('recent').hidden = true;
+    this.isFull = !isSaved;
+    return isSaved;
+  }
+
+  /** A clip is opened whose work is kept with corrections: the new run does not have them. */
+  async offerCorrected() {
+    const { source } = this.store.state;
+    // The sample comes by itself, also after an offer.
+    if (!source?.files) return;
+    // What was offered was of another.
+    byId('recent').hidden = true;
+    const id = await this.idOf(source);
+    const slot = (await listProjects(storage)).find((project) => project.id === id);
+    const { state } = this.store;
+    const version = slot && (slot.corrected ? slot : slot.earlier[0]);
+    if (!version || source !== state.source || state.job instanceof SavedJob) return;
+    this.showNotice({
+      text: `You have a corrected project of ${slot.name}.`,
+      action: () => this.open(slot, version),
+      hasList: true,
+    });
+  }
+
+  async open(slot: SavedProject, version: SavedProject | ProjectVersion = slot) {
+    this.dialog.close();
+    byId('recent').hidden = true;
+    await this.app.openProject(slot.name, () => reopenProject({ ...version, files: slot.files }));
+  }
+
+  async remove({ id }: { id: string }) {
+    await storage.remove(id);
+    await this.update();
+    this.onRoom();
+  }
+
+  async removeVersion(slot: SavedProject, version: ProjectVersion) {
+    await storage.put({ ...slot, earlier: slot.earlier.filter((candidate) => candidate !== version) });
+    await this.update();
+    this.onRoom();
+  }
+
+  async update() {
+    const works = await listProjects(storage);
+    byId('projects-open').hidden = works.length === 0;
+    if (this.dialog.open) this.show(works);
+    return works;
+  }
+
+  show(works: SavedProject[]) {
+    const key = works.map(({ id, at, earlier }) => [id, at, earlier.length]).join();
+    if (key === this.shownKey) return;
+    this.shownKey = key;
+    for (const url of this.urls.splice(0)) URL.revokeObjectURL(url);
+    const focusedLabel = document.activeElement?.getAttribute('aria-label');
+    byId('projects-list').replaceChildren(...works.map((slot) => this.createLine(slot)));
+    if (works.length === 0) return this.dialog.close();
+    // The keyboard's place stays where it was.
+    const buttons = [...this.dialog.querySelectorAll('button')];
+    buttons.find((button) => focusedLabel && button.getAttribute('aria-label') === focusedLabel)?.focus();
+  }
+
+  async list() {
+    const works = await this.update();
+    if (!this.dialog.open) this.dialog.showModal();
+    this.show(works);
+  }
+
+  /** Offers the run that was cut off, or else the last work, unless something was opened meanwhile. */
+  async offer() {
+    const works = await this.update();
+    const runs = (await storage.list()).length > works.length ? await runMemory() : null;
+    const run = await runs?.findInterrupted();
+    const last = run ?? works[0];
+    if (!last || this.store.state.source?.files) return;
+    this.showNotice({
+      text: run ? `The run of ${run.name} was interrupted.` : `Recent project: ${last.name}`,
+      actionText: run && `Run again: ${run.name}`,
+      action: () => (run ? this.rerun(run) : this.open(works[0])),
+      discard: () => this.remove(last),
+      hasList: works.length >= (run ? 1 : 2),
+    });
+  }
+
+  async rerun(run: InterruptedRun) {
+    byId('recent').hidden = true;
+    // The new run is remembered by itself.
+    await storage.remove(run.id);
+    await this.app.openInterruptedRun(run);
+  }
+
+  showNotice({ text, action, actionText = 'Continue', discard, hasList }: Notice) {
+    byId('recent-text').textContent = text;
+    byId('recent-open').textContent = actionText;
+    byId('recent-open').onclick = () => action?.();
+    byId('recent-discard').hidden = !discard;
+    byId('recent-discard').onclick = () => {
+      byId('recent').hidden = true;
+      discard?.();
+    };
+    byId('recent-all').hidden = !hasList;
+    byId('recent').hidden = false;
+  }
+
+  createLine(slot: SavedProject) {
+    const { name, corrected, files, project } = slot;
+    const size = projectBytes({ files, project, earlier: [] });
+    const facts = [describeVersion(slot, corrected), formatBytes(size)].join(' · ');
+    const title = h('span', { class: 'project-name' }, name, h('span', { class: 'project-facts' }, facts));
+    const line = h(
+      'li',
+      { class: 'project' },
+      this.createThumbnail(slot.picture),
+      title,
+      createOpenButton(`Open ${name}`, slot.id, () => this.open(slot)),
+      createDeleteButton(name, () => this.remove(slot)),
+    );
+    if (slot.earlier.length > 0)
+      line.append(
+        h('ul', { class: 'versions' }, ...slot.earlier.map((version) => this.createVersionLine(slot, version))),
+      );
+    return line;
+  }
+
+  createVersionLine(slot: SavedProject, version: ProjectVersion) {
+    const facts = describeVersion(version, true);
+    const name = `${slot.name}, ${facts}`;
+    return h(
+      'li',
+      { class: 'project' },
+      this.createThumbnail(version.picture),
+      h('span', { class: 'project-facts' }, `Earlier: ${facts}`),
+      createOpenButton(`Open ${name}`, `${slot.id} ${version.about.run}`, () => this.open(slot, version)),
+      createDeleteButton(name, () => this.removeVersion(slot, version)),
+    );
+  }
+
+  createThumbnail(picture: Blob | null) {
+    if (!picture) return h('span', { class: 'project-thumbnail' });
+    const url = URL.createObjectURL(picture);
+    this.urls.push(url);
+    return h('img', { class: 'project-thumbnail', src: url, alt: '' });
+  }
+}
+
+function describeVersion({ at, about }: Pick<ProjectVersion, 'at' | 'about'>, corrected: boolean) {
+  const when = new Date(at).toLocaleString('en', { dateStyle: 'medium', timeStyle: 'short' });
+  const { frames } = about.trim;
+  return [when, corrected ? `${frames} frames, corrected` : `${frames} frames`].join(' · ');
+}
+
+function createOpenButton(label: string, id: string, open: () => void) {
+  return h('button', { type: 'button', 'aria-label': label, 'data-open': id, click: open }, 'Open');
+}
+
+/** Deleting is done by the second press. */
+function createDeleteButton(name: string, drop: () => void) {
+  const button = h(
+    'button',
+    {
+      type: 'button',
+      'aria-label': `Delete ${name}`,
+      click: () => {
+        if (button.dataset.sure) return drop();
+        button.dataset.sure = 'asked';
+        button.textContent = 'Delete forever?';
+        button.setAttribute('aria-label', `Delete ${name} forever?`);
+      },
+      blur: () => {
+        delete button.dataset.sure;
+        button.textContent = 'Delete';
+        button.setAttribute('aria-label', `Delete ${name}`);
+      },
+    },
+    'Delete',
+  );
+  return button;
+}
