@@ -1,11 +1,11 @@
-// Keeps the whole site on the device, so that it opens without a network. Whoever serves the site fills in the list of
-// files and its version (scripts/precache.mjs); unfilled, this worker keeps nothing and answers nothing.
+// Caches the whole site, so that it works offline. scripts/precache.mjs fills in the list of files and its version;
+// without them, this worker does nothing.
 
 const PRECACHE = { version: '', files: [] };
 
 const { scope } = self.registration;
 
-/** Of this site alone: beside it there may be others, of other versions too. */
+/** Prefix of this site's caches: other sites of the host may have their own. */
 const OWN = `tracecut ${new URL(scope).pathname} `;
 const NAME = OWN + PRECACHE.version;
 
@@ -17,8 +17,7 @@ self.addEventListener('activate', (event) => {
   event.waitUntil(dropOthers().then(() => self.clients.claim()));
 });
 
-// A new version waits until a page says that it may take over, and until that is the only one: another one would get
-// files of two versions.
+// A new version waits until the only open page asks it to take over: other pages would mix files of two versions.
 self.addEventListener('message', (event) => {
   if (event.data === 'take-over') event.waitUntil(takeOver(event.source));
 });
@@ -36,10 +35,7 @@ async function takeOver(asking) {
   else await self.skipWaiting();
 }
 
-/**
- * All files or none, each with the very bytes that it had when the list was made: not a page of a network that wants a
- * login, nor a file of the next version.
- */
+/** Caches all files or none. Integrity hashes reject login pages of networks and files of the next version. */
 async function keep() {
   const cache = await caches.open(NAME);
   const asIs = { cache: 'no-cache', redirect: 'error' };
@@ -59,7 +55,7 @@ async function answer(request) {
   return (await cache.match(address)) ?? fetch(request);
 }
 
-/** Where something else has moved in at this address, the worker steps aside. */
+/** Unregisters this worker if the address no longer serves it. */
 async function leaveIfGone() {
   const response = await fetch(self.location.href, { method: 'HEAD', cache: 'no-store' }).catch(() => null);
   if (response?.status !== 404) return;

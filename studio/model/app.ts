@@ -1,13 +1,13 @@
-// What can be done, as a state machine: open a source, run, show, and back. All it knows lies in the store.
+// The page's controller, a state machine: opens a source, runs it and shows the result. Its state lies in the store.
 //
 //     opening --> running --> done
 //        |         |   ^       |
 //        v         v   |       v
 //      error     stopped <-- running (again)
 //
-// Nothing is asked before a run. Settings may be changed while it is under way: then it begins anew.
+// A run starts without questions. If settings change while it is running, it starts again.
 //
-// Every step that waits carries the number of the visit it belongs to and does nothing once another visit has begun.
+// Every asynchronous step remembers the number of its visit and does nothing once another visit has begun.
 
 import { Progress } from './progress.js';
 import { showPreview, showResult, showWindow } from './show-result.js';
@@ -24,16 +24,16 @@ import type { Project } from './library.js';
 import type { ProjectInfo } from './saved-projects.js';
 import type { StagePlan } from './stage-clock.js';
 
-/** A result, and its objects that are not kept. */
+/** A corrected result and its hidden objects. */
 type CorrectedResult = { job: ClipJob; hidden: ReadonlySet<number> };
 
-/** How often the progress of a run is shown, in milliseconds. */
+/** Interval between updates of the progress, in milliseconds; chosen by eye. */
 const TICK_MS = 100;
 
-/** Settings that stay as they are for so long are meant, in milliseconds. */
+/** Time without changes after which new settings restart a run, in milliseconds; chosen by eye. */
 const SETTINGS_DELAY_MS = 600;
 
-/** What the model needs of the browser. */
+/** Services that the model needs from the browser. */
 interface Platform {
   openSample: () => Promise<Source>;
   openFiles: (files: File[]) => Promise<Source>;
@@ -42,16 +42,16 @@ interface Platform {
 
 export class App {
   abort: AbortController | null = null;
-  /** The stages of a run with the shares of its time as the last one took them, by those as they usually are. */
+  /** Stage plans with the time shares measured in the last run, by the default plan. */
   plans = new Map<StagePlan[], StagePlan[]>();
   restartTimer = 0;
-  /** Asks before a corrected result goes. */
+  /** Asks the user before a corrected result is replaced. */
   confirmRerun = async () => true;
-  /** What the next result takes over from the last, as far as it applies. */
+  /** The corrected result whose corrections the next run takes over. */
   corrected: CorrectedResult | null = null;
-  /** What each result has taken over. */
+  /** The hidden objects that each result took over. */
   carriedHidden = new WeakMap<AnyJob, ReturnType<typeof carryHidden>>();
-  /** The objects of `before` that were not kept. */
+  /** The hidden objects of `previousJob`. */
   hiddenBefore: ReadonlySet<number> = new Set();
 
   constructor(
@@ -61,7 +61,7 @@ export class App {
     store.watch(['trim', 'changed'], () => this.onSettings());
   }
 
-  /** A run under way begins anew when settings have been changed, also where it ends before they are settled. */
+  /** Restarts a run whose settings have changed, even if it ended in the meantime. */
   onSettings() {
     clearTimeout(this.restartTimer);
     if (this.store.state.phase !== 'running') return;
@@ -76,7 +76,7 @@ export class App {
     await this.open('Sample clip', this.platform.openSample, () => this.start());
   }
 
-  /** Opens files and runs them; a project file is opened as it was. */
+  /** Opens files and runs them, or restores a project file. */
   async openFiles(files: File[]) {
     const [file] = files;
     if (files.length === 1 && file.name.endsWith(PROJECT_EXTENSION))
@@ -88,18 +88,18 @@ export class App {
     );
   }
 
-  /** Opens work that was kept: frames are read again, masks and corrections are there. */
+  /** Opens a saved project: frames are read again, masks and corrections are restored. */
   async openProject(name: string, read: () => Promise<{ files: File[]; about: ProjectInfo; project: Project }>) {
-    let work: Awaited<ReturnType<typeof read>> | null = null;
+    let opened: Awaited<ReturnType<typeof read>> | null = null;
     const fetched = import('./saved-job.js');
     await this.open(
       name,
       async () => {
-        [work] = await Promise.all([read(), fetched]);
-        return this.platform.openFiles(work.files);
+        [opened] = await Promise.all([read(), fetched]);
+        return this.platform.openFiles(opened.files);
       },
       async () => {
-        const { about, project } = work!;
+        const { about, project } = opened!;
         const { source } = this.store.state;
         if (!source) return;
         this.store.set({
@@ -120,7 +120,7 @@ export class App {
     );
   }
 
-  /** Runs again what was cut off, with the settings that it had. */
+  /** Restarts an interrupted run with its settings. */
   async openInterruptedRun({ name, files, about }: InterruptedRun) {
     await this.open(
       name,
@@ -133,7 +133,7 @@ export class App {
     );
   }
 
-  /** @param name shown until the source tells its own */
+  /** @param name shown until the source is open */
   async open(name: string, opener: () => Promise<Source>, next: () => Promise<void>) {
     const visit = this.reset();
     this.corrected = null;
@@ -150,8 +150,8 @@ export class App {
   }
 
   /**
-   * Ends whatever is going on.
-   * @param keptJob what can be had back
+   * Ends the current job.
+   * @param keptJob a job that stays open for undo
    */
   reset(keptJob: AnyJob | null = null): number {
     const { job, previousJob, visit } = this.store.state;
@@ -162,18 +162,18 @@ export class App {
     return visit + 1;
   }
 
-  /** Runs again. Whoever has corrected is asked first, and can have that back. */
+  /** Runs again. Asks first if the result has corrections; undo restores it. */
   async rerun() {
     if (!this.store.state.job?.isCorrected || (await this.confirmRerun())) await this.start();
   }
 
-  /** Takes back the run that took the place of corrections. */
+  /** Restores the corrected result that a new run replaced. */
   async restore() {
     const { previousJob } = this.store.state;
     if (!previousJob) return;
     this.reset(previousJob);
     this.corrected = null;
-    // There is nothing before this one any more: what it took over can be undone step by step.
+    // Its own corrections can be undone step by step again.
     if (previousJob.corrections) previousJob.corrections.carriedCount = 0;
     const picture = { ...BLANK.picture, images: previousJob.images };
     const hidden = this.hiddenBefore;
@@ -181,11 +181,11 @@ export class App {
     await showResult(this.store, previousJob);
   }
 
-  /** Starts, or starts anew, with the settings as they are. */
+  /** Starts a run with the current settings. */
   async start() {
     if (!this.store.state.source) return;
     const { job: last, previousJob, hidden, phase } = this.store.state;
-    // A run that is begun anew still has to take it over.
+    // A restarted run still has to take over the corrections.
     if (phase === 'done' && last instanceof ClipJob && !last.isPartial)
       this.corrected = last.isCorrected || hidden.size > 0 ? { job: last, hidden } : null;
     const keepsLast = last && this.corrected?.job === last && (last.isCorrected || !previousJob);
@@ -211,7 +211,7 @@ export class App {
     );
   }
 
-  /** Goes on after a cancel where the run was; starts anew if the settings have changed since. */
+  /** Continues a cancelled run, or starts again if the settings have changed. */
   async resume() {
     const { job, visit, trim } = this.store.state;
     if (!job?.hasSettings(trim, sessionOptions(this.store.state))) return this.start();
@@ -240,14 +240,14 @@ export class App {
     }
   }
 
-  /** Shows the result; the next run's time is estimated from this one's own. */
+  /** Shows the result and keeps its stage times for the next estimate. */
   async finish(job: AnyJob) {
     const { measured } = job;
     const { visit } = this.store.state;
     if (this.corrected && job instanceof ClipJob && !job.isPartial && !this.carriedHidden.has(job))
       this.carriedHidden.set(job, carryHidden(this.corrected, job));
     const hidden = await this.carriedHidden.get(job);
-    // Whoever cancels meanwhile goes on here.
+    // A run cancelled in the meantime continues here.
     if (hidden && (visit !== this.store.state.visit || this.store.state.phase !== 'running')) return;
     if (hidden) this.store.set({ hidden });
     if (!job.isPartial) this.corrected = null;
@@ -262,7 +262,7 @@ export class App {
     this.showNewestFrame(job);
   }
 
-  /** While frames arrive, the newest is shown, until there is something to see in others. */
+  /** Shows the newest frame until there is a preview or a result. */
   showNewestFrame({ images }: AnyJob) {
     const { analysis, preview, picture } = this.store.state;
     const newest = images.length - 1;
@@ -272,7 +272,7 @@ export class App {
     this.store.set({ frame: newest, ...(isFitted ? {} : { picture: { width, height, images } }) });
   }
 
-  /** Cancels at once; the worker stops at the end of its step. */
+  /** Cancels the run; its worker stops at the end of the current step. */
   cancel() {
     const { job, phase } = this.store.state;
     if (phase !== 'running' || !job) return;
@@ -289,18 +289,17 @@ export class App {
   }
 }
 
-/** Returns the objects of the new result that are not kept. */
+/** Carries corrections over to the new result and returns its hidden objects. */
 async function carryHidden(previous: CorrectedResult, job: ClipJob): Promise<ReadonlySet<number>> {
   const { carryOver } = await import('./carry-over.js');
   const { hidden, dropped } = await carryOver(previous, job);
   if (dropped.length > 0)
     job.droppedCorrections = `These corrections no longer apply (undo restores them): ${dropped.join('; ')}.`;
-  // It has all that the one before had, and takes its place.
+  // Nothing was lost: it replaces the previous run in storage.
   else job.id = previous.job.id;
   return hidden;
 }
 
-/** Which kind of run is made of a source. */
 function jobClassFor({ kind }: Source) {
   return kind === 'still' ? StillJob : ClipJob;
 }

@@ -1,25 +1,25 @@
-// Work on clips is kept in a storage as it goes, and the run that goes on is remembered.
+// Saves projects as they change, and remembers the current run.
 
 import { SavedJob } from './saved-job.js';
 import type { RunMemory } from './interrupted-runs.js';
 import type { State, Store } from './store.js';
 
-/** Changes within this time are kept together, in milliseconds. */
+/** Time without changes after which a project is saved, in milliseconds; chosen by eye. */
 const SAVE_DELAY_MS = 700;
 
-/** A run that takes no longer need not be remembered, in milliseconds. */
+/** Shorter runs are not remembered, in milliseconds; chosen by eye. */
 const MIN_RUN_MS = 1000;
 
 export class Autosave {
   timer: ReturnType<typeof setTimeout> | undefined = undefined;
-  /** Work as it is now, which is still to be kept: another clip may be on screen by then. */
+  /** The newest state that is not saved yet; another clip may be on screen by then. */
   unsaved: State | null = null;
-  /** One after the other. */
+  /** Serialises saving. */
   saving: Promise<void> = Promise.resolve();
 
   /**
-   * @param save whether there was room
-   * @param onPending told when there is work to be kept, and when it has been
+   * @param save resolves to false if storage is full
+   * @param onPending called when there are unsaved changes and when they are saved
    */
   constructor(
     readonly store: Store,
@@ -44,15 +44,15 @@ export class Autosave {
   }
 
   async saveNow(state: State) {
-    // No storage, or too little: leaving is asked about.
+    // No or full storage: the page asks before it is closed.
     if (!(await this.save(state).catch(() => false))) return;
-    // What changed while it was packed is kept by the next.
+    // Changes made while it was saved are saved next.
     const isPending = this.unsaved !== state;
     if (!isPending) this.unsaved = null;
     this.onPending(isPending);
   }
 
-  /** Whether something would be lost by leaving. */
+  /** True if closing the page would lose work. */
   get hasUnsaved() {
     const { phase, job, source } = this.store.state;
     const isRunning = phase === 'running' && (job?.settledFrames ?? 0) > 0 && source?.files;
@@ -60,16 +60,16 @@ export class Autosave {
   }
 }
 
-/** Returns whether there is work: masks of a clip of the user's own. */
+/** Returns whether the state has masks of a user's clip. */
 function isSavable({ phase, analysis, source, job }: State): boolean {
   return phase === 'done' && Boolean(analysis?.segmentation && job?.corrections?.target.result && source?.files);
 }
 
-/** Remembers the run that goes on, as long as it does. */
+/** Remembers the current run until it ends. */
 export function rememberRuns(store: Store, memory: () => Promise<Pick<RunMemory, 'remember' | 'forget'>>) {
   let timer: ReturnType<typeof setTimeout> | undefined;
   let isRemembered = false;
-  /** One after the other; without storage nothing is remembered. */
+  /** Serialises access; without storage nothing is remembered. */
   let queue: Promise<unknown> = Promise.resolve();
   const enqueue = (act: (runs: Awaited<ReturnType<typeof memory>>) => unknown) => {
     queue = queue.then(() => memory().then(act)).catch(() => {});

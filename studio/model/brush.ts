@@ -1,4 +1,5 @@
-// Painting: a brush and an eraser for the object that is chosen, and things that were missed, which grow from a click. What is done in one frame is carried to the others, as far as the picture agrees.
+// Painting: a brush and an eraser for the selected object, and missing objects that grow from a click. Edits of one
+// frame are propagated to the others as far as the image supports them.
 
 import { formatPlural } from './messages.js';
 import type { Corrections, Stroke } from './corrections.js';
@@ -8,12 +9,12 @@ import type { Store } from './store.js';
 
 export type BrushTool = 'paint' | 'erase' | 'add';
 
-/** The object that is begun by painting. */
+/** Stands for an object that does not exist yet. */
 export const NEW_OBJECT = -1;
 
 /**
- * Regions that a click may mean, the smallest first, which of them is in force, in frame t, and how: `count` steps of
- * correction are done with it.
+ * Candidate regions of a click in frame `t`, smallest first, and the index of the applied one; `count` is the number
+ * of corrections once it is applied.
  */
 type Offer = {
   regions: Region[];
@@ -23,44 +24,44 @@ type Offer = {
   count?: number;
 };
 
-/** What a brush needs of the panel that it is in. */
+/** Callbacks of the panel around the brush. */
 interface Host {
   store: Store;
   corrector: () => Corrections | null;
   object: () => number;
   choose: (object: number) => void;
-  /** Whether what is painted goes to the other frames. */
+  /** True if edits are propagated to other frames. */
   appliesToOthers: () => boolean;
   onCarrying: (isCarrying: boolean) => void;
-  /** Which other sizes the thing added last may have. */
+  /** Tells whether the last added object can become smaller or larger. */
   onSizes: (isSmaller: boolean, isLarger: boolean) => void;
   showFrames: (frames: number[] | null) => void;
-  showStatus: (text: string, wrong?: boolean) => void;
+  showStatus: (text: string, isError?: boolean) => void;
 }
 
 export class Brush {
-  /** One edit after the other. */
+  /** Serialises edits. */
   queue: Promise<unknown> = Promise.resolve();
-  /** Of what is being carried. */
+  /** Stops the current propagation. */
   abort: AbortController | null = null;
-  /** The sizes that the thing added last may have. */
+  /** The candidate regions of the last added object. */
   offer: Offer | null = null;
 
   constructor(readonly host: Host) {}
 
-  /** Ends carrying; what was reached stays. */
+  /** Stops propagation; frames reached so far stay edited. */
   stop() {
     this.abort?.abort();
   }
 
-  /** Resolves when nothing is under way any more. */
+  /** Stops propagation and waits for all edits. */
   async finish() {
     this.stop();
     await this.queue;
   }
 
   /**
-   * A stroke that was painted or wiped.
+   * Applies a stroke of the brush or the eraser.
    * @param stroke in clip pixels
    */
   stroke(stroke: Stroke, tool: BrushTool) {
@@ -70,17 +71,16 @@ export class Brush {
   }
 
   /**
-   * A click on what was missed: the region that grows from there becomes an object, or goes to the one that is clicked or
-   * was added last.
+   * Grows a region from a click; it becomes an object, or part of the clicked or last added one.
    * @param place in clip pixels
    * @param clicked the object there
-   * @param isRemoving whether it is taken away
+   * @param isRemoving removes the region from the clicked object
    */
   async add(place: { x: number; y: number }, clicked: number, isRemoving: boolean) {
     const { host } = this;
     const { frame, visit } = host.store.state;
     this.setOffer(null);
-    // From the background nothing is taken away.
+    // Nothing can be removed from the background.
     if (isRemoving && clicked <= 0) return;
     try {
       const growth = await host.corrector()?.growRegions(frame, place);
@@ -97,14 +97,14 @@ export class Brush {
     }
   }
 
-  /** The thing that was added last becomes smaller or larger. */
+  /** Makes the last added object smaller or larger. */
   async resize(by: -1 | 1) {
     const { host, offer } = this;
     const corrector = host.corrector();
     if (!offer || !corrector || !offer.regions[offer.at + by]) return;
     this.setOffer(null);
     await this.finish();
-    // Something else was done since.
+    // Another correction came in between.
     if (corrector.undoCount() !== offer.count) return;
     host.showFrames(await corrector.undo());
     this.offer = { ...offer, at: offer.at + by };
@@ -124,7 +124,7 @@ export class Brush {
     this.host.onSizes(Boolean(regions[at - 1]), Boolean(regions[at + 1]));
   }
 
-  /** @param request with `NEW_OBJECT` for a label that nothing has */
+  /** @param request its label may be `NEW_OBJECT` */
   queuePaint(request: PaintRequest) {
     this.queue = this.queue.then(() => this.paint(request)).catch(() => {});
   }
@@ -145,7 +145,7 @@ export class Brush {
       if (!isCurrent()) return;
       const { offer } = this;
       const currentOffer = offer?.regions.some((region) => region === request.region) ? offer : null;
-      // Of another size it has the same label.
+      // Resizing keeps the label.
       this.setOffer(
         currentOffer && { ...currentOffer, request: { label, over: request.over }, count: corrector.undoCount() },
       );
@@ -158,7 +158,7 @@ export class Brush {
     }
   }
 
-  /** @param isCurrent whether the clip is still the same */
+  /** @param isCurrent returns false once another clip is open */
   async carry(corrector: Corrections, edit: PaintedEdit, isCurrent: () => boolean) {
     const { host } = this;
     const abort = new AbortController();

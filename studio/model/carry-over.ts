@@ -1,5 +1,5 @@
-// Corrections of a run, made again in the result of another run of the clip, as far as they still apply: each goes to
-// the objects that overlap most those that were meant. Fetched when a corrected result is run again.
+// Repeats the corrections of one run in the result of another run of the clip, as far as they still apply. Objects
+// are matched by overlap. Loaded when a corrected result is run again.
 
 import { decodeRuns, encodeRuns } from './library.js';
 import { objectName } from './palette.js';
@@ -9,16 +9,16 @@ import type { Corrections } from './corrections.js';
 import type { Edit, MaskEditor, MaskSource, Region, Stroke } from './library.js';
 import type { Trim } from './source.js';
 
-/** Objects are one where so much of what both cover is covered by each. */
+/** Smallest intersection over union of matching objects; chosen by eye. */
 const MIN_OVERLAP = 0.5;
 
-/** So long it is worked before others get their turn, in milliseconds. */
+/** Longest time without yielding to the page, in milliseconds: less than a frame at 60 Hz. */
 const SLICE_MS = 12;
 
 /**
- * @param from a result, and its objects that are not kept
- * @param to another result, without corrections; gets them
- * @returns the objects of the new result that are not kept, and what no longer applies
+ * @param from a result and its hidden objects
+ * @param to another result, without corrections, which receives them
+ * @returns the hidden objects of the new result, and descriptions of corrections that no longer apply
  */
 export async function carryOver(
   { job, hidden }: { job: ClipJob; hidden: ReadonlySet<number> },
@@ -43,7 +43,10 @@ export async function carryOver(
   return { hidden: newHidden, dropped };
 }
 
-/** @returns whether it applies; it is made then */
+/**
+ * Repeats a correction in the new result.
+ * @returns false if it does not apply
+ */
 async function applyEdit(edit: Edit, old: MaskEditor, from: ClipJob, to: ClipJob): Promise<boolean> {
   const { corrections } = to;
   const match = await matchObjects(old, from, to);
@@ -73,7 +76,7 @@ async function join(corrections: Corrections, match: ObjectMatch, into: number, 
   const matched = others.map((object) => match.of(object));
   const sources = [...new Set(matched)].filter((object) => object !== null && object !== target);
   if (sources.length > 0) await corrections.join(target, sources as number[]);
-  // What is part of it already needs nothing.
+  // Objects already inside the target need no join.
   return others.every((object, k) => matched[k] !== null || match.isWithin(object, target));
 }
 
@@ -96,7 +99,7 @@ async function repaint(
   });
   if (isContiguous(regions))
     for (const [at, otherRegion] of otherRegions) corrections.openEditor.extend(paint.edit, at, otherRegion, 1);
-  // It is not in all frames between.
+  // The old edit skipped frames in between.
   else await corrections.carry(paint, new AbortController().signal, () => {});
   return true;
 }
@@ -110,7 +113,7 @@ function largestLabel(counts: Uint32Array): number {
   return counts.indexOf(Math.max(...counts));
 }
 
-/** Places of one result in another, which may be of another size and of other frames. */
+/** Maps frames and positions of one result to another of different size or trim. */
 class ResultMapping {
   size: { width: number; height: number };
   scale: number[];
@@ -146,7 +149,7 @@ class ResultMapping {
     return { t: now, points: mapped, radius: radius * Math.sqrt(this.scale[0] * this.scale[1]) };
   }
 
-  /** Returns the region in the other result; none where it does not have that frame. */
+  /** Returns the region in the other result; empty if that lacks the frame. */
   region(t: number, region: Region): [number, Region][] {
     const now = this.frame(t);
     if (now === null) return [];
@@ -157,14 +160,14 @@ class ResultMapping {
   }
 }
 
-/** Returns the frame of `to` that is the same frame of the clip. */
+/** Returns the index in `to` of the same frame of the clip. */
 function mapFrame(t: number, trim: Trim, to: ClipJob): number | null {
   const frame = (trim.start + t * trim.step - to.trim.start) / to.trim.step;
   const isThere = Number.isInteger(frame) && frame >= 0 && frame < (to.corrections.masks?.numFrames ?? 0);
   return isThere ? frame : null;
 }
 
-/** Resizes labels by the nearest neighbour. */
+/** Resizes labels by nearest neighbour. */
 function resizeLabels(
   pixels: Uint8Array,
   from: { width: number; height: number },
@@ -180,7 +183,7 @@ function resizeLabels(
   return result;
 }
 
-/** Matches the objects of `old` with those of `to`. */
+/** Matches objects of `old` with objects of `to`. */
 async function matchObjects(old: MaskSource, from: ClipJob, to: ClipJob): Promise<ObjectMatch> {
   const now = to.corrections.masks!;
   const counts = new Float64Array(256 * 256);
@@ -197,12 +200,12 @@ async function matchObjects(old: MaskSource, from: ClipJob, to: ClipJob): Promis
   return new ObjectMatch(counts);
 }
 
-/** How objects of two results overlap, over all frames that both have. */
+/** Overlap of the objects of two results, over their common frames. */
 class ObjectMatch {
   before = new Float64Array(256);
   after = new Float64Array(256);
 
-  /** @param counts pixels with each label of the one and each of the other */
+  /** @param counts pixels by label in the old and in the new result */
   constructor(readonly counts: Float64Array) {
     counts.forEach((count, k) => {
       this.before[k >> 8] += count;
@@ -214,7 +217,7 @@ class ObjectMatch {
     return this.before[label] > 0;
   }
 
-  /** @returns of the object that overlaps it most; null where none does enough */
+  /** @returns the label of the best match; null if none overlaps enough */
   of(label: number): number | null {
     if (label === 0) return 0;
     let [best, most] = [0, 0];

@@ -1,6 +1,5 @@
-// A run over a clip of any length, window by window: what is settled is shown while more is to come. Of a clip that is
-// one window the session stays open: it corrects. Work that is opened again is such a run
-// whose masks are there already.
+// A run over a clip of any length, window by window; finished frames are shown while the rest is computed. If the
+// clip fits into one window, its session stays open for corrections.
 
 import { VideoSegmentation, segmentVideo } from './library.js';
 import { type ObjectFacts, Presence } from './presence.js';
@@ -12,12 +11,12 @@ import type { DecodedFrame, Result, Session, VideoResult, WindowResult } from '.
 import type { Result as ShownResult } from './segmentation.js';
 import type { Trim } from './source.js';
 
-/** Frames that are segmented together, and how many of them the next window shares. */
+/** Frames of a window, and how many it shares with the next. */
 export const { window: WINDOW, overlap: OVERLAP } = VideoSegmentation.usual;
 
 /**
- * Stages of a clip that is one window, with the share of the whole time that each usually takes; after a run, its own
- * shares are taken.
+ * Stages of a clip that fits into one window, with their usual shares of the time, as measured. Later runs use the
+ * shares of the run before.
  */
 const STAGES: StagePlan[] = [
   { id: 'frames', share: 0.14 },
@@ -34,7 +33,7 @@ const STAGES: StagePlan[] = [
   { id: 'masks', share: 0.07 },
 ];
 
-/** Those of a longer one. */
+/** Stages of a longer clip. */
 const WINDOW_STAGES: StagePlan[] = [
   { id: 'windows', share: 0.9 },
   { id: 'frames', share: 0.1 },
@@ -49,7 +48,7 @@ const NO_TRAJECTORIES = {
   label: new Uint8Array(0),
 };
 
-/** Errors of clips that are too short, as the page calls them. */
+/** The page's codes for errors of clips that are too short. */
 const FEW_FRAMES = new Map([
   ['no-frames', 'no-frames'],
   ['too-few-frames', 'one-frame'],
@@ -63,25 +62,25 @@ export class ClipJob extends Job {
   inWindows: boolean;
   declare corrections: Corrections;
   video: VideoSegmentation | null = null;
-  /** The work that `video` does; it waits while the run is stopped. */
+  /** The result of `video`; pending while the run is stopped. */
   completion: ReturnType<ClipJob['segment']> | undefined = undefined;
   abort = new AbortController();
   report = () => {};
   onWindow = () => {};
   stopped = false;
-  /** Whether the source says when its frames are shown. */
+  /** True if the source has timestamps. */
   isTimed = true;
-  /** Whether something was settled while more was to come, and the run is not through. */
+  /** True if some frames are finished and others are not. */
   isStreaming = false;
   windows = 0;
-  /** What the package has settled, on its way to `presence`. */
+  /** Finished masks that `presence` has not counted yet. */
   pendingMasks: Iterator<unknown> = [].values();
-  /** Of the whole clip, or of what was settled when the run was stopped. */
+  /** Masks of the whole clip, or of the finished frames if the run was stopped. */
   masks: VideoResult | null = null;
-  /** Of a clip that is one window. */
+  /** Session of a clip that fits into one window. */
   session: Session | null = null;
   outputs: Result | undefined = undefined;
-  /** Whether corrections of an earlier visit are in the masks themselves. */
+  /** True if the masks contain corrections of an earlier visit. */
   hasEarlierCorrections = false;
 
   constructor(...parts: ConstructorParameters<typeof Job>) {
@@ -94,7 +93,7 @@ export class ClipJob extends Job {
     return !this.isPartial && (this.hasEarlierCorrections || this.corrections.edits.length > 0);
   }
 
-  /** Returns the result as corrected, without what was done by hand. */
+  /** The result with corrections of the session, without painted edits. */
   get result(): Result | VideoResult | null {
     return this.outputs ?? this.masks;
   }
@@ -104,15 +103,15 @@ export class ClipJob extends Job {
     else this.masks = result as VideoResult;
   }
 
-  /** The stages of windows go on side by side: their times say nothing about the next run. */
+  /** Stages of windows run in parallel, so their times do not predict the next run. */
   get measured() {
     return this.inWindows ? null : super.measured;
   }
 
   /**
-   * Runs to the end, from where it was stopped. Rejects with the signal's reason as soon as it is aborted.
+   * Runs to the end, from where it was stopped. Rejects with the signal's reason when aborted.
    * @param report called after each step
-   * @param onWindow called when more frames are settled, and others are still to come
+   * @param onWindow called when more frames are finished, except at the end
    */
   async run(signal: AbortSignal, report: () => void, onWindow: () => void) {
     Object.assign(this, { report, onWindow, stopped: false, masks: null });
@@ -128,7 +127,7 @@ export class ClipJob extends Job {
     const video = segmentVideo(direct?.source ?? this.frames(), {
       ...options,
       ...direct?.options,
-      // What fits into one window is one shot.
+      // A clip of one window is treated as one shot.
       ...(inWindows ? {} : { shot: { maxUnmatched: 1 } }),
       keep: true,
       frameRate: this.source.fps / this.trim.step,
@@ -153,7 +152,7 @@ export class ClipJob extends Job {
     return { masks, outputs: await this.session?.run() };
   }
 
-  /** Of a source that the package does not read by itself. */
+  /** Yields the frames of sources that the package cannot read directly. */
   async *frames() {
     for await (const { frame, time, end = null } of this.source.frames(this.trim, this.abort.signal)) {
       this.isTimed = time !== null;
@@ -170,7 +169,7 @@ export class ClipJob extends Job {
 
   /**
    * @param time in seconds
-   * @param end when it is over, in seconds, where that is known
+   * @param end of the frame in seconds, if known
    */
   async addFrame(frame: ImageData, time: number | null, end: number | null) {
     const { images, trim } = this;
@@ -196,12 +195,12 @@ export class ClipJob extends Job {
     const before = STAGES.slice(0, Math.max(0, at)).reduce((sum, { share }) => sum + share, 0);
     const part = (before + ((STAGES[at]?.share ?? 0) * done) / Math.max(1, total)) / totalShare;
     const expected = Math.max(window + 1, Math.ceil((this.trim.frames - OVERLAP) / (WINDOW - OVERLAP)));
-    // Not the last step: that is done when everything is collected.
+    // The last step is marked when all windows are collected.
     this.mark('windows', Math.min(expected - 0.01, window + part), expected);
   }
 
   async addWindow(window: WindowResult) {
-    // A frame of the next window is read before a window is computed.
+    // The first frame of the next window is read before a window is computed.
     const isLast = window.firstFrame + window.settled.to === this.images.length;
     this.isStreaming ||= !isLast;
     this.pendingMasks = this.addMasks(window);
@@ -209,14 +208,14 @@ export class ClipJob extends Job {
     if (!isLast && !this.stopped) this.onWindow();
   }
 
-  /** A frame a step. */
+  /** Counts one mask per step. */
   *addMasks(window: WindowResult) {
     this.presence ??= new Presence(window);
     if (window.shot > this.cuts.length) this.cuts.push(this.presence.frames.length);
     for (const { labels } of window.frames()) yield this.presence.addMask(labels);
   }
 
-  /** What is settled by now is a result too. */
+  /** Pauses the run; finished frames become the result. */
   stop() {
     this.video?.pause();
     while (!this.pendingMasks.next().done);
@@ -229,12 +228,12 @@ export class ClipJob extends Job {
     return this.stopped && this.masks !== null;
   }
 
-  /** Frames whose masks are settled while others are to come. */
+  /** Number of finished frames while the run continues. */
   get settledFrames() {
     return this.isStreaming ? (this.presence?.frames.length ?? 0) : 0;
   }
 
-  /** What is settled so far, or the whole when it is. */
+  /** The result so far. */
   get shown(): JobView {
     const { outputs, presence, session, corrections } = this;
     const result = corrections.applyTo(outputs ? toMaskResult(outputs) : this.masksAsResult());
@@ -270,7 +269,7 @@ export class ClipJob extends Job {
     return hasObjects || !this.masks ? '' : CLIP_MESSAGES.nothing;
   }
 
-  /** Returns the masks, in the form that the page's layers look at; trajectories come with the whole result. */
+  /** Returns the masks in the form that layers draw; trajectories are empty until the run ends. */
   masksAsResult(): ShownResult {
     const { masks, video } = this;
     const { width, height } = masks ?? this.images;

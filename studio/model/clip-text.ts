@@ -1,4 +1,4 @@
-// A clip, and the part of it that is taken, in words.
+// Texts about a clip and its trim.
 
 import { WINDOW } from './clip-job.js';
 import { fitSize } from './library.js';
@@ -6,9 +6,9 @@ import { DEFAULT_TRIM, type Source, type Trim, endTime, sourceKind, frameTime } 
 import { formatPlural } from './messages.js';
 
 /**
- * What the user has put in. A take that went to the clip's end still does when its start or step is changed.
- * @param take the one before
- * @param isLength whether the number of frames was typed
+ * Returns the trim that the inputs stand for. A trim to the end of the clip stays so when its start or step changes.
+ * @param trim the previous one
+ * @param isLength true if the number of frames was typed
  */
 export function trimFromInputs(
   { frames, ...typed }: { start: number; frames: number; step: number; side: number },
@@ -21,19 +21,19 @@ export function trimFromInputs(
   return { ...typed, frames: toEnd ? source.count : number };
 }
 
-/** Returns the last frame of a take. */
+/** Returns the index of the last frame of a trim. */
 export function lastFrame({ start, frames, step }: Trim): number {
   return start + (frames - 1) * step;
 }
 
-/** Returns `1.2 s`, `image 13`. */
+/** Returns a function that formats a frame's position: `1.2 s`, `image 13`. */
 export function frameFormatter(source: Source): (frame: number) => string {
   return (frame) => (source.kind === 'video' ? `${frameTime(source, frame).toFixed(1)}\u00a0s` : `image ${frame + 1}`);
 }
 
 /**
  * @param pace milliseconds per pixel and frame, 0 if not known
- * @returns what is taken, and how long that may last
+ * @returns the frames, their size and the estimated time
  */
 export function describeTrim(source: Source, trim: Trim, pace: number): string {
   const { width, height } = fitSize(source, trim.side);

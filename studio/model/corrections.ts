@@ -1,4 +1,4 @@
-// What a user has corrected of a run: the editor of its masks, whatever made them, and what the page needs around it.
+// The user's corrections of a run: the package's mask editor, with undo and growing of regions.
 
 import { createImageEngine, decodeRuns, editMasks, grownRegions } from './library.js';
 import { PageError } from './messages.js';
@@ -15,28 +15,28 @@ import type {
 } from './library.js';
 import type { Result } from './segmentation.js';
 
-/** A stroke of the package, as it grows. */
+/** A stroke that can be extended. */
 export type Stroke = PackageStroke & { points: number[] };
 
-/** What the corrections are of: `result` is the run's own as it is now, and takes what its session makes of it. */
+/** The job that is corrected; `result` is replaced when its session corrects. */
 type CorrectionTarget = Pick<ClipJob, 'images' | 'result' | 'session'>;
 
 export class Corrections {
-  /** How many come from the run before and are one step with this one. */
+  /** Corrections carried over from the previous run, which are one undo step with this run. */
   carriedCount = 0;
   editor: MaskEditor | null = null;
   engine: Promise<ImageEngine> | null = null;
-  /** The masks before each correction of the session. */
+  /** Masks before each correction by the session. */
   masksBeforeEdit = new WeakMap<Edit, MaskSource>();
 
   constructor(public target: CorrectionTarget) {}
 
-  /** The corrections in force. */
+  /** The applied corrections. */
   get edits(): readonly Edit[] {
     return this.editor?.edits ?? [];
   }
 
-  /** How many can be undone. */
+  /** Returns the number of corrections that can be undone. */
   undoCount() {
     return this.edits.length - this.carriedCount;
   }
@@ -45,24 +45,24 @@ export class Corrections {
     return this.editor?.redoable ?? 0;
   }
 
-  /** Whether the session has corrected the masks below. */
+  /** True if the session made some of the corrections. */
   get changesResult() {
     return this.edits.some(({ corrections }) => corrections > 0);
   }
 
-  /** The masks with all corrections; null as long as there are none. */
+  /** The corrected masks; null before there is a result. */
   get masks() {
     return this.edits.length > 0 ? this.editor : this.target.result;
   }
 
-  /** Whether objects are split at a place alone. */
+  /** True if objects can only be split at a clicked place. */
   get splitsAtPlace() {
     return this.editor ? !this.editor.usesSession : this.target.session === null;
   }
 
   /**
-   * One step.
-   * @returns the frames that changed, null for all
+   * Applies a correction as one undo step.
+   * @returns the changed frames; null for all
    */
   async step(correct: (editor: MaskEditor) => Promise<Edit>): Promise<number[] | null> {
     const editor = this.openEditor;
@@ -85,21 +85,21 @@ export class Corrections {
     return this.update(await this.openEditor.redo());
   }
 
-  /** Objects become part of `into`, in one step. */
+  /** Joins objects into `into`. */
   join(into: number, others: number[]) {
     return this.step((editor) => editor.merge(into, others));
   }
 
   /**
    * Paints in one frame.
-   * @returns for `carry`; `frames` grows with it
+   * @returns the argument for `carry`, which appends to `frames`
    */
   async paint(painted: Parameters<MaskEditor['paint']>[0]): Promise<{ edit: Edit; frames: number[] }> {
     const edit = await this.openEditor.paint(painted);
     return { edit, frames: changedFrames(edit) ?? [] };
   }
 
-  /** Carries what was painted to other frames. */
+  /** Propagates a painted edit to other frames. */
   async carry({ edit, frames }: { edit: Edit; frames: number[] }, signal: AbortSignal, onFrame: (t: number) => void) {
     await this.openEditor.carry(edit, {
       signal,
@@ -110,7 +110,7 @@ export class Corrections {
     });
   }
 
-  /** Returns a label that nothing has. */
+  /** Returns an unused label. */
   newLabel(): number {
     return this.openEditor.newLabel();
   }
@@ -131,7 +131,7 @@ export class Corrections {
     return this.engine;
   }
 
-  /** The masks that a correction was made in. */
+  /** Returns the masks before a correction. */
   masksBefore(edit: Edit): MaskEditor {
     const earlier = this.masksBeforeEdit.get(edit);
     if (earlier) return editMasks(earlier);
@@ -144,7 +144,7 @@ export class Corrections {
     return before;
   }
 
-  /** The result with what was done over its masks. */
+  /** Returns the result with painted edits applied. */
   applyTo(result: Result): Result {
     const { editor } = this;
     const paints = this.edits.filter(({ corrections }) => corrections === 0).map((edit) => edit.paints);
@@ -155,47 +155,48 @@ export class Corrections {
       trajectories: editor.trajectories ?? result.trajectories,
       objects: highest > 0 ? [...result.objects, { label: highest }] : result.objects,
       labels: (t) => editor.labels(t),
-      // A session's are of clusters.
+      // Tracks of a session carry clusters.
       toTracksDat: async () => (this.target.session ? result : await editor.toResult()).toTracksDat(),
     };
   }
 
-  /** Returns the frame at the size of the masks. */
+  /** Returns a frame at the size of the masks. */
   pixels(t: number): Promise<ImageData> {
     const { images, result } = this.target;
     if (!result) throw new PageError('unfinished');
     return images.pixels(t, result);
   }
 
-  /** Edits of an earlier visit, which can be undone like those of this one. */
+  /** Restores saved edits, which can be undone. */
   restore(saved: SavedEdits) {
     this.openEditor.restore(saved);
   }
 
-  /** An object is parted; by hand, the piece at a place becomes an object of its own. */
+  /** Splits an object. Without a session, the connected piece at a place becomes a new object. */
   async split(label: number, at?: Place) {
     if (!at && this.splitsAtPlace) throw new PageError('no-place');
     return this.step((editor) => editor.split(label, at));
   }
 
-  /** Each stroke is a thing of its own. */
+  /** Separates the objects under the strokes. */
   splitStrokes(strokes: PackageStroke[]) {
     return this.step((editor) => editor.apart(strokes));
   }
 
-  /** The objects that strokes lie on become one. */
+  /** Joins the objects under the strokes. */
   joinStrokes(strokes: PackageStroke[]) {
     return this.step((editor) => editor.together(strokes));
   }
 
   /**
-   * What may be meant by a click, the smallest first.
+   * Grows candidate regions from a click.
    * @param place in pixels of the masks
+   * @returns regions, smallest first, and the index of the likeliest
    */
   async growRegions(t: number, place: { x: number; y: number }): Promise<{ regions: Region[]; likeliest: number }> {
     const engine = await this.imageEngine();
     const { numFrames, shots = [{ first: 0, last: numFrames - 1 }] } = this.openEditor;
-    // Motion to the frame after, or the one before where that is another shot or none.
+    // Motion to the next frame, or from the previous one at the end of a shot.
     const { first, last } = shots.find((shot) => t <= shot.last) ?? { first: 0, last: numFrames - 1 };
     const neighbourFrame = t < last ? t + 1 : Math.max(first, t - 1);
     const [picture, neighbour] = [await this.pixels(t), await this.pixels(neighbourFrame)];
@@ -215,7 +216,7 @@ export class Corrections {
   }
 }
 
-/** Returns the frames that it changes, null for all. */
+/** Returns the frames that an edit changes; null for all. */
 function changedFrames({ corrections, table, paints }: Edit): number[] | null {
   if (corrections > 0 || Object.keys(table).length > 0) return null;
   return [...new Set(paints.flatMap(({ parts }) => [...parts.keys()]))];

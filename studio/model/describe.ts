@@ -1,13 +1,13 @@
-// What is seen, in words: each object, the whole clip, one frame.
+// Descriptions of objects, clips and frames, for the summary and for screen readers.
 
 import { colourName, objectName } from './palette.js';
 import { formatFrameTime, formatPercent, formatPlural } from './messages.js';
 import type { ObjectFacts, Presence, Times } from './presence.js';
 
-/** Part of the picture's height or width that counts as a move. */
+/** Smallest motion that is mentioned, as a share of the picture's size; chosen by eye. */
 const MIN_MOVE_SHARE = 0.04;
 
-/** Thirds of the picture, downwards and across. */
+/** Names of the thirds of the picture, by row and column. */
 const REGIONS = [
   ['upper left', 'top', 'upper right'],
   ['left', 'middle', 'right'],
@@ -19,7 +19,7 @@ const PHRASES = [
   ['at the lower left', 'at the bottom', 'at the lower right'],
 ];
 
-/** Objects that the summary speaks of one by one. */
+/** Objects that the summary describes one by one. */
 const MAX_DESCRIBED_OBJECTS = 3;
 
 /** Returns `Object 1 (orange)`. */
@@ -28,7 +28,7 @@ export function nameAndColour(object: number): string {
 }
 
 /**
- * @param place in parts of the picture
+ * @param place as shares of the picture's size
  * @returns `upper left`, `middle`, …
  */
 export function describePosition({ x, y }: { x: number; y: number }): string {
@@ -44,16 +44,19 @@ function placePhrase(place: { x: number; y: number }): string {
   return PHRASES[third(place.y)][third(place.x)];
 }
 
-/** @param words one or two, or none */
+/** @param words at most two */
 function joinWithAnd(words: string[]): string {
   return words.length > 1 ? `${words[0]} and ${words[1]}` : (words[0] ?? '');
 }
 
-/** Returns `moves left`, `grows`, `stays in place`, against the scene; `moves right, followed by the camera`. */
+/**
+ * Returns the motion against the scene: `moves left`, `grows`, `stays in place`, `moves right, followed by the
+ * camera`.
+ */
 export function describeMotion({ motion, isFollowed, growth }: ObjectFacts): string {
   const { x: right, y: down } = motion;
   const directions = [];
-  // A slant is named only where it is one.
+  // A diagonal is named only if both directions matter.
   if (Math.abs(right) >= MIN_MOVE_SHARE && Math.abs(right) > 0.4 * Math.abs(down))
     directions.push(right > 0 ? 'right' : 'left');
   if (Math.abs(down) >= MIN_MOVE_SHARE && Math.abs(down) > 0.4 * Math.abs(right))
@@ -76,8 +79,8 @@ function describeObject(facts: ObjectFacts, numFrames: number, times: Times): st
 }
 
 /**
- * The clip in one or two sentences, objects by size.
- * @param facts of all objects, the background among them
+ * Describes the largest objects of a clip.
+ * @param facts of all objects, including the background
  * @returns empty without objects
  */
 export function describeObjects(facts: ObjectFacts[], numFrames: number, times: Times): string {
@@ -91,8 +94,8 @@ export function describeObjects(facts: ObjectFacts[], numFrames: number, times: 
 }
 
 /**
- * One frame, for those who do not see it.
- * @param count of objects, the background among them
+ * Describes a frame for screen readers.
+ * @param count of objects, including the background
  */
 export function describeFrame(presence: Presence, count: number, frame: number, times: Times): string {
   const objects = [];

@@ -1,5 +1,5 @@
-// At which size results are saved: the source's, half of it, the computation's, or another. Frames are read
-// from the source again, one by one.
+// Sizes of exported results: the source's, half of it, the working size or another. Frames are read from the source
+// again.
 
 import { fitSize } from './library.js';
 import { PageError } from './messages.js';
@@ -9,13 +9,13 @@ import type { Source } from './source.js';
 type Size = { width: number; height: number };
 type SizeName = 'source' | 'half' | 'working' | 'own';
 
-/** Times of one frame that was read twice may differ by so much, in seconds. */
+/** Largest difference of a frame's time between two reads, in seconds: rounding. */
 const MAX_TIME_DIFFERENCE_S = 1e-6;
 
-/** Shorter sides are of no use. */
+/** Shortest long side of an export, in pixels. */
 export const MIN_SIDE_PX = 16;
 
-/** Returns the sizes to choose from, each once. */
+/** Returns the distinct sizes to choose from. */
 export function exportSizes(source: Source, working: Size): { name: SizeName; label: string; side: number }[] {
   const side = Math.max(source.width, source.height);
   const custom = { name: 'own' as const, label: 'Other…', side };
@@ -35,8 +35,8 @@ export function exportSizes(source: Source, working: Size): { name: SizeName; la
 }
 
 /**
- * The frames of a result, at another size.
- * @param side the longer one, in pixels
+ * Reads the frames of a result at another size.
+ * @param side the long side, in pixels
  */
 export function resizedFrames(
   { source, trim }: Pick<AnyJob, 'source' | 'trim'>,
@@ -58,9 +58,9 @@ export function resizedFrames(
 }
 
 /**
- * @param fps where frames have no times
- * @returns seconds from the first frame's begin to the last one's end, which lasts as long as the one before where
- *   nobody knows
+ * @param fps used if frames have no times
+ * @returns seconds from the start of the first frame to the end of the last, which is taken to last as long as the
+ *   one before if unknown
  */
 export function durationOf(
   { numFrames, times, end = null }: { numFrames: number; times: ArrayLike<number> | null; end?: number | null },

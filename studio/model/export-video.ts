@@ -1,10 +1,10 @@
-// The clip as videos: with its masks drawn over it, and its objects cut out.
+// Video exports: overlay, cut-out and mask.
 
 import { type Ground, SCREEN_GREEN, encodeVideo } from './library.js';
 import { type Choice, type Export, frameRateOption } from './export.js';
 import type { BackdropName } from './view-settings.js';
 
-/** The grounds of cut-out objects, on buttons. */
+/** Labels of the backdrops on buttons. */
 const BACKDROP_LABELS: Record<BackdropName, string> = {
   transparent: 'Transparent',
   green: 'Green',
@@ -62,7 +62,7 @@ export const maskVideo: Export = {
   choices: [videoChoice('alpha-webm', 'WebM', 'alpha', 'webm'), videoChoice('alpha-mp4', 'MP4', 'alpha', 'mp4')],
 };
 
-/** @param background a ground in place of that on screen */
+/** @param background replaces the backdrop on screen */
 function videoChoice(
   id: string,
   label: Choice['label'],
@@ -74,11 +74,11 @@ function videoChoice(
     id,
     label,
     file: () => `${style === 'alpha' ? 'mask' : style}.${format}`,
-    make: (subject, work) => {
+    make: (subject, task) => {
       const { masks, frames, objects, maskStyle, quality, backdrop, edges } = subject;
       const shownBackdrop = background ?? (format === 'mp4' && backdrop === 'transparent' ? SCREEN_GREEN : backdrop);
       const sound = subject.sound(format);
-      return encodeVideo(masks, frames(work.signal), {
+      return encodeVideo(masks, frames(task.signal), {
         style,
         format,
         objects,
@@ -87,7 +87,7 @@ function videoChoice(
         opacity: maskStyle.fill,
         maskOpacity: maskStyle.opacity,
         outlineWidth: maskStyle.outline,
-        ...work,
+        ...task,
         ...(style === 'cutout' ? { background: shownBackdrop } : {}),
         ...(sound ? { sound } : {}),
         ...frameRateOption(subject),

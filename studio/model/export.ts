@@ -1,4 +1,4 @@
-// What an export is, and what it is made of.
+// The type of exports, and the data they are made from.
 
 import { masksAtSize } from './library.js';
 import type { Plate } from './frame-data.js';
@@ -7,7 +7,7 @@ import type { BackdropName } from './view-settings.js';
 import type { Source } from './source.js';
 import type { Timeline, State } from './store.js';
 
-/** What there is to save. */
+/** The data of an export. */
 export interface Subject {
   masks: {
     width: number;
@@ -18,41 +18,38 @@ export interface Subject {
     end: number | null;
     shots: { first: number; last: number }[];
   };
-  /** All frames, at the size that is wanted. */
+  /** All frames, at the chosen size. */
   frames: (signal: AbortSignal) => AsyncIterable<ImageData>;
   image: (t: number) => Promise<ImageData>;
-  /** Of the masks on screen. */
   maskStyle: MaskStyle;
-  /** Of videos. */
   quality: VideoQuality;
-  /** Of the masks on screen. */
   edges: MaskEdges;
-  /** Of cut-out objects on screen. */
+  /** Backdrop of cut-out objects. */
   backdrop: Ground;
-  /** Of videos; null for none. */
+  /** Options of the soundtrack; null for none. */
   sound: (format: 'webm' | 'mp4') => SoundOptions | null;
   source: Source;
-  /** The scene of a frame without the objects, which may be smaller; null where nobody knows. */
+  /** The background of a frame without objects, which may be smaller; null if not available. */
   plate: ((t: number) => Promise<Plate>) | null;
   frame: number;
   objects: (object: number) => boolean;
   name: string;
-  /** Where frames have no times. */
+  /** Used if frames have no times. */
   fps: number;
   /** The trajectories as a track file. */
   tracks: () => string | Promise<string>;
-  /** Of the trajectories, in pixels of the masks. */
+  /** Points of the trajectories, in pixels of the masks. */
   points: TrajectoryPoints;
   state: State;
 }
 
 /**
- * How masks look on screen: how opaque they are as a whole, and their fill, 0 to 1; how wide their outline is, in
- * pixels of the picture that is saved.
+ * Drawing style of masks: opacity of the whole and of the fill, 0 to 1, and outline width in pixels of the saved
+ * picture.
  */
 export type MaskStyle = { opacity: number; fill: number; outline: number };
 
-/** What there is to save, before it is known how. */
+/** The data of an export without the chosen options. */
 type ExportSource = Omit<
   Subject,
   'objects' | 'frames' | 'image' | 'maskStyle' | 'quality' | 'sound' | 'backdrop' | 'edges'
@@ -62,28 +59,28 @@ type ExportTask = { signal: AbortSignal; onProgress: (progress: { done: number; 
 
 export interface Choice {
   id: string;
-  /** Of its button; that of a cut-out names the ground on screen. */
+  /** Label of its button; may depend on the backdrop. */
   label: string | ((backdrop: BackdropName) => string);
-  /** To screen readers, where the label is short. */
+  /** Label for screen readers, if different. */
   ariaLabel?: string;
-  /** What is added to the clip's name. */
+  /** Returns the suffix of the file name. */
   file: (subject: Subject) => string;
-  /** Whether it can be made; always if not said. */
+  /** Returns whether it can be made; always if absent. */
   isAvailable?: (subject: ExportSource) => boolean;
-  /** Of a file that is written while it is made. */
+  /** Media type of a file that is streamed to disk. */
   type?: string;
-  make: (subject: Subject, work: ExportTask) => Promise<Blob | ReadableStream<Uint8Array<ArrayBuffer>>>;
+  make: (subject: Subject, task: ExportTask) => Promise<Blob | ReadableStream<Uint8Array<ArrayBuffer>>>;
 }
 
 export type Export = { title: string; about: string; choices: Choice[] };
 
-/** Returns what an export is made of; null without masks. */
+/** Returns the data to export; null without masks. */
 export function exportSource(state: State): ExportSource | null {
   const { analysis, job, timeline, frame } = state;
-  const points = analysis?.segmentation;
-  if (!points || !job) return null;
-  const { width, height, numFrames } = points.result;
-  const labels = (t: number) => points.mask(t)!;
+  const segmentation = analysis?.segmentation;
+  if (!segmentation || !job) return null;
+  const { width, height, numFrames } = segmentation.result;
+  const labels = (t: number) => segmentation.mask(t)!;
   return {
     masks: {
       width,
@@ -99,40 +96,43 @@ export function exportSource(state: State): ExportSource | null {
     frame,
     name: job.source.name,
     fps: timeline.fps,
-    tracks: () => points.result.toTracksDat(),
-    points: points.result.trajectories,
+    tracks: () => segmentation.result.toTracksDat(),
+    points: segmentation.result.trajectories,
     state,
   };
 }
 
-/** @returns stretches without a cut */
+/** Returns the first and last frame of each shot. */
 export function splitShots({ cuts }: Timeline, numFrames: number): { first: number; last: number }[] {
   const starts = [0, ...cuts.filter((cut) => cut < numFrames)];
   return starts.map((first, k) => ({ first, last: (starts[k + 1] ?? numFrames) - 1 }));
 }
 
-/** @returns when the last of them ends, in seconds; null where nobody knows */
+/** Returns the end of the last frame in seconds; null if unknown. */
 function endOf({ times }: Timeline, numFrames: number): number | null {
   return times.seconds?.[numFrames] ?? times.end;
 }
 
-/** Returns all masks, at the size that is wanted. */
-export function resizeMasks({ masks, frames, edges }: Subject, work: ExportTask): Promise<MaskSource> {
-  return masksAtSize(masks, frames(work.signal), { ...work, edges });
+/** Resizes all masks to the chosen size. */
+export function resizeMasks({ masks, frames, edges }: Subject, task: ExportTask): Promise<MaskSource> {
+  return masksAtSize(masks, frames(task.signal), { ...task, edges });
 }
 
-/** @param frame that frame, at the size that is wanted */
+/**
+ * Resizes the mask of frame `t`.
+ * @param frame its picture, at the chosen size
+ */
 export async function resizeLabels({ masks, edges }: Subject, t: number, frame: ImageData): Promise<Uint8Array> {
   const frameMasks = { ...masks, numFrames: 1, times: null, end: null, shots: [], labels: () => masks.labels(t) };
   return (await masksAtSize(frameMasks, [frame], { edges })).labels(0);
 }
 
-/** Returns the option that replaces times. */
+/** Returns the frame rate option if frames have no times. */
 export function frameRateOption({ masks, fps }: Subject): { frameRate?: number } {
   return masks.times ? {} : { frameRate: fps };
 }
 
-/** @returns what files made of it begin with: no extension, nothing that a file system minds */
+/** Returns the start of file names: no extension, only safe characters. */
 export function fileStem(name: string): string {
   const stem = name
     .replace(/ … .*$/, '')

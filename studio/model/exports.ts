@@ -1,6 +1,5 @@
-// The list of exports, in the order of the dialog, and those of files that are written at once: masks, data, pictures,
-// the project. To add one, write a value of type Export (see export.ts) and list it here; the dialog knows them only
-// through this type.
+// The list of exports, in the order of the dialog, and the exports of masks, data, images and projects. To add one,
+// write a value of type Export (see export.ts) and list it here.
 
 import { cocoRle, encodeImages, maskPng, masksZip, objectTable, objectTableCsv } from './library.js';
 import * as videos from './export-video.js';
@@ -17,9 +16,9 @@ export const data: Export = {
       id: 'coco',
       label: 'COCO JSON',
       file: () => 'coco.json',
-      make: async (subject, work) => {
+      make: async (subject, task) => {
         const { objects, name } = subject;
-        const coco = await cocoRle(await resizeMasks(subject, work), {
+        const coco = await cocoRle(await resizeMasks(subject, task), {
           objects,
           video: name,
           ...frameRateOption(subject),
@@ -32,9 +31,9 @@ export const data: Export = {
       label: 'objects.csv',
       ariaLabel: 'objects.csv: position, size and motion of each object in each frame',
       file: () => 'objects.csv',
-      make: async (subject, work) => {
+      make: async (subject, task) => {
         const { objects, points } = subject;
-        const masks = await resizeMasks(subject, work);
+        const masks = await resizeMasks(subject, task);
         const trajectories = scaleTrajectories(
           points,
           masks.width / subject.masks.width,
@@ -53,7 +52,7 @@ export const data: Export = {
   ],
 };
 
-/** Points of trajectories in pixels of masks that are so much larger. */
+/** Scales trajectories to larger masks. */
 function scaleTrajectories({ startFrame, offset, x, y }: TrajectoryPoints, across: number, down: number) {
   const scalePoints = (values: ArrayLike<number>, scale: number) =>
     Float32Array.from(values, (value) => (value + 0.5) * scale - 0.5);
@@ -94,12 +93,12 @@ const frameMask: Export = {
 };
 
 function makeMaskZip(perObject: boolean): Choice['make'] {
-  return async (subject, work) => {
+  return async (subject, task) => {
     const { objects } = subject;
-    const bytes = await masksZip(await resizeMasks(subject, work), {
+    const bytes = await masksZip(await resizeMasks(subject, task), {
       perObject,
       objects,
-      ...work,
+      ...task,
       ...frameRateOption(subject),
     });
     return new Blob([bytes], { type: 'application/zip' });
@@ -128,10 +127,10 @@ function imageChoice(
     label,
     file: () => file,
     type: format === 'zip' ? 'application/zip' : 'image/png',
-    make: (subject, work) => {
+    make: (subject, task) => {
       const { masks, frames, objects, edges } = subject;
-      const options = { style, format, objects, edges, ...work, ...frameRateOption(subject) };
-      return encodeImages(masks, frames(work.signal), options);
+      const options = { style, format, objects, edges, ...task, ...frameRateOption(subject) };
+      return encodeImages(masks, frames(task.signal), options);
     },
   };
 }
@@ -150,10 +149,10 @@ export const project: Export = {
   ],
 };
 
-/** What most people want: a choice each. */
+/** The main exports, with one choice each. */
 export const MAIN_EXPORTS: Export[] = [videos.transparentVideo, videos.greenVideo, videos.blurredVideo, masks];
 
-/** The others, in the order of the dialog. */
+/** Returns the other exports, in the order of the dialog. */
 export const otherExports = (background: Export): Export[] => [
   ...[videos.overlayVideo, videos.cutoutVideo, images, videos.maskVideo],
   ...[objectMasks, frameMask, background, data, project],

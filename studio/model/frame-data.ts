@@ -1,13 +1,13 @@
-// What a run answers about a frame beside its masks.
+// Data of a frame besides its masks, computed on demand.
 
-/** A place in clip pixels, with the object there; -1 for none. */
+/** A position in clip pixels and the object there; -1 for none. */
 export type Spot = { x: number; y: number; object: number };
 
-/** Boundary probability of each pixel, and the same on ridges alone; pixels may be larger than those of the clip. */
+/** Boundary probability of each pixel, and thinned to ridges; the resolution may be lower than the clip's. */
 export type Boundaries = { width: number; height: number; pb: Float32Array; thin: Float32Array };
 
 /**
- * Superpixels, and the edges that they come from. Pixels may be larger than those of the clip: `x` is `(x + 0.5) *
+ * Superpixels and the edges of their triangulation. The resolution may be lower than the clip's: `x` is `(x + 0.5) *
  * scaleX - 0.5` there.
  */
 export interface Superpixels {
@@ -20,10 +20,10 @@ export interface Superpixels {
   edges: { x0: Float32Array; y0: Float32Array; x1: Float32Array; y1: Float32Array; kind: Uint8Array };
 }
 
-/** The scene without objects, RGBA; pixels as for boundaries. */
+/** The scene without objects, RGBA; the resolution may be lower than the clip's. */
 export type Plate = { width: number; height: number; data: Uint8ClampedArray<ArrayBuffer> };
 
-/** Four kinds of boundary strength of a still image's pixels, 0 to 1. */
+/** Four kinds of boundary strength of a still image, 0 to 1. */
 export type ImageEdges = {
   width: number;
   height: number;
@@ -33,10 +33,10 @@ export type ImageEdges = {
   combined: Float32Array;
 };
 
-/** What can be asked about a frame. */
+/** The kinds of data. */
 export type FrameData = { boundaries: Boundaries; superpixels: Superpixels; background: Plate; imageEdges: ImageEdges };
 
-/** What the session, or what was made of a still image, answers about a frame; null where it knows no such thing. */
+/** Functions that load the data of a frame; null if not available. */
 export type FrameDataSource = { [What in keyof FrameData]: ((frame: number) => Promise<FrameData[What]>) | null };
 
 export const NO_FRAME_DATA: FrameDataSource = {

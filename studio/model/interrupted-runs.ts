@@ -1,5 +1,4 @@
-// A run that goes on is remembered: what cuts it off, a reload or a killed tab, costs time alone. Fetched when there is
-// such a run.
+// Remembers the current run, so that it can be restarted after a reload or a crash. Loaded when needed.
 
 import { RUN_PREFIX, type SavedProject, type ProjectStorage } from './saved-projects.js';
 import { storedFiles } from './project-file.js';
@@ -7,14 +6,14 @@ import type { State } from './store.js';
 
 export type InterruptedRun = Pick<SavedProject, 'id' | 'name' | 'at' | 'files' | 'about'>;
 
-/** So long a page is waited for that was closed, in milliseconds. */
+/** Time to wait for the lock of a closing page, in milliseconds; chosen by eye. */
 const LOCK_TIMEOUT_MS = 2000;
 
 export class RunMemory {
-  /** The run of this page, and what ends the hold on it. */
+  /** The run of this page, and the function that releases its lock. */
   current: { id: string; release: () => void } | null = null;
 
-  /** @param locks names that pages hold as long as they are there */
+  /** @param locks held by pages while they are open */
   constructor(
     readonly storage: ProjectStorage,
     readonly locks?: Pick<LockManager, 'request'>,
@@ -27,7 +26,7 @@ export class RunMemory {
     await this.storage.put({ id: this.current.id, name, at: Date.now(), files: storedFiles(state), about });
   }
 
-  /** The run has ended, or nobody wants it any more. */
+  /** Forgets the run of this page. */
   async forget() {
     if (!this.current) return;
     const { id, release } = this.current;
@@ -36,7 +35,7 @@ export class RunMemory {
     await this.storage.remove(id);
   }
 
-  /** Returns the newest that was cut off; of others nothing stays. */
+  /** Returns the newest interrupted run and removes older ones. */
   async findInterrupted(): Promise<InterruptedRun | undefined> {
     const runs = (await this.storage.list()).filter(({ id }) => id.startsWith(RUN_PREFIX));
     const isFree = await Promise.all(runs.map(({ id }) => this.canHold(id)));
@@ -45,13 +44,13 @@ export class RunMemory {
     return newest;
   }
 
-  /** Whether a run goes on nowhere; other tabs hold theirs. A page that was closed holds its own for a moment. */
+  /** Returns whether no page holds the run. A page that was just closed may hold it for a moment. */
   async canHold(id: string): Promise<boolean> {
     const signal = AbortSignal.timeout(LOCK_TIMEOUT_MS);
     return this.locks?.request(id, { signal }, () => true).catch(() => false) ?? true;
   }
 
-  /** Holds a name as long as this page is there. Where another page holds it, this one waits in line. */
+  /** Requests a lock that is held while this page is open. */
   hold(id: string) {
     let release = () => {};
     const released = new Promise((resolve: (value?: undefined) => void) => (release = resolve));

@@ -1,4 +1,4 @@
-// What all kinds of runs have in common, and what the page may ask of them.
+// The base class of runs, and their types.
 
 import { Preview, needsPreview } from './preview.js';
 import { StageClock, type StagePlan } from './stage-clock.js';
@@ -12,30 +12,30 @@ import type { Source, Trim } from './source.js';
 import type { StillJob } from './still-job.js';
 import type { Frames } from './store.js';
 
-/** What a run has found so far, as the page shows it. */
+/** The result of a run so far, as the page shows it. */
 export interface JobView {
   /** Null for a still image. */
   result: Result | null;
-  /** Where each object is, if that is known already. */
+  /** Positions of the objects, if counted already. */
   presence: Presence | null;
   frameData: Partial<FrameDataSource>;
-  /** For the line of facts. */
+  /** Entries of the line of facts. */
   numbers: string[];
   headline: (facts: ObjectFacts[]) => string;
-  /** What else there is to say, empty for nothing. */
+  /** Returns the notice above the picture; empty for none. */
   notice: (facts: ObjectFacts[]) => string;
 }
 
-/** What is to be painted, where. */
+/** A region or stroke to paint. */
 export type PaintRequest = Parameters<MaskEditor['paint']>[0];
 
-/** Something painted, and the frames that have it. */
+/** A painted edit and the frames that it changed. */
 export type PaintedEdit = { edit: Edit; frames: number[] };
 
-/** Runs of clips and of still images, each with `run`, `shown` and the static `stagesFor`. */
+/** A run of a clip or a still image, with `run`, `shown` and the static `stagesFor`. */
 export type AnyJob = ClipJob | StillJob;
 
-/** The frames of a run as they are shown. */
+/** The frames of a run for display. */
 export type Images = Frames & {
   length: number;
   width: number;
@@ -46,26 +46,26 @@ export type Images = Frames & {
   close: () => void;
 };
 
-/** Runs of this page. */
+/** Number of runs of this page. */
 let runs = 0;
 
 export class Job extends StageClock {
-  /** Which run the result is of, in this page and others. */
+  /** Identifies the run across pages. */
   id = `${Date.now()}-${(runs += 1)}`;
   images: Images;
-  /** When they are shown, in seconds; none where nobody knows. */
+  /** Times of the frames in seconds; empty if unknown. */
   times: number[] = [];
-  /** What is shown until the first masks are there. */
+  /** Shown until the first masks are finished. */
   preview: Preview | null = null;
-  /** When the last of them ends. */
+  /** End of the last frame in seconds. */
   end: number | null = null;
   /** First frames of further shots. */
   cuts: number[] = [];
-  /** Of the result, where it can be corrected. */
+  /** Corrections of the result; null if it cannot be corrected. */
   corrections: Corrections | null = null;
-  /** What of the corrections of the run before no longer applies, in words. */
+  /** Message about corrections of the previous run that no longer apply. */
   droppedCorrections = '';
-  /** Where objects are, as far as that is counted. */
+  /** Positions of the objects, as far as counted. */
   presence: Presence | null = null;
 
   constructor(
@@ -79,65 +79,65 @@ export class Job extends StageClock {
     this.images = images;
   }
 
-  /** Whether the result comes from a run which was stopped early, and can go on. */
+  /** True if the run was stopped early and can continue. */
   get isPartial() {
     return false;
   }
 
-  /** What corrects the result on screen; a part of a clip stays as it is. */
+  /** The corrections of the result on screen; null for a partial result. */
   get corrector() {
     return this.isPartial ? null : this.corrections;
   }
 
-  /** Whether there is something in the result that another run would not have. */
+  /** True if the result has corrections. */
   get isCorrected() {
     return false;
   }
 
-  /** Frames that are settled while others are still to come. */
+  /** Number of finished frames while the run continues. */
   get settledFrames() {
     return 0;
   }
 
   /**
-   * After a cancel: keeps what is settled as the result, where that is one.
-   * @returns whether it is; either way the run may be run again, and goes on where it was
+   * Stops the run and keeps the finished frames as the result. It can be continued.
+   * @returns true if there are finished frames
    */
   stop(): boolean {
     return false;
   }
 
   /**
-   * After a correction: where each object is now.
-   * @param frames those that changed; null for all
+   * Updates the positions of objects after a correction.
+   * @param frames the changed frames; null for all
    */
-  recount(frames: number[] | null, points: Segmentation) {
-    this.presence = frames && points.presence;
+  recount(frames: number[] | null, segmentation: Segmentation) {
+    this.presence = frames && segmentation.presence;
     const masks = this.corrections?.masks;
-    if (masks) frames?.forEach((t) => points.presence.addMask(masks.labels(t), t));
+    if (masks) frames?.forEach((t) => segmentation.presence.addMask(masks.labels(t), t));
   }
 
-  /** Returns whether this is a run with these settings. */
+  /** Returns whether the run has these settings. */
   hasSettings(trim: Trim, options: Options): boolean {
     return JSON.stringify([trim, options]) === JSON.stringify([this.trim, this.options]);
   }
 
-  /** Returns the size of its frames: `480 × 270`. */
+  /** The size of the frames: `480 × 270`. */
   get sizeText(): string {
     return `${this.images.width} × ${this.images.height}`;
   }
 
-  /** Begins a preview, if the masks take so long that it is worth one. */
+  /** Starts a preview if the run is long enough. */
   startPreview() {
     if (needsPreview(this.source, this.trim)) this.preview = new Preview(this.options);
   }
 
   /**
-   * A frame has been read.
-   * @param end when it is over, where that is known
+   * Stores a frame that was read.
+   * @param end of the frame in seconds, if known
    */
   async receiveFrame(frame: ImageData, time: number | null, end: number | null) {
-    // The picture is copied before others get the bytes, who may hand them on to a worker.
+    // Copied first, as the bytes may be transferred to a worker.
     await this.images.add(frame);
     if (time !== null) this.times.push(time);
     this.end = end;

@@ -1,5 +1,5 @@
-// The package as the page takes it: its entries as one, which is what the built site serves. Paths lead to the same files
-// on disk and on the server, where nothing lies above `/`.
+// The package's entries as one module. Its paths lead to the same files on disk and on the server, where nothing lies
+// above `/`.
 
 export * from '../../dist/index.js';
 export * from '../../dist/draw.js';

@@ -1,14 +1,14 @@
-// Every sentence the page builds: numbers, the summary of a result, and errors with what to do about them.
+// Messages of the page: formatted numbers, headlines, and errors with advice.
 
 import type { ObjectFacts, Times } from './presence.js';
 
-/** An error of the page itself (the library's own is `TraceCutError`); both carry a `code`. */
+/** An error of the page (the package has `TraceCutError`); both have a `code`. */
 export class PageError extends Error {
   name = 'PageError';
 
   /**
    * @param code a key of {@link ADVICE}
-   * @param detail what exactly was found, for the message
+   * @param detail shown below the advice
    */
   constructor(
     public code: string,
@@ -18,7 +18,7 @@ export class PageError extends Error {
   }
 }
 
-/** Title and advice for each error code, from the page and from the library. */
+/** Title and advice for each error code of the page and the package. */
 const ADVICE: Record<string, [string, string]> = {
   'unreadable-video': [
     'Can’t play this video',
@@ -79,7 +79,7 @@ const ADVICE: Record<string, [string, string]> = {
   memory: ['Out of memory', 'Choose fewer frames or a smaller working size under “Clip”.'],
 };
 
-/** What a run does, in the words of the headline, by stages. */
+/** Headlines of a run by stage. */
 const STAGE_NAMES: Record<string, string> = {
   frames: 'Reading frames',
   windows: 'Finding objects',
@@ -95,18 +95,18 @@ const STAGE_NAMES: Record<string, string> = {
 
 export const stageName = (stage: string) => STAGE_NAMES[stage] ?? STAGE_NAMES.other;
 
-/** What the page says about an image that is alone. */
+/** Messages about a still image. */
 export const STILL_MESSAGES = {
   headline: 'Still image',
   remark: 'One image has no motion. Open a video or an image sequence.',
 };
 
-/** What the page says about the first look at a clip. */
+/** Messages about the preview. */
 export const PREVIEW_MESSAGES = {
   live: 'Coarse preview of the first frames.',
 };
 
-/** What the page says about a clip that was taken window by window. */
+/** Messages about a clip. */
 export const CLIP_MESSAGES = {
   remark: (window: number) => `windows of ${window} frames`,
   nothing: 'Nothing stands out from the background.',
@@ -114,17 +114,20 @@ export const CLIP_MESSAGES = {
     `Stopped early: ${done} of ${all} frames are ready to save. Continue to finish.`,
 };
 
-/** A file that ends in damage, and what was taken of it. */
+/** Describes a damaged file. */
 export function describeDamage({ frames, total }: { frames: number; total: number | null }): string {
   return total !== null && total > frames
     ? `The file is damaged: the first ${formatCount(frames)} of ${formatCount(total)} frames were used.`
     : `The file is damaged: the first ${formatCount(frames)} frames were used.`;
 }
 
-/** What files are to be converted to. */
+/** The formats that advice suggests. */
 const SUGGESTED_FORMATS = /MP4 \(H\.264\)( \S+ WebM)?/;
 
-/** @param playsMp4 whether there is a decoder for H.264: some browsers have none, and are not told to use it */
+/**
+ * Returns title and advice for an error.
+ * @param playsMp4 true if the browser can decode H.264; otherwise it is not suggested
+ */
 export function explain(
   error: unknown,
   playsMp4 = true,
@@ -170,7 +173,7 @@ export function formatSeconds(ms: number): string {
   return `${Math.floor(s / 60)}\u00a0min ${Math.round(s % 60)}\u00a0s`;
 }
 
-/** Returns `about 12 s left`: coarser, the more there is. */
+/** Returns `about 12 s left`, rounded more coarsely for longer times. */
 export function formatTimeLeft(ms: number): string {
   const s = ms / 1000;
   if (s < 1.5) return 'almost done';
@@ -178,7 +181,7 @@ export function formatTimeLeft(ms: number): string {
   return `about ${s > 20 ? 5 * Math.round(s / 5) : Math.round(s)}\u00a0s left`;
 }
 
-/** Returns `, 0.8 s`; empty where frames have no time. */
+/** Returns `, 0.8 s`; empty if frames have no times. */
 export function formatFrameTime(times: Times, frame: number): string {
   return times.seconds ? `, ${times.format(frame)}` : '';
 }
@@ -192,7 +195,7 @@ export function formatPercent(share: number): string {
   return `${p > 0 && p < 9.95 ? p.toFixed(1) : Math.round(p)}%`;
 }
 
-/** What the page sees, in one sentence. */
+/** Returns the headline of a result. */
 export function headline(
   result: { objects: readonly object[] | null; clusters: { count: number }; trajectories: { count: number } },
   facts: ObjectFacts[],
@@ -207,9 +210,7 @@ export function countObjects(facts: ObjectFacts[]): string {
   return formatPlural(objects, 'moving object');
 }
 
-/**
- * Why the result holds no moving object; empty when it does. What to do about it are buttons, see panels/suggestions.ts.
- */
+/** Explains a result without moving objects; empty if it has some. See panels/suggestions.ts for what to try. */
 export function remark(result: {
   objects: readonly object[] | null;
   clusters: { count: number };

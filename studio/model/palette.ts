@@ -1,4 +1,4 @@
-// Colours, shapes and names of objects: the package's, and what only the page needs.
+// Colours, shapes and names of objects.
 
 import { objectColor } from './library.js';
 
@@ -8,7 +8,7 @@ export function objectName(object: number): string {
   return object === 0 ? 'Background' : `Object ${object}`;
 }
 
-/** Colours that have a name, those of the first seven objects before all. */
+/** Named colours, starting with the colours of the first seven objects. */
 const COLOUR_NAMES: [string, string][] = [
   ['orange', '#e69f00'],
   ['light blue', '#56b4e9'],
@@ -35,7 +35,7 @@ const COLOUR_NAMES: [string, string][] = [
 const namesByObject = new Map<number, string>();
 
 /**
- * The name of an object's colour: the nearest that has one, with a number from the second object on that has it.
+ * Returns the nearest named colour, numbered if it repeats.
  * @param object from 1 on
  * @returns `orange`, `purple`, `green 2`
  */
@@ -52,7 +52,7 @@ export function colourName(object: number): string {
 }
 
 /**
- * How far two colours are apart to the eye, about.
+ * Returns an approximate perceptual distance of two colours.
  * @param a `#rrggbb`
  */
 function distance(a: string, b: string) {

@@ -1,14 +1,14 @@
-// When and where each object is, frame by frame: how large, and its middle. Frames may come one after the other.
+// Size and centre of each object in each frame. Frames can be added one by one.
 
 import type { SceneMotion } from './library.js';
 
-/** When the frames of a clip are shown. */
+/** Timestamps of the frames of a clip. */
 export class Times {
   end: number | null;
 
   /**
-   * @param seconds of each frame since the beginning of the clip; null where nobody knows
-   * @param end of the last frame, in seconds; null where nobody knows
+   * @param seconds of each frame since the start of the clip; null if unknown
+   * @param end of the last frame, in seconds; null if unknown
    */
   constructor(
     public seconds: number[] | null,
@@ -18,9 +18,9 @@ export class Times {
   }
 
   /**
-   * How long a frame is shown: until the next; the last until the clip's end, or as long as the one before.
-   * @param fps where nobody knows
-   * @returns in seconds
+   * Returns the duration of a frame in seconds. The last frame lasts until the end of the clip, or as long as the one
+   * before.
+   * @param fps used if times are unknown
    */
   durationOf(frame: number, fps: number): number {
     const { seconds, end } = this;
@@ -46,40 +46,43 @@ function clock(seconds: number) {
   return seconds.toFixed(1);
 }
 
-/** What is known of one object over the clip. */
+/** Size, position and motion of one object over the clip. */
 export interface ObjectFacts {
   object: number;
-  /** Frame in which it is there; -1 if it never is. */
+  /** First frame with the object; -1 if there is none. */
   first: number;
   last: number;
   /** Frame in which it is largest. */
   peak: number;
-  /** In how many it is there. */
+  /** Number of frames with the object. */
   frames: number;
-  /** Of the picture while it is there, in 0..1. */
+  /** Mean share of the picture in those frames, in 0..1. */
   share: number;
-  /** Its middle when it is first there, in parts of the picture's width and height. */
+  /** First centre, as shares of the picture's width and height. */
   from: { x: number; y: number };
-  /** And at last. */
+  /** Last centre. */
   to: { x: number; y: number };
-  /** How far against the scene, in parts of the picture's width and height. */
+  /** Motion relative to the scene, as shares of the picture's width and height. */
   motion: { x: number; y: number };
-  /** Whether the camera goes with it: it stays about where it is in the picture. */
+  /** True if the camera follows it: it moves little in the picture. */
   isFollowed: boolean;
-  /** Its size at last over that at first. */
+  /** Last size divided by first size. */
   growth: number;
 }
 
-/** Pixels of each object in a frame, and their middle. */
+/** Pixels and centre of each object in a frame. */
 type FrameCount = { n: number[]; x: number[]; y: number[] };
 
-/** A trace of this part of an object's largest size does not count: single pixels come and go. */
+/** Smaller sizes, as a share of the object's largest, are ignored as noise; chosen by eye. */
 const MIN_SIZE_SHARE = 0.02;
 
-/** Frames at either end of an object's time that are taken together, as one frame's mask may be off. */
+/** Frames averaged at the start and the end, as single masks may be wrong; chosen by eye. */
 const END_FRAMES = 3;
 
-/** An object that moves in the picture by less than this part of its way through the scene is followed by the camera. */
+/**
+ * An object is followed by the camera if its motion in the picture is below this share of its motion in the scene;
+ * chosen by eye.
+ */
 const MAX_FOLLOWED_MOTION = 0.4;
 
 export class Presence {
@@ -92,7 +95,10 @@ export class Presence {
     this.height = height;
   }
 
-  /** @param at or of this one, which was counted before */
+  /**
+   * Counts a mask.
+   * @param at its frame; counted again if known
+   */
   addMask(mask: Uint8Array, at: number = this.frames.length) {
     const { width, height } = this;
     const n = new Float64Array(256);
@@ -100,7 +106,7 @@ export class Presence {
     const y = new Float64Array(256);
     for (let row = 0; row < height; row++) {
       const begin = row * width;
-      // By runs of equal labels: there are few of them.
+      // Runs of equal labels are few.
       for (let from = 0, to = 1; from < width; from = to++) {
         const object = mask[begin + from];
         while (to < width && mask[begin + to] === object) to++;
@@ -113,8 +119,9 @@ export class Presence {
   }
 
   /**
-   * @param x sums
-   * @param at frame
+   * @param n pixels by object
+   * @param x sums by object
+   * @param y sums by object
    */
   add(n: Float64Array, x: Float64Array, y: Float64Array, at: number) {
     let end = n.length;
@@ -132,7 +139,7 @@ export class Presence {
     return this.frames[frame]?.n[object] ?? 0;
   }
 
-  /** Returns the share of the frame that it covers, 0 to 1. */
+  /** Returns the share of the frame that an object covers, 0 to 1. */
   shareOf(object: number, frame: number): number {
     const total = this.frames[frame]?.n.reduce((sum, n) => sum + n, 0) ?? 0;
     return total > 0 ? this.size(object, frame) / total : 0;
@@ -143,7 +150,7 @@ export class Presence {
     return { x: mean('x'), y: mean('y') };
   }
 
-  /** @param scene how the scene moves in the picture; not at all where nobody knows */
+  /** @param scene motion of the scene in the picture; none if unknown */
   facts(object: number, scene: SceneMotion | null = null): ObjectFacts {
     const sizes = this.frames.map((_, t) => this.size(object, t));
     const largest = sizes.reduce((a, b) => Math.max(a, b), 0);

@@ -1,23 +1,23 @@
-// Coarse masks of a clip's first frames, to look at while the run goes on: a worker of their own makes them of the frames
-// that the run reads anyway. They change nothing in the run, and where they fail there are none.
+// Coarse masks of the first frames of a clip, shown during the run. A separate worker computes them from frames that
+// the run reads anyway. If it fails, there is no preview.
 
 import { type SessionOptions, type VideoResult, VideoSegmentation, previewMasks } from './library.js';
 import type { Source, Trim } from './source.js';
 
-/** Every `STEP` frames one is taken, `TAKEN` of them in all: as the package does by itself. */
+/** Every second frame, eight in all: the package's defaults. */
 const FRAME_STEP = 2;
 const MAX_FRAMES = 8;
 
-/** Frames from the first that is taken to the last. */
+/** Frames from the first to the last of them. */
 export const PREVIEW_FRAMES = FRAME_STEP * (MAX_FRAMES - 1) + 1;
 
-/** Pixels of all frames together from which on a run takes so long that it is worth a preview: about three seconds. */
+/** Smallest number of pixels of a clip with a preview: its run takes about three seconds, as measured. */
 const MIN_CLIP_PIXELS = 3.2e6;
 
-/** Returns whether the masks of a run take so long that a preview comes well before them. */
+/** Returns whether a run takes long enough for a preview. */
 export function needsPreview({ kind, width, height }: Source, { frames, side }: Trim): boolean {
   const scale = Math.min(1, side / Math.max(width, height));
-  // The masks of the first window are waited for.
+  // The user waits for the first window.
   const frameCount = Math.min(frames, VideoSegmentation.usual.window);
   return kind !== 'still' && frameCount > PREVIEW_FRAMES && width * height * scale ** 2 * frameCount >= MIN_CLIP_PIXELS;
 }
@@ -30,7 +30,7 @@ export class Preview {
   abort: AbortController;
   frames: ReadableStreamDefaultController<ImageData> | undefined;
 
-  /** Begins at once: the worker is ready when the frames are. */
+  /** Starts the worker at once. */
   constructor(options: SessionOptions) {
     const { clip: { maxSide: _, ...clip } = {}, threads: __, ...others } = options;
     this.masks = null;
@@ -57,19 +57,19 @@ export class Preview {
     try {
       this.frames?.enqueue(frame);
     } catch {
-      // The package has stopped reading.
+      // The package stopped reading.
       this.close();
     }
   }
 
-  /** Returns the last frame up to this one that has a mask. */
+  /** Returns the last frame with a mask, up to `frame`. */
   maskedFrame(frame: number): number {
     return Math.min(PREVIEW_FRAMES - 1, frame - (frame % FRAME_STEP));
   }
 
   /**
-   * @returns what moves in `shownAt(frame)`, at the size of the frames: which of it belongs together is often not to
-   *   be seen yet
+   * @returns the moving pixels of `maskedFrame(frame)` as one object, at the size of the frames; objects are often
+   *   not separable yet
    */
   labels(frame: number): Uint8Array | null {
     const at = this.maskedFrame(frame) / FRAME_STEP;
@@ -79,7 +79,7 @@ export class Preview {
     return labels;
   }
 
-  /** Ends the work; nothing is told any more. */
+  /** Stops the preview. */
   close() {
     this.onMasks = () => {};
     this.abort.abort();

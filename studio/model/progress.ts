@@ -1,16 +1,16 @@
-// How far a run is, in words.
+// Progress of a run as text.
 
 import { Countdown, type StageClock, timeLeft } from './stage-clock.js';
 import { formatCount, stageName, formatTimeLeft, formatSeconds } from './messages.js';
 import type { State } from './store.js';
 
-/** One run's progress. */
+/** Formats the progress of one run. */
 export class Progress {
   countdown = new Countdown();
 
   /**
-   * @param headline that is shown by now
-   * @returns what is to be shown; a new stage is also told
+   * @param headline on screen
+   * @returns changes of the state; a new stage is also announced
    */
   patch(clock: StageClock, headline: string): Partial<State> {
     const stage = clock.current;

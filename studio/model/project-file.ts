@@ -1,4 +1,4 @@
-// What is on screen as work that can be opened again, and back.
+// Packs the state into a project, and reads project files.
 
 import { type MaskSource, type Project, type VideoResult, editMasks, openProject, saveProject } from './library.js';
 import { fileStem } from './export.js';
@@ -8,7 +8,7 @@ import type { ClipJob } from './clip-job.js';
 import type { ProjectInfo, SavedProject } from './saved-projects.js';
 import type { State } from './store.js';
 
-/** Clips that are larger are not kept with the work, in bytes. */
+/** Larger clips are not stored with the project, in bytes. */
 const MAX_CLIP_BYTES = 2 ** 30;
 
 function projectInfo(state: State): ProjectInfo {
@@ -18,7 +18,7 @@ function projectInfo(state: State): ProjectInfo {
   return { name, trim, changed: [...changed], view: viewSettingsOf(state), run: id, correctsMasks };
 }
 
-/** Makes work of what is on screen; masks that have not changed since are not packed again. */
+/** Packs the current state; unchanged masks are packed once. */
 export class Packer {
   packed: { masks: unknown; project: Uint8Array } | null = null;
 
@@ -37,7 +37,7 @@ export class Packer {
     const edits = corrections.editor?.toJSON() ?? null;
     if (this.packed?.masks !== masks) {
       const times = timeline.times.seconds?.slice(0, masks.numFrames) ?? null;
-      // A result of one window has labels of clusters, a result of many has labels of objects.
+      // With one window, trajectories have clusters; with several, objects.
       const { width, height, numFrames, shots, trajectories, clusters } = masks as VideoResult & { clusters?: unknown };
       const source = {
         ...{ width, height, numFrames, shots, times, trajectories, clusters },
@@ -60,7 +60,7 @@ export class Packer {
   }
 }
 
-/** Returns the files of the clip, unless they are too large to be kept. */
+/** Returns the files of the clip; throws if they are too large to store. */
 export function storedFiles({ source, name }: State): File[] {
   const files = (source?.files ?? []).filter(Boolean);
   const bytes = files.reduce((sum, { size }) => sum + size, 0);
@@ -68,12 +68,10 @@ export function storedFiles({ source, name }: State): File[] {
   return files;
 }
 
-/** What is read of a clip to know it again, in bytes: all of a small one. */
+/** Bytes of a clip that are hashed; small clips are hashed whole. */
 const MAX_HASHED_BYTES = 2 ** 24;
 
-/**
- * Which clip files are: the same for the same content, whatever their names. Of large ones the two ends are looked at.
- */
+/** Returns an identifier of the content of files. Only the two ends of large files are hashed. */
 export async function hashClip(files: File[]): Promise<string> {
   const each = Math.floor(MAX_HASHED_BYTES / Math.max(1, files.length));
   const ends = files.flatMap((file) =>
@@ -82,13 +80,13 @@ export async function hashClip(files: File[]): Promise<string> {
       : [String(file.size), file.slice(0, each / 2), file.slice(file.size - each / 2)],
   );
   const bytes = await new Blob(ends).arrayBuffer();
-  // Only pages that came safely may ask for it.
+  // Hashing needs a secure context.
   if (!crypto.subtle) return `clip-${files.map(({ name, size, lastModified }) => [name, size, lastModified]).join()}`;
   const digest = new Uint8Array(await crypto.subtle.digest('SHA-256', bytes));
   return `clip-${Array.from(digest.subarray(0, 16), (byte) => byte.toString(16).padStart(2, '0')).join('')}`;
 }
 
-/** A file of one's work: masks, edits, and the clip itself. */
+/** Returns a project file: masks, edits and the clip. */
 export async function createProjectFile({ files, project, edits, about }: SavedProject): Promise<Blob> {
   const { masks } = await openProject(project);
   const editor = editMasks(masks);

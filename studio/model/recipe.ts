@@ -1,16 +1,16 @@
-// Settings in a link, and what it takes to get the same result again.
+// Links with settings, and recipes to reproduce a result.
 
 import type { Job } from './job.js';
 import type { Settings } from './settings.js';
 
-/** @returns the page's address with what differs from the defaults */
+/** Returns the page's address with the changed settings. */
 export function settingsLink(changed: ReadonlyMap<string, unknown>, href: string): string {
   const query = new URLSearchParams([...changed].sort().map(([name, value]) => [name, String(value)]));
   return `${href.replace(/#.*/, '')}${changed.size > 0 ? `#${query}` : ''}`;
 }
 
 /**
- * Takes settings from a link; what is unknown or not legal is passed over.
+ * Reads settings from a link and ignores invalid ones.
  * @param hash with its `#`
  */
 export function readLink(settings: Settings, hash: string) {
@@ -22,7 +22,7 @@ export function readLink(settings: Settings, hash: string) {
   }
 }
 
-/** @param run.version of the package */
+/** Returns the settings and hashes that reproduce a result, as JSON. */
 export async function createRecipe({
   version,
   job,
@@ -49,7 +49,7 @@ export async function createRecipe({
   );
 }
 
-/** Returns the SHA-256 of the SHA-256 of each frame's labels; null where the browser offers none. */
+/** Returns the SHA-256 of the frames' SHA-256 digests; null if not available. */
 async function digestMasks(masks: { numFrames: number; labels: (t: number) => Uint8Array }): Promise<string | null> {
   if (!globalThis.crypto?.subtle) return null;
   const digests = new Uint8Array(32 * masks.numFrames);

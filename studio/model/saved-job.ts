@@ -1,4 +1,4 @@
-// Work that is opened again: the frames are read, the masks are there already. Fetched when some is.
+// The job of a saved project: only frames are read. Loaded when a project is opened.
 
 import { Presence } from './presence.js';
 import { ClipJob } from './clip-job.js';

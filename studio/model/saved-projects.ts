@@ -1,28 +1,28 @@
-// Works in a storage: each clip has one place. When there are too many, the oldest that nobody has corrected
-// go; what was corrected goes by the user's hand alone.
+// Saved projects: one per clip. The oldest are removed when there are too many, except corrected ones, which only the
+// user deletes.
 
 import type { InterruptedRun } from './interrupted-runs.js';
 import type { SavedEdits } from './library.js';
 import type { ViewSettings } from './view-settings.js';
 import type { Trim } from './source.js';
 
-/** A clip's work as it is kept. */
+/** A saved project of a clip. */
 export interface SavedProject {
-  /** Of the clip: kept again it takes its own place. */
+  /** Identifies the clip; saving again replaces the project. */
   id: string;
   name: string;
-  /** When it was kept, milliseconds since 1970. */
+  /** Time of saving, milliseconds since 1970. */
   at: number;
-  /** That the clip was opened from. */
+  /** Files of the clip. */
   files: File[];
   /** Masks before edits, as `saveProject` made them. */
   project: Uint8Array;
   edits: SavedEdits | null;
   about: ProjectInfo;
   corrected: boolean;
-  /** A small one: a frame with its masks. */
+  /** Thumbnail: a frame with its masks. */
   picture: Blob | null;
-  /** Runs of the clip that were corrected, the newest first. */
+  /** Corrected results of earlier runs, newest first. */
   earlier: ProjectVersion[];
 }
 
@@ -30,8 +30,8 @@ export interface SavedProject {
 export type ProjectVersion = Omit<SavedProject, 'id' | 'name' | 'files' | 'corrected' | 'earlier'>;
 
 /**
- * What it takes to open the clip as it was, and to show the result as it was; works of earlier versions have no `look`.
- * `run` says which run the result is of, `within` that there are corrections in the masks themselves.
+ * Settings that restore the clip and its result. `run` identifies the run; `correctsMasks` is true if the masks
+ * contain corrections.
  */
 export type ProjectInfo = {
   name: string;
@@ -42,27 +42,27 @@ export type ProjectInfo = {
   correctsMasks?: boolean;
 };
 
-/** Where works are kept: under their ids, the newest first. */
+/** Stores records by their ids. */
 export interface ProjectStorage {
   put: (record: SavedProject | InterruptedRun) => Promise<void>;
-  /** Works, and runs that go on or were cut off; none where there is no storage. */
+  /** Returns projects and runs, newest first; empty without storage. */
   list: () => Promise<SavedProject[]>;
   remove: (id: string) => Promise<void>;
 }
 
-/** Names of runs that go on begin so. */
+/** Prefix of the ids of runs. */
 export const RUN_PREFIX = 'run-';
 
-/** Works that are kept, and how many bytes of all together. */
+/** Limits of the storage; chosen by eye. */
 const MAX_PROJECTS = 8;
 const MAX_TOTAL_BYTES = 2 ** 31;
 
-/** Keeps a work, unless only corrected works could make room; returns whether it did. */
+/** Saves a project. Returns false if only corrected projects could make room. */
 export async function saveProject(storage: ProjectStorage, saved: SavedProject): Promise<boolean> {
-  const works = await listProjects(storage);
-  const before = works.find(({ id }) => id === saved.id);
+  const projects = await listProjects(storage);
+  const before = projects.find(({ id }) => id === saved.id);
   const slot = before ? mergeVersions(before, saved) : saved;
-  const otherProjects = works.filter(({ id }) => id !== saved.id);
+  const otherProjects = projects.filter(({ id }) => id !== saved.id);
   const evicted = chooseEvicted(slot, otherProjects);
   if (!evicted) return false;
   const removable = otherProjects.filter((project) => !holdsCorrections(project) && !evicted.includes(project));
@@ -71,7 +71,7 @@ export async function saveProject(storage: ProjectStorage, saved: SavedProject):
       await storage.put(slot);
       break;
     } catch (error) {
-      // The browser may give less room.
+      // The browser's quota may be smaller.
       const oldest = evicted.pop() ?? removable.pop();
       if ((error as Error).name !== 'QuotaExceededError') throw error;
       if (!oldest) return false;
@@ -82,23 +82,23 @@ export async function saveProject(storage: ProjectStorage, saved: SavedProject):
   return true;
 }
 
-/** A clip's newest result takes the place of the one before. What was corrected of another run stays beside it. */
+/** Replaces a project and keeps corrected results of other runs as earlier versions. */
 function mergeVersions(
   { at, project, edits, about, corrected, picture, earlier }: SavedProject,
   saved: SavedProject,
 ): SavedProject {
   const last = corrected ? [{ at, project, edits, about, picture }] : [];
   const versions = [...last, ...earlier].filter((version) => version.about.run !== saved.about.run);
-  // A clip that was closed meanwhile has no frames to draw.
+  // A clip closed in the meantime has no frames to draw.
   return { ...saved, picture: saved.picture ?? picture, earlier: versions };
 }
 
 /**
- * @param otherProjects the newest first
- * @returns those that make room; null where that would have to be a corrected one
+ * @param otherProjects newest first
+ * @returns projects to remove; null if a corrected one would have to go
  */
-function chooseEvicted(work: SavedProject, otherProjects: SavedProject[]): SavedProject[] | null {
-  let [count, bytes] = [1, projectBytes(work)];
+function chooseEvicted(newProject: SavedProject, otherProjects: SavedProject[]): SavedProject[] | null {
+  let [count, bytes] = [1, projectBytes(newProject)];
   const evicted: SavedProject[] = [];
   for (const project of [
     ...otherProjects.filter(holdsCorrections),
@@ -117,11 +117,11 @@ function holdsCorrections({ corrected, earlier }: SavedProject) {
   return corrected || earlier.length > 0;
 }
 
-/** Returns what is stored, the newest first; nothing where there is no storage. */
+/** Returns the saved projects, newest first. */
 export async function listProjects(storage: ProjectStorage): Promise<SavedProject[]> {
-  const works = (await storage.list()).filter(({ id }) => !id.startsWith(RUN_PREFIX));
-  // Earlier versions of the page kept less.
-  return works.map((work) => ({ ...work, ...addDefaults(work) }));
+  const records = (await storage.list()).filter(({ id }) => !id.startsWith(RUN_PREFIX));
+  // Earlier versions of the page stored fewer fields.
+  return records.map((record) => ({ ...record, ...addDefaults(record) }));
 }
 
 function addDefaults({

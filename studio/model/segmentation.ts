@@ -1,11 +1,11 @@
-// The masks of a result, frame by frame, and where its objects are.
+// A result with cached masks and the positions of its objects.
 
 import { sceneMotion } from './library.js';
 import { Presence } from './presence.js';
 
 /**
- * A result, as the page looks at it. `trajectories` holds points of trajectory `i` at `offset[i]..offset[i + 1]`, the
- * first of them in frame `startFrame[i]`, in pixels of the masks, and the object of each as its `label`.
+ * A result in the form that the page uses. `trajectories` holds the points of trajectory `i` at `offset[i]..offset[i
+ * + 1]`, starting in frame `startFrame[i]`, in pixels of the masks; `label` is its object.
  */
 export interface Result {
   width: number;
@@ -19,26 +19,26 @@ export interface Result {
     y: Float32Array;
     label: ArrayLike<number>;
   };
-  /** Of a clip that is one window. */
+  /** Present if the clip fits into one window. */
   clusters?: { count: number; label: ArrayLike<number> };
   objects: readonly { label: number }[];
   labels: (t: number) => Uint8Array;
   toTracksDat: () => string | Promise<string>;
 }
 
-/** Masks that are kept; those of a long clip lie elsewhere in a small form. */
+/** Number of cached masks; masks of long clips are stored compressed elsewhere. */
 const MAX_CACHED_MASKS = 64;
 
-/** Answers are kept, so playing costs nothing after the first round. */
+/** Caches masks, so that repeated playback is fast. */
 export class Segmentation {
   masks = new Map<number, Uint8Array>();
   /** One more than the highest label. */
   count: number;
-  /** How the scene moves in the picture. */
+  /** Motion of the scene in the picture. */
   scene: ReturnType<typeof sceneMotion>;
   presence: Presence;
 
-  /** @param presence where that is known already */
+  /** @param presence if counted already */
   constructor(
     public result: Result,
     presence: Presence | null = null,
@@ -49,7 +49,7 @@ export class Segmentation {
     for (let t = this.presence.frames.length; t < result.numFrames; t++) this.presence.addMask(result.labels(t));
   }
 
-  /** Returns the object of each pixel; null of frames that are not settled yet. */
+  /** Returns the object of each pixel; null if the frame is not finished. */
   mask(frame: number): Uint8Array | null {
     if (frame >= this.result.numFrames) return null;
     const mask = this.masks.get(frame) ?? this.result.labels(frame);
@@ -61,7 +61,7 @@ export class Segmentation {
 
   /**
    * @param px pixels of the masks
-   * @returns the object there; -1 outside of the frame
+   * @returns the object there; -1 outside the frame
    */
   objectAt(frame: number, px: number, py: number): number {
     const { width, height } = this.result;

@@ -1,19 +1,19 @@
-// Which objects are shown.
+// Visibility and selection of objects.
 
 import type { ObjectFacts } from './presence.js';
 import type { Store } from './store.js';
 
-/** Returns the facts of the background and of the objects that are there at all. */
+/** Returns the facts of the background and of objects that appear. */
 export function listObjects(facts: readonly ObjectFacts[]): ObjectFacts[] {
   return facts.filter(({ object, first }) => object === 0 || first >= 0);
 }
 
-/** Returns one more than the highest number among those listed. */
+/** Returns one more than the highest label. */
 function countObjects(facts: readonly ObjectFacts[]): number {
   return listObjects(facts).reduce((most, { object }) => Math.max(most, object + 1), 0);
 }
 
-/** @returns what is hidden stays hidden, if it is there */
+/** Returns the hidden objects that still exist. */
 export function keepHidden(hidden: ReadonlySet<number>, facts: readonly ObjectFacts[]): ReadonlySet<number> {
   const count = countObjects(facts);
   return new Set([...hidden].filter((object) => object < count));
@@ -36,7 +36,7 @@ export class Selection {
     this.store.set({ hidden });
   }
 
-  /** Shows this object alone, or all again when it already is alone. */
+  /** Shows only this object, or all if it is the only one shown. */
   isolate(object: number) {
     const hidden = Array.from({ length: this.count }, (_, k) => k).filter((k) => k !== object);
     this.store.set({ hidden: new Set(this.isAlone(object) ? [] : hidden) });
@@ -46,7 +46,7 @@ export class Selection {
     return this.count > 1 && this.has(object) && this.store.state.hidden.size === this.count - 1;
   }
 
-  /** Returns the objects that are kept, and how many there are. */
+  /** The objects that are shown, and the number of all. */
   get objects(): { kept: number[]; all: number } {
     const objects = listObjects(this.store.state.analysis?.facts ?? []).flatMap(({ object }) =>
       object > 0 ? [object] : [],
@@ -54,7 +54,7 @@ export class Selection {
     return { kept: objects.filter((object) => this.has(object)), all: objects.length };
   }
 
-  /** Chooses an object with others, to be joined with them; or leaves it out again. */
+  /** Adds an object to the selection, or removes it. */
   toggleSelected(object: number) {
     const { phase, analysis, job } = this.store.state;
     if (object < 1 || phase !== 'done' || !analysis?.segmentation || !job?.corrector) return;

@@ -1,20 +1,17 @@
-// The parameters of the package that an editor cares for, and what the user has set; what differs from the defaults lies
-// in the store. A link, or a button, may set others too; the lab has all of them.
+// The parameters that the page offers, and the user's changes, which lie in the store. Links and buttons may set
+// other parameters too; the lab has all of them.
 
 import { type Source, sourceKind } from './source.js';
 import type { SessionOptions } from './library.js';
 import type { State, Store } from './store.js';
 
-/** Groups of parameters that still images have. */
+/** Parameter groups of still images. */
 const STILL_GROUPS = ['contour', 'superpixel', 'still'];
 
-/** Without masks there is nothing to edit. */
+/** Not offered: the page needs masks. */
 const DENSE = 'clip.dense';
 
-/**
- * A parameter that matters first, in plain words. Its slider covers the range that is worth trying, not all that is
- * legal.
- */
+/** A parameter with a slider. Its range is what is worth trying, not all that is valid. */
 export interface Essential {
   name: string;
   label: string;
@@ -96,7 +93,7 @@ export class Settings {
     );
   }
 
-  /** What differs from the default. */
+  /** The changed parameters. */
   get changed() {
     return this.store.state.changed;
   }
@@ -105,7 +102,7 @@ export class Settings {
     return this.changed.get(name) ?? this.parameters.get(name)?.default ?? 0;
   }
 
-  /** Returns false where it is not legal; then nothing changes. */
+  /** Sets a parameter; returns false if the value is invalid. */
   set(name: string, value: Value): boolean {
     const parameter = this.parameters.get(name);
     if (!parameter || !isLegal(parameter, value)) return false;
@@ -131,14 +128,14 @@ export function appliesTo(source: Source | null, name: string): boolean {
   return sourceKind(source) === 'still' ? STILL_GROUPS.includes(group) : group !== 'still';
 }
 
-/** Returns what differs from the defaults and counts for this source. */
+/** Returns the changed parameters that apply to the source. */
 export function sessionOptions({ changed, source }: Pick<State, 'changed' | 'source'>): SessionOptions {
   const tree: Record<string, Record<string, Value | undefined>> = {};
   for (const name of [...changed.keys()].filter((key) => appliesTo(source, key)).sort()) {
     const [group, field] = name.split('.');
     (tree[group] ??= {})[field] = changed.get(name);
   }
-  // Only legal values of known parameters come in, see `Settings.set`.
+  // Only valid values of known parameters come in, see `Settings.set`.
   return tree;
 }
 

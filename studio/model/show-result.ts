@@ -1,4 +1,4 @@
-// What a run has found, put into the store: picture, timeline, facts and words.
+// Puts results into the store: picture, timeline, facts and messages.
 
 import { sourceKind } from './source.js';
 import { BLANK, type Timeline, type State, type Store, phasePatch, clampFrame } from './store.js';
@@ -14,8 +14,8 @@ import type { AnyJob } from './job.js';
 const NOISE_REMARK = 'This browser adds noise to pixels to prevent tracking, so results may vary slightly.';
 
 /**
- * A run that has ended. What was shown window by window stays at the frame on screen. What is found is shown first, and
- * said when the page has had its turn: both together are more than a moment's work.
+ * Shows the result of a finished run. Masks are shown first and messages after a pause, so that the page stays
+ * responsive.
  */
 export async function showResult(store: Store, job: AnyJob) {
   const { isStreaming, frame, picture, pace, source, visit } = store.state;
@@ -34,15 +34,12 @@ export async function showResult(store: Store, job: AnyJob) {
   await yieldToPage();
   if (store.state.visit !== visit || store.state.phase !== 'running') return;
   store.set(statusPatch);
-  // For whoever wants to know how long a visitor waits; of later clips each would stay in memory.
+  // Measures the time to the first result; only once, as entries stay in memory.
   if (view.result && performance.getEntriesByName('masks').length === 0) performance.mark('masks');
   if (!store.state.isReducedMotion && !isStreaming) store.set({ isPlaying: timeline.numFrames > 1 });
 }
 
-/**
- * While nothing is settled, coarse masks of the first frames can be looked at. They do not play by themselves: drawing
- * would take from the run what it needs.
- */
+/** Shows the preview. It does not play by itself, as drawing would slow down the run. */
 export function showPreview(store: Store, job: AnyJob) {
   const { phase, isStreaming } = store.state;
   if (job !== store.state.job || phase !== 'running' || isStreaming) return;
@@ -56,7 +53,7 @@ export function showPreview(store: Store, job: AnyJob) {
   });
 }
 
-/** While windows of a long clip are still to come, what is settled can be looked at. */
+/** Shows the finished frames of a run. */
 export function showWindow(store: Store, job: AnyJob) {
   const { isStreaming, frame, picture, isPlaying } = store.state;
   const { width, height, length } = job.images;
@@ -74,8 +71,8 @@ export function showWindow(store: Store, job: AnyJob) {
 }
 
 /**
- * A corrected result takes the place of the one before; the frame on screen stays.
- * @param frames those that changed; all where it is left out
+ * Shows a corrected result at the same frame.
+ * @param frames the changed frames; null for all
  */
 export function showCorrected(store: Store, frames: number[] | null = null) {
   const { job, timeline, analysis } = store.state;
@@ -85,7 +82,7 @@ export function showCorrected(store: Store, frames: number[] | null = null) {
   store.set({ ...patch, ...statusPatch });
 }
 
-/** Returns what is found, and the phase `done` in words. */
+/** Returns the changes for a result, and for the phase `done`. */
 function resultPatch(
   state: State,
   job: AnyJob,
@@ -96,7 +93,7 @@ function resultPatch(
   return { patch, statusPatch: phasePatch('done', headline, facts, summary) };
 }
 
-/** Everything that depends on the result alone. */
+/** Returns the changes that depend on the result only. */
 function analysisPatch(
   { hidden, source, isNoisy }: State,
   job: AnyJob,
@@ -128,7 +125,7 @@ function createTimeline({ source, trim, times, end, cuts }: AnyJob, numFrames: n
   return {
     numFrames,
     fps: source.fps / trim.step,
-    // Frames are read ahead of those that are shown.
+    // Frames are read ahead of the masks.
     times: new Times(times.length > 0 ? times.slice(0, numFrames) : null, times[numFrames] ?? end),
     cuts: [...cuts],
   };

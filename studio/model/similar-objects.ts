@@ -1,10 +1,10 @@
-// Which objects look like one thing: they touch, and they move alike.
+// Finds objects that may be one: they touch and move together.
 
 interface LabelledClip {
   width: number;
   height: number;
   numFrames: number;
-  /** The object of each pixel. */
+  /** Returns the object of each pixel. */
   labels: (t: number) => ArrayLike<number>;
   trajectories: {
     count: number;
@@ -13,27 +13,30 @@ interface LabelledClip {
     x: ArrayLike<number>;
     y: ArrayLike<number>;
   };
-  /** Where the background is in each frame. */
+  /** Position of the background in each frame. */
   scene: { x: ArrayLike<number>; y: ArrayLike<number> };
 }
 
-/** Frames that are looked at. */
+/** Largest number of sampled frames; chosen by eye. */
 const MAX_FRAMES = 24;
 
-/** Objects nearly touch across this part of the picture's long side. */
+/** Largest gap between touching objects, as a share of the long side; chosen by eye. */
 const MAX_GAP_SHARE = 0.01;
 
-/** Motions are alike that differ by less than this part of what the slower object moves against the background. */
+/**
+ * Largest difference of similar motions, as a share of the slower object's motion against the background; chosen by
+ * eye.
+ */
 const MAX_MOTION_DIFFERENCE = 0.25;
 
-/** What moves less against the background says nothing, in pixels a frame. */
+/** Slowest motion against the background that is compared, in pixels per frame; chosen by eye. */
 const MIN_SPEED_PX = 0.2;
 
-/** Of what the trajectories of an object move. */
+/** Summed motion of an object's trajectories. */
 type MotionSum = { n: number; x: number; y: number };
 type Pair = { frames: number; adjacentFrames: number; motionFrames: number; difference: number; a: number; b: number };
 
-/** Returns groups of two or more objects, the largest object of each first; the largest group first. */
+/** Returns groups of two or more similar objects, largest group first, largest object first. */
 export function findSimilarObjects(clip: LabelledClip): number[][] {
   const { width, height, numFrames, labels, scene } = clip;
   const maxGap = Math.max(2, Math.round(MAX_GAP_SHARE * Math.max(width, height)));
@@ -99,10 +102,10 @@ function countAreas(mask: ArrayLike<number>) {
   return new Map([...areas.entries()].filter(([object, area]) => object > 0 && area > 0));
 }
 
-/** @param near in pixels, along a row or a column */
+/** @param maxGap in pixels, along a row or a column */
 function findAdjacentPairs(mask: ArrayLike<number>, width: number, height: number, near: number): Set<number> {
   const pairs = new Set<number>();
-  // What was met last, and where: along each row, and down each column.
+  // The last object and its position, in the row and in each column.
   const row = { object: 0, at: 0 };
   const columns = Array.from({ length: width }, () => ({ object: 0, at: 0 }));
   const visit = (last: typeof row, object: number, at: number) => {
@@ -122,7 +125,7 @@ function findAdjacentPairs(mask: ArrayLike<number>, width: number, height: numbe
   return pairs;
 }
 
-/** Returns the motion of each object to the next frame. */
+/** Sums the motion of each object to the next frame. */
 function sumMotions(
   { width, height, trajectories }: LabelledClip,
   mask: ArrayLike<number>,

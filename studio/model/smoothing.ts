@@ -1,14 +1,11 @@
-// Masks smoothed over time, in the background, from the frame on screen on.
+// Smooths masks over time in the background, starting at the frame on screen.
 
 import { splitShots } from './export.js';
 import { type ImageEngine, type MaskSource, createImageEngine, smoothMasks } from './library.js';
 import type { Segmentation } from './segmentation.js';
 import type { State, Store } from './store.js';
 
-/**
- * Masks that are smoothed, or on their way: `labels` of a frame, null as long as they are not there; `whole` when all are;
- * `done` of `total` frames.
- */
+/** Smoothed masks: `labels` of a frame is null until it is done; `complete` resolves with all masks. */
 export type SmoothedMasks = {
   labels: (t: number) => Uint8Array | null;
   complete: Promise<MaskSource>;
@@ -16,11 +13,11 @@ export type SmoothedMasks = {
   total: number;
 };
 
-/** Masks that stay as they are for so long are meant, in milliseconds. */
+/** Time without changes before smoothing starts, in milliseconds; chosen by eye. */
 const START_DELAY_MS = 250;
 
 export class Smoothing {
-  target: { reach: number; points: unknown } = { reach: 0, points: null };
+  target: { reach: number; segmentation: unknown } = { reach: 0, segmentation: null };
   abort = new AbortController();
   engine: Promise<ImageEngine> | null = null;
 
@@ -29,13 +26,13 @@ export class Smoothing {
   }
 
   show({ edges, analysis, phase }: Readonly<State>) {
-    const points = phase === 'done' && analysis?.segmentation ? analysis.segmentation : null;
-    const reach = points ? edges.smooth : 0;
-    if (this.target.reach === reach && (reach === 0 || this.target.points === points)) return;
-    this.target = { reach, points };
+    const segmentation = phase === 'done' && analysis?.segmentation ? analysis.segmentation : null;
+    const reach = segmentation ? edges.smooth : 0;
+    if (this.target.reach === reach && (reach === 0 || this.target.segmentation === segmentation)) return;
+    this.target = { reach, segmentation: segmentation };
     this.abort.abort();
     if (reach > 0) {
-      this.begin(reach, points!);
+      this.begin(reach, segmentation!);
       return;
     }
     this.engine?.then(
@@ -46,12 +43,12 @@ export class Smoothing {
     this.store.set({ smoothedMasks: null });
   }
 
-  begin(reach: number, points: Segmentation) {
+  begin(reach: number, segmentation: Segmentation) {
     this.abort = new AbortController();
     const { signal } = this.abort;
-    /** The masks of frames that are there. */
+    /** Finished masks by frame. */
     const framesDone = new Map<number, MaskSource>();
-    // The mask on screen is asked for again and again.
+    // The mask on screen is requested repeatedly.
     let last: { t: number; labels: Uint8Array } = { t: -1, labels: new Uint8Array(0) };
     const labels = (t: number) => {
       const masks = framesDone.get(t);
@@ -59,18 +56,18 @@ export class Smoothing {
       if (last.t !== t) last = { t, labels: masks.labels(t) };
       return last.labels;
     };
-    const complete = this.work(reach, points, signal, (t, masks) => {
+    const complete = this.smooth(reach, segmentation, signal, (t, masks) => {
       framesDone.set(t, masks);
       this.store.set({ smoothedMasks: { ...smoothedMasks, done: (smoothedMasks.done += 1) } });
     });
-    const smoothedMasks: SmoothedMasks = { labels, complete, done: 0, total: points.result.numFrames };
+    const smoothedMasks: SmoothedMasks = { labels, complete, done: 0, total: segmentation.result.numFrames };
     complete.catch((error) => void (signal.aborted || this.fail(error)));
     this.store.set({ smoothedMasks });
   }
 
-  async work(
+  async smooth(
     reach: number,
-    points: Segmentation,
+    segmentation: Segmentation,
     signal: AbortSignal,
     onFrame: (t: number, masks: MaskSource) => void,
   ) {
@@ -79,12 +76,12 @@ export class Smoothing {
     const { job, timeline, frame } = this.store.state;
     const corrections = job?.corrections;
     if (!corrections) throw new Error('there are no frames');
-    const { width, height, numFrames } = points.result;
+    const { width, height, numFrames } = segmentation.result;
     const masks = {
       ...{ width, height, numFrames },
       times: timeline.times.seconds?.slice(0, numFrames) ?? null,
       shots: splitShots(timeline, numFrames),
-      labels: (t: number) => points.mask(t)!,
+      labels: (t: number) => segmentation.mask(t)!,
     };
     this.engine ??= createImageEngine();
     return smoothMasks(masks, {
@@ -98,7 +95,7 @@ export class Smoothing {
   }
 
   fail(error: unknown) {
-    this.target = { reach: 0, points: null };
+    this.target = { reach: 0, segmentation: null };
     const notice = error instanceof Error ? error.message : String(error);
     this.store.set({ smoothedMasks: null, edges: { ...this.store.state.edges, smooth: 0 }, notice });
   }

@@ -1,8 +1,8 @@
-// Where frames come from: each kind of source answers the same questions, so the rest of the page does not care.
+// Sources of frames, with one interface for all kinds.
 
 import type { VideoOptions } from './library.js';
 
-/** What to take from a source. */
+/** The frames of a source to process, and their size. */
 export interface Trim {
   /** Index of the first frame. */
   start: number;
@@ -21,64 +21,60 @@ export interface Source {
   height: number;
   /** Frames per second, on average; a convention for images. */
   fps: number;
-  /** Frames there are (for a video: about). */
+  /** Number of frames; approximate for videos. */
   count: number;
-  /** One frame; found by its time in seconds where that is known. */
+  /** Reads one frame, by its time in seconds if known. */
   preview: (frame: number, side: number, time?: number) => Promise<ImageData>;
-  /**
-   * `count` frames, or all where there are fewer, evenly spread, of at most this long side; what cannot be trimmed
-   * has none.
-   */
+  /** Reads up to `count` evenly spaced frames for the filmstrip; absent if the source cannot be trimmed. */
   strip?: (count: number, side: number, signal: AbortSignal) => AsyncIterable<ImageData>;
-  /** Of all frames in seconds, where the file says them. */
+  /** Times of all frames in seconds, if known. */
   times?: ArrayLike<number> | null;
-  /** When the last frame ends, in seconds, where the file says it. */
+  /** End of the last frame in seconds, if known. */
   end?: number;
-  /** What `frames` ended with when it was last read: `frames` come before the damage, of `total`. */
+  /** Damage found when it was last read: `frames` of `total` could be read. */
   damage?: { frames: number; total: number | null } | null;
   /** The file of a video. */
   file?: File;
-  /** Its media type, by its content. */
+  /** Media type, detected from the content. */
   type?: string;
-  /** All that it was opened from; the sample has none. */
+  /** The opened files; absent for the sample. */
   files?: File[];
-  /** With their times, and when they end, in seconds; null where nothing says. */
+  /** Reads frames with their times and ends in seconds; null if unknown. */
   frames: (
     trim: Trim,
     signal: AbortSignal,
   ) => AsyncIterable<{ frame: ImageData; time: number | null; end?: number | null }>;
-  /** What `segmentVideo` reads by itself; of other sources it is given `frames`. */
+  /** Returns what `segmentVideo` can read directly; otherwise it is given `frames`. */
   direct?: (trim: Trim) => { source: File; options: VideoOptions };
   close: () => void;
 }
 
-/** What is taken when nobody chooses, of as many frames as there are. */
+/** The default trim before the number of frames is known. */
 export const DEFAULT_TRIM: Trim = { start: 0, frames: 2, step: 1, side: 480 };
 
-/** Returns whether the source has motion. */
 export function sourceKind(source: Source | null): 'clip' | 'still' {
   return source?.kind === 'still' ? 'still' : 'clip';
 }
 
-/** Returns the default take of a source. */
+/** Returns the default trim of a source. */
 export function defaultTrim(source: Source): Trim {
   const side = source.kind === 'sample' ? source.width : DEFAULT_TRIM.side;
   return clampTrim({ ...DEFAULT_TRIM, frames: source.count, side }, source);
 }
 
-/** Clamps a take to what the source has. */
+/** Clamps a trim to the frames of the source. */
 export function clampTrim(trim: Trim, source: Source): Trim {
   const start = Math.max(0, Math.min(trim.start, source.count - 2));
   const room = Math.floor((source.count - 1 - start) / trim.step) + 1;
   return { ...trim, start, frames: Math.max(1, Math.min(trim.frames, room)) };
 }
 
-/** Returns the time at which a take begins, in seconds. */
+/** Returns the time of a frame in seconds. */
 export function frameTime({ times, fps }: Source, frame: number): number {
   return times?.[frame] ?? frame / fps;
 }
 
-/** Returns the time at which the last frame of a take ends, in seconds. */
+/** Returns the end of the source in seconds. */
 export function endTime({ count, fps, end = count / fps }: Source): number {
   return end;
 }

@@ -1,6 +1,6 @@
-// Which stage a run is in, how far it is, how long each has taken, how much longer all take; and work in slices.
+// Stages of a run: progress, times and the estimated time left; and work in slices.
 
-/** A stage, and its usual share of the whole time. */
+/** A stage and its usual share of the time. */
 export type StagePlan = { id: string; share: number };
 
 type StageState = StagePlan & { done: number; total: number; ms: number };
@@ -14,12 +14,12 @@ export class StageClock {
     this.stages = plan.map((stage) => ({ ...stage, done: 0, total: 0, ms: 0 }));
   }
 
-  /** From now on time counts. */
+  /** Starts the clock. */
   start() {
     this.markedAt = performance.now();
   }
 
-  /** Books the time since the last step to this stage. */
+  /** Adds the time since the last call to a stage. */
   mark(id: string, done: number, total: number) {
     const now = performance.now();
     let stage = this.stages.find((s) => s.id === id);
@@ -33,28 +33,25 @@ export class StageClock {
     this.markedAt = now;
   }
 
-  /** Returns the stage under way: the first that is not through. */
+  /** The current stage: the first that is not finished. */
   get current(): StageState | undefined {
     return this.stages.find((stage) => stage.total === 0 || stage.done < stage.total);
   }
 
-  /** Returns the share that is done, 0 to 1. */
+  /** The finished share of the run, 0 to 1. */
   get share(): number {
     const total = this.stages.reduce((sum, stage) => sum + stage.share, 0);
     const sum = this.stages.reduce((s, { share, done, total }) => s + (total > 0 ? (share * done) / total : 0), 0);
     return sum / total;
   }
 
-  /**
-   * @returns the stages with the shares that they took this time, for the estimate of the next; null where these
-   *   would say nothing
-   */
+  /** The stages with measured shares, for the next estimate; null if they do not predict it. */
   get measured(): StagePlan[] | null {
     const totalMs = Math.max(1, this.ms);
     return this.stages.map(({ id, ms }) => ({ id, share: Math.max(0.005, ms / totalMs) }));
   }
 
-  /** Returns milliseconds of all stages. */
+  /** Time of all stages, in milliseconds. */
   get ms(): number {
     return this.stages.reduce((sum, stage) => sum + stage.ms, 0);
   }
@@ -69,15 +66,15 @@ export function untilAborted<T>(promise: Promise<T>, signal: AbortSignal): Promi
   });
 }
 
-/** Part of the run, by usual shares, that must be through before anything is said. */
+/** Smallest finished share with an estimate; chosen by eye. */
 const MIN_DONE_SHARE = 0.06;
 
-/** Part of a stage from which its own pace says how long it takes. */
+/** Smallest finished share of a stage whose own pace is used; chosen by eye. */
 const MIN_STAGE_SHARE = 0.15;
 
 /**
- * @param now as `performance.now()`
- * @returns milliseconds; null as long as it is anyone's guess
+ * @param now as `performance.now()` Estimates the time left.
+ * @returns milliseconds; null if too early
  */
 export function timeLeft(clock: StageClock, now: number): number | null {
   const live = now - clock.markedAt;
@@ -98,7 +95,7 @@ export function timeLeft(clock: StageClock, now: number): number | null {
   }, 0);
 }
 
-/** Guesses jump; what is shown goes down with the clock and follows them slowly. */
+/** Smooths estimates of the time left, which jump. */
 export class Countdown {
   left: number | null = null;
   at = 0;
@@ -119,15 +116,15 @@ export class Countdown {
   }
 }
 
-/** How long a slice may last, in milliseconds, before others get their turn. */
+/** Longest slice of work in milliseconds: less than a frame at 60 Hz. */
 const SLICE_MS = 12;
 
-/** Resolves when others have had their turn. */
+/** Resolves after other tasks of the page. */
 export function yieldToPage() {
   return new Promise((resolve: (value: void) => void) => setTimeout(resolve));
 }
 
-/** Goes on with the work to its end, step by step. */
+/** Runs work to its end in slices. */
 export async function runInSlices(work: Iterator<unknown>) {
   let until = performance.now() + SLICE_MS;
   while (!work.next().done) {

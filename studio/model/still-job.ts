@@ -1,5 +1,5 @@
-// One run over a single image: no motion, so what is found are boundaries, superpixels and the discontinuities of an
-// embedding of its pixels. Each is made in a worker. A cancelled run may be run again and goes on with what is missing.
+// A run over a single image, which gives boundaries, superpixels and discontinuities of the embedding, each computed
+// in a worker. A cancelled run continues with what is missing.
 
 import { boundaries, imageDiscontinuities, superpixels } from './library.js';
 import { STILL_MESSAGES, formatPlural } from './messages.js';
@@ -23,16 +23,11 @@ export class StillJob extends Job {
 
   pixels: ImageData | null = null;
   outputs: StillOutputs = {};
-  /** What is being looked for, a cancelled run's too. */
+  /** Computations under way, including those of a cancelled run. */
   pending = new Map<string, Promise<unknown>>();
 
-  constructor(...parts: ConstructorParameters<typeof Job>) {
-    super(...parts);
-  }
-
   /**
-   * Runs to the end. Rejects with the signal's reason as soon as it is aborted; the worker of that moment ends its work
-   * alone.
+   * Runs to the end. Rejects with the signal's reason when aborted; the current worker still finishes.
    * @param report called after each step
    */
   run(signal: AbortSignal, report: () => void) {
@@ -67,7 +62,7 @@ export class StillJob extends Job {
     return pixels;
   }
 
-  /** Returns the answer of the first call, unless that failed. */
+  /** Computes a value once; failed calls are repeated. */
   async once<T>(id: string, make: () => Promise<T>): Promise<T> {
     const answer = (this.pending.get(id) as Promise<T> | undefined) ?? make();
     this.pending.set(id, answer);

@@ -1,5 +1,5 @@
-// What the page knows, in one place. Everyone may read it, change it with `set`, and watch the keys that they show:
-// the document is written from it and never read back. What only one panel looks at stays with that panel.
+// The state of the page. Panels read it, change it with `set` and watch the keys that they show; the document is
+// written from it and never read back. State that only one panel uses stays in that panel.
 
 import { DEFAULT_TRIM, type Source, type Trim } from './source.js';
 import { type ObjectFacts, Times } from './presence.js';
@@ -11,14 +11,14 @@ import type { Preview } from './preview.js';
 import type { SmoothedMasks } from './smoothing.js';
 
 /**
- * What the page is doing. Several phases share one of the four public states in `document.body.dataset.state`, see
+ * The phase of the page. Several phases share one of the four public states in `document.body.dataset.state`, see
  * panels/status.ts.
  */
 export type Phase = 'opening' | 'running' | 'stopped' | 'done' | 'error';
 
 /**
- * Frames to show: `get` gives null for one that is still on its way; then `onReady` is called. `more` frames after it are
- * made ready too.
+ * Frames to show. `get` returns null if a frame is still loading, and `onReady` is called when it is ready; `more`
+ * frames after it are loaded too.
  */
 export type Frames = {
   get: (frame: number, more?: number) => CanvasImageSource | null;
@@ -26,17 +26,17 @@ export type Frames = {
   onReady: () => void;
 };
 
-/** What the viewer shows, size in pixels. */
+/** The viewer's frames, size in pixels. */
 type Picture = { width: number; height: number; images: Frames };
 
-/** What the timeline goes over: `fps` frames a second, and the frames with which new shots begin. */
+/** Frames of the timeline; `cuts` are the first frames of later shots. */
 export type Timeline = { numFrames: number; fps: number; times: Times; cuts: number[] };
 
-/** What is known of the clip by now. */
+/** The result on screen. */
 interface Analysis {
   /** Null for a still image. */
   segmentation: Segmentation | null;
-  /** Of each object, the background among them. */
+  /** Facts of each object, including the background. */
   facts: ObjectFacts[];
   frameData: Partial<FrameDataSource>;
 }
@@ -44,69 +44,69 @@ interface Analysis {
 export type Backdrop = { name: BackdropName; colour: string; picture: ImageBitmap | null };
 
 export interface State {
-  /** Grows whenever something else begins: what was awaited before that is void. */
+  /** Incremented whenever another source or run begins; earlier asynchronous steps are void. */
   visit: number;
   phase: Phase;
   headline: string;
   subline: string;
-  /** What is seen, empty for nothing. */
+  /** Description of the objects, empty for none. */
   summary: string;
   /** Shown above the picture, empty for none. */
   notice: string;
-  /** What screen readers are told. */
+  /** Text for screen readers. */
   announcement: string;
   error: unknown;
   name: string;
   source: Source | null;
   trim: Trim;
-  /** Milliseconds that the last run took per pixel and frame. */
+  /** Time of the last run per pixel and frame, in milliseconds. */
   pace: Record<'clip' | 'still', number>;
   /** Parameters that differ from their defaults. */
   changed: ReadonlyMap<string, number | boolean | string>;
   job: AnyJob | null;
-  /** Corrected, until it was run again. */
+  /** The corrected job that the current run replaced. */
   previousJob: AnyJob | null;
-  /** Of the run that is through, in 0..1. */
+  /** Finished share of the run, in 0..1. */
   share: number;
-  /** Shown until there are masks. */
+  /** Preview shown until there are masks. */
   preview: Preview | null;
-  /** Whether windows of a run under way are shown already. */
+  /** True while finished frames of a run are shown. */
   isStreaming: boolean;
   picture: Picture;
   analysis: Analysis | null;
   hidden: ReadonlySet<number>;
-  /** Objects that are to be joined, into the first. */
+  /** Objects selected to be joined, into the first. */
   selected: ReadonlySet<number>;
   timeline: Timeline;
   frame: number;
   isPlaying: boolean;
   loop: boolean;
-  /** Whether nothing is to move by itself. */
+  /** True if the user prefers reduced motion. */
   isReducedMotion: boolean;
-  /** Whether the browser alters pixels that a page reads. */
+  /** True if the browser adds noise to canvas pixels. */
   isNoisy: boolean;
   view: View;
-  /** What cut-out objects lie on. */
+  /** Backdrop of cut-out objects. */
   backdrop: Backdrop;
   edges: EdgeSettings;
-  /** Masks as far as they are smoothed over time; null where they are not. */
+  /** Masks smoothed over time; null if smoothing is off. */
   smoothedMasks: SmoothedMasks | null;
-  /** Where the original ends under the slider, in percent. */
+  /** Position of the divider between original and result. */
   dividerPercent: number;
   spot: Spot;
   isCorrecting: boolean;
-  /** Whether the result was made with other settings than those chosen now. */
+  /** True if the settings have changed since the run. */
   isOutdated: boolean;
 }
 
 const NO_FRAMES: Frames = { get: () => null, has: () => false, onReady() {} };
 
-/** Specks are nobody's wish. */
+/** Default edges: removes specks, changes nothing else. */
 export const DEFAULT_EDGES: EdgeSettings = { smallest: 0.02, grow: 0, feather: 0, smooth: 0 };
 
 export const NOWHERE: Spot = { x: -1, y: -1, object: -1 };
 
-/** The state of a page with no clip. */
+/** State of a page without a clip. */
 export const BLANK = {
   notice: '',
   job: null,
@@ -154,7 +154,7 @@ export class Store {
   state: Readonly<State> = { ...INITIAL };
   watchers: { keys: (keyof State)[]; show: (state: Readonly<State>) => void; last: boolean }[] = [];
 
-  /** Changes state and tells everyone whom it concerns, once each, before it returns. */
+  /** Changes the state and calls each concerned watcher once. */
   set(patch: Partial<State>) {
     const keys = Object.keys(patch) as (keyof State)[];
     const changed = keys.filter((key) => !Object.is(patch[key], this.state[key]));
@@ -164,8 +164,8 @@ export class Store {
   }
 
   /**
-   * Shows what there is, and again whenever one of these keys changes.
-   * @param order `last` for whoever is to find everything else in place
+   * Calls `show` now and whenever one of the keys changes.
+   * @param options `last` calls it after all other watchers
    */
   watch(keys: (keyof State)[], show: (state: Readonly<State>) => void, { last = false }: { last?: boolean } = {}) {
     this.watchers.push({ keys, show, last });
@@ -174,7 +174,7 @@ export class Store {
   }
 }
 
-/** Enters a phase. */
+/** Returns the changes that enter a phase. */
 export function phasePatch(phase: Phase, headline: string, subline: string, summary = ''): Partial<State> {
   const announcement = [headline, subline, summary].filter(Boolean).join('. ');
   return { phase, headline, subline, summary, announcement, error: null };
@@ -184,7 +184,7 @@ export function errorPatch(error: unknown): Partial<State> {
   return { ...phasePatch('error', 'Nothing to show', ''), announcement: '', error };
 }
 
-/** Clamps a frame to the film. */
+/** Clamps a frame to the timeline. */
 export function clampFrame({ timeline }: Pick<State, 'timeline'>, frame: number): number {
   return Math.max(0, Math.min(timeline.numFrames - 1, frame));
 }

@@ -1,27 +1,27 @@
-// Where a run looked that found nothing, and what to try next.
+// Reports why nothing was found, and suggests what to try.
 
 import { clampTrim } from './source.js';
 import { formatPercent, formatPlural } from './messages.js';
 import type { SearchReport } from './library.js';
 import type { State } from './store.js';
 
-/** Working sizes of the page, in pixels. */
+/** Working sizes of the page. */
 const WORKING_SIDES_PX = [320, 480, 640];
 
-/** Fewer frames say too little when every second is left out. */
+/** Fewest frames for skipping every second one; chosen by eye. */
 const MIN_FRAMES_TO_SKIP = 26;
 
-/** Where less of the picture was followed, weaker texture is worth trying. */
+/** Coverage below which weaker texture is suggested; chosen by eye. */
 const LOW_COVERAGE = 0.5;
 
-/** Settings that follow it. */
+/** Settings that track weaker texture. */
 const WEAK_TEXTURE_SETTINGS = {
   'trajectory.structureFloor': 0.005,
   'trajectory.structureMean': 0.005,
   'trajectory.minLength': 4,
 };
 
-/** Steps beyond this see too little that is alike. */
+/** Largest suggested step; frames further apart are too different. */
 const MAX_STEP = 3;
 
 export function describeSearch({
@@ -45,9 +45,9 @@ function describeMotions(motions: number[] | null) {
 }
 
 /**
- * What to try: only what can change the result, by what it changed on clips in which nothing was found. Every second
- * frame found slow things in two of three, a larger size and a longer part each found an elephant; weaker texture what
- * moves before a plain ground; denser points and a lower noise floor found nothing.
+ * Suggests changes that helped on clips without a result. Skipping frames found slow objects in two of three clips, a
+ * larger size and a longer part one each, and weaker texture objects in front of plain backgrounds; denser points and
+ * a lower noise floor found nothing.
  */
 export function suggestChanges(
   { source, job, changed }: State,

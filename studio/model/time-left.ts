@@ -1,11 +1,11 @@
-// How much longer saving takes, from the frames that are through.
+// Estimates how long saving takes from the finished frames.
 
 import { Countdown } from './stage-clock.js';
 
-/** Before that nothing is said, in milliseconds. */
+/** Time before the first estimate, in milliseconds; chosen by eye. */
 const MIN_ELAPSED_MS = 2000;
 
-/** Frames after the first that tell their pace: the first waits for encoders to start. */
+/** Frames after the first that give a pace; the first waits for the encoder. */
 const MIN_PACE_FRAMES = 2;
 
 export class TimeLeft {
@@ -25,8 +25,8 @@ export class TimeLeft {
   }
 
   /**
-   * @param progress of one work; one that has other frames, or fewer, is a new one
-   * @returns milliseconds; null while nobody knows
+   * Updates the estimate. A different total or a smaller count starts again.
+   * @returns milliseconds; null if too early
    */
   estimate({ done, total }: { done: number; total: number }, now: number): number | null {
     if (done < this.done || (this.total > 0 && total !== this.total)) this.restart(now);

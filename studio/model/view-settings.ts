@@ -1,16 +1,14 @@
-// What was chosen for a result beside its masks: their edges and smoothing, what is kept, the ground. Kept with the
-// work.
+// View settings of a result: edges, hidden objects and backdrop. Saved with the project.
 
 import { type Ground as CutoutGround, type MaskEdges, SCREEN_GREEN } from './library.js';
 import { DEFAULT_EDGES, type Backdrop, type State } from './store.js';
 
 /**
- * The smallest piece that counts, in percent of the frame; how far objects grow, or shrink where it is negative, and how
- * soft their edges are, in pixels of the masks; over how many frames before and after they are smoothed.
+ * `smallest` piece in percent of the frame; `grow` (negative: shrink) and `feather` in pixels of the masks; `smooth`
+ * over this many frames before and after.
  */
 export type EdgeSettings = { smallest: number; grow: number; feather: number; smooth: number };
 
-/** A project file's extension. */
 export const PROJECT_EXTENSION = '.tracecut';
 
 export function maskEdges(
@@ -20,15 +18,14 @@ export function maskEdges(
   return { smallest: Math.ceil((smallest / 100) * width * height), grow, feather };
 }
 
-/** Grounds with a picture are kept without it: they are transparent. */
+/** A backdrop picture is not saved: it becomes transparent. */
 export interface ViewSettings {
   edges: EdgeSettings;
-  /** Objects that are not kept. */
   hidden: number[];
   backdrop: { name: string; colour: string };
 }
 
-/** What edges may be. */
+/** Valid ranges of the edges. */
 const EDGE_RANGES: Record<keyof EdgeSettings, [min: number, max: number]> = {
   smallest: [0, 1],
   grow: [-10, 10],
@@ -46,7 +43,7 @@ export function viewSettingsOf({
   return { edges: { ...edges }, hidden: [...hidden], backdrop: { name: storedName, colour } };
 }
 
-/** What a file says is looked at closely: anyone may have written it. */
+/** Validates view settings from a file and returns the changes. */
 export function viewSettingsPatch(settings: unknown, { backdrop }: State): Partial<State> {
   if (!settings) return {};
   const fields = settings as { edges?: Record<string, unknown>; hidden?: unknown; backdrop?: unknown };

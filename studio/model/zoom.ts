@@ -1,15 +1,15 @@
-// Which part of the clip the canvas shows: all of it, or a part enlarged that can be moved about.
+// The visible part of the clip on the canvas.
 
-/** The most that is shown enlarged, as against the whole clip in its box. */
+/** Largest scale relative to the whole clip; chosen by eye. */
 export const MAX_SCALE = 16;
 
-/** Enlargement of one press or of one notch of a wheel. */
+/** Scale factor of one key press or wheel notch; chosen by eye. */
 export const SCALE_STEP = 1.25;
 
 export class Zoom {
-  /** As against the whole clip in its box, 1 to {@link MAX_SCALE}. */
+  /** Scale relative to the whole clip, 1 to {@link MAX_SCALE}. */
   scale = 1;
-  /** The upper left corner of what is shown, in parts of the clip's width and height. */
+  /** Upper left corner of the visible part, as shares of the clip's width and height. */
   x = 0;
   y = 0;
 
@@ -18,10 +18,10 @@ export class Zoom {
   }
 
   /**
-   * Enlarges about a place that stays where it is on screen.
-   * @param scale as against the whole
-   * @param u where on the canvas, in parts of its width
-   * @param v and height
+   * Zooms about a fixed point of the canvas.
+   * @param scale relative to the whole clip
+   * @param u as a share of the canvas's width
+   * @param v as a share of its height
    */
   zoomTo(scale: number, u: number, v: number) {
     const clamped = Math.min(MAX_SCALE, Math.max(1, scale));
@@ -32,14 +32,14 @@ export class Zoom {
     this.keepInside();
   }
 
-  /** Moves the picture by parts of the canvas. */
+  /** Moves the picture by shares of the canvas. */
   pan(u: number, v: number) {
     this.x -= u / this.scale;
     this.y -= v / this.scale;
     this.keepInside();
   }
 
-  /** Nothing but the clip is shown. */
+  /** Keeps the visible part inside the clip. */
   keepInside() {
     const limit = 1 - 1 / this.scale;
     this.x = Math.min(limit, Math.max(0, this.x));

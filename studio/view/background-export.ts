@@ -1,8 +1,8 @@
-// The scene without its objects, as pictures.
+// Exports of the scene without objects.
 
 import { type Choice, type Export, type Subject, resizeLabels } from '../model/export.js';
 
-/** The plate reaches this far under the frame's own pixels around an object, in pixels of the plate. */
+/** Width by which the background overlaps the frame around objects, in pixels of the background; chosen by eye. */
 const MARGIN_PX = 2;
 
 export const background: Export = {
@@ -38,7 +38,7 @@ async function makeZip(subject: Subject, { signal, onProgress }: Parameters<Choi
     t += 1;
     onProgress({ done: t, total: numFrames });
   }
-  // PNG files are compressed already. The date is the first that ZIP knows.
+  // PNG files are compressed already. The date is the earliest that ZIP can store.
   return new Blob([zipSync(files, { level: 0, mtime: new Date(1980, 0, 1) })], { type: 'application/zip' });
 }
 
@@ -46,7 +46,7 @@ function frameNumber(frame: number) {
   return String(frame + 1).padStart(4, '0');
 }
 
-/** A frame at its own size, with the plate, which may be smaller, where objects are and close around them. */
+/** Draws the background over the objects of a frame, at the frame's size. */
 async function renderBackground(subject: Subject, t: number, frame: ImageData) {
   const { plate } = subject;
   if (!plate) throw new Error('there is no background');
@@ -67,7 +67,7 @@ async function renderBackground(subject: Subject, t: number, frame: ImageData) {
   return canvas.convertToBlob({ type: 'image/png' });
 }
 
-/** Where any object is. */
+/** Draws the pixels of all objects. */
 function drawObjectShape(labels: Uint8Array, width: number, height: number) {
   const shape = new ImageData(width, height);
   labels.forEach((label, p) => (shape.data[4 * p + 3] = label > 0 ? 255 : 0));

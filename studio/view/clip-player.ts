@@ -1,12 +1,12 @@
-// The clip itself, without a run: one frame of it, or a part that plays round and round.
+// Plays the original clip: one frame, or a part in a loop.
 
 import { type Source, endTime, frameTime } from '../model/source.js';
 import { h } from './dom.js';
 
-/** Long side at which frames that no player shows are read, in pixels. */
+/** Long side of frames that the page plays itself, in pixels; chosen by eye. */
 const PLAYER_SIDE_PX = 480;
 
-/** A frame is looked for a little after it begins: players round, in seconds. */
+/** Added to the time of a frame when seeking, in seconds, as players round. */
 const SEEK_OFFSET_S = 0.002;
 
 export interface ClipPlayer {
@@ -22,12 +22,12 @@ export function openPlayer(source: Source): ClipPlayer {
   return new VideoPlayer(source, source.file);
 }
 
-/** Few browsers play transport streams, and they say so; of other files they do not say what they play. */
+/** Returns whether the browser may play a file. Its answer is reliable only for transport streams. */
 function plays(type?: string) {
   return type !== 'video/mp2t' || document.createElement('video').canPlayType(type) !== '';
 }
 
-/** The browser's own player: it keeps up with large videos. */
+/** Uses the browser's video player, which is fast enough for large videos. */
 class VideoPlayer implements ClipPlayer {
   url: string;
   element = h('video', { playsinline: true, preload: 'auto', 'aria-label': 'Original clip' });
@@ -79,11 +79,11 @@ class VideoPlayer implements ClipPlayer {
   }
 }
 
-/** Frames as the page reads them, for images. */
+/** Plays frames that the page reads, for images. */
 class FramePlayer implements ClipPlayer {
   element = h('canvas', { role: 'img', 'aria-label': 'Original clip' });
   ctx: CanvasRenderingContext2D | null;
-  /** Ends what is shown or played; what was awaited before is void. */
+  /** Stops playback and voids pending frames. */
   going = new AbortController();
 
   constructor(public source: Source) {
@@ -116,7 +116,7 @@ class FramePlayer implements ClipPlayer {
         }
       }
     } catch {
-      // Paused, or a frame is damaged: the run says so.
+      // Paused, or a damaged frame, which the run reports.
     }
   }
 

@@ -1,12 +1,15 @@
-// Small helpers to build elements without a framework and without inline styles, which the page's policy forbids.
+// Helpers that build elements without inline styles, which the page's policy forbids.
 
-/** Whether fingers point here: words say “tap” then. */
+/** True on touch screens. */
 export const TOUCH = matchMedia('(pointer: coarse)').matches;
 
-/** Whether there is a decoder for H.264. */
+/** True if the browser can decode H.264. */
 export const PLAYS_MP4 = document.createElement('video').canPlayType('video/mp4; codecs="avc1.42001f"') !== '';
 
-/** @param props attributes; functions are listeners under the event's name; `false` leaves an attribute out */
+/**
+ * Creates an element.
+ * @param props attributes; functions are listeners under the event's name; `false` omits an attribute
+ */
 export function h<K extends keyof HTMLElementTagNameMap>(
   tag: K,
   props: Record<string, string | boolean | number | ((event: never) => void)> = {},
@@ -39,7 +42,7 @@ export function icon(symbol: string): SVGSVGElement {
   return svg;
 }
 
-/** One line of a legend: a mark and what it means. */
+/** Creates an entry of a legend. */
 export function key(kind: 'dot' | 'line' | 'thin', color: string, text: string): HTMLElement {
   const mark = h('span', { class: `mark mark-${kind}`, 'aria-hidden': 'true' });
   mark.style.setProperty('--mark', color);
@@ -50,7 +53,7 @@ export function isMultiSelect({ shiftKey, ctrlKey, metaKey }: MouseEvent | Keybo
   return shiftKey || ctrlKey || metaKey;
 }
 
-/** A click beside a dialog closes it. */
+/** Closes a dialog on a click outside. */
 export function connectDialog(dialog: HTMLDialogElement) {
   dialog.addEventListener('click', (event) => {
     if (event.target !== dialog) return;

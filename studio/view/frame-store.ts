@@ -1,12 +1,11 @@
-// The frames of a clip as they are shown. So many lie in memory as pictures, the others as JPEG files that become
-// pictures again when they are looked at.
+// The frames of a clip for display. Some are bitmaps in memory, the others JPEG files that are decoded when needed.
 
 import { PageError } from '../model/messages.js';
 
-/** Frames that are kept as pictures. */
+/** Number of frames kept as bitmaps. */
 const MAX_PICTURES = 64;
 
-/** Frames after the one on screen that are made ready, as a clip usually plays forward. */
+/** Number of frames decoded ahead of playback; chosen by eye. */
 const FRAMES_AHEAD = 6;
 
 const JPEG_QUALITY = 0.92;
@@ -15,15 +14,14 @@ export class FrameStore {
   length = 0;
   width = 0;
   height = 0;
-  /** In the order in which they were last looked at. */
+  /** Bitmaps by frame, least recently used first. */
   pictures = new Map<number, ImageBitmap>();
   files = new Map<number, Blob>();
   opening = new Map<number, Promise<ImageBitmap | null>>();
-  /** Called when a frame that was asked for has come. */
+  /** Called when a requested frame is ready. */
   onReady = () => {};
   closed = false;
 
-  /** @param maxPictures frames kept as pictures */
   constructor(public maxPictures: number = MAX_PICTURES) {}
 
   async add(frame: ImageData) {
@@ -35,12 +33,12 @@ export class FrameStore {
     if (this.length > this.maxPictures) await this.pack(at);
   }
 
-  /** @param at goes to a file; its picture may go */
+  /** Compresses a frame and drops the oldest bitmap if there are too many. */
   async pack(at: number) {
     const picture = this.pictures.get(at);
     if (!picture) return;
     this.files.set(at, await encodeJpeg(picture));
-    // The first frames too, when there are more than fit.
+    // The first frames are compressed once there are too many.
     const [oldest] = this.pictures.keys();
     if (this.pictures.size > this.maxPictures) {
       if (!this.files.has(oldest)) this.files.set(oldest, await encodeJpeg(this.pictures.get(oldest)!));
@@ -54,8 +52,8 @@ export class FrameStore {
   }
 
   /**
-   * @param more frames after it that are made ready too
-   * @returns null as long as it is on its way, and where there is none
+   * Returns a frame; null if it is still loading or missing.
+   * @param more frames after it to load
    */
   get(at: number, more: number = FRAMES_AHEAD): ImageBitmap | null {
     const picture = this.pictures.get(at) ?? null;
@@ -105,7 +103,7 @@ export class FrameStore {
     return context.getImageData(0, 0, width, height);
   }
 
-  /** All frames in order; each is there until the next is asked for. */
+  /** Yields all frames in order; each is valid until the next is requested. */
   async *[Symbol.asyncIterator]() {
     for (let at = 0; at < this.length; at++) {
       const picture = await this.open(at);

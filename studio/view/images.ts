@@ -1,21 +1,22 @@
-// Images of a sequence, or one image, animated or still, as a source of frames.
+// Sources of frames from image sequences, animated images and still images.
 
 import { Grabber, readVideoFacts, openVideo } from './video.js';
 import { PageError } from '../model/messages.js';
 import type { Source } from '../model/source.js';
 
-/** Frames per second at which images of a sequence are shown; nothing says how they were taken. */
+/** Frame rate of image sequences, which have none of their own; chosen by eye. */
 const SEQUENCE_FPS = 15;
 
-/** Motion needs two frames: damage after fewer is an error. */
+/** Fewest frames before damage that are usable: motion needs two. */
 const MIN_FRAMES = 2;
 
-/** Types of files that may hold several images. */
+/** Media types that may hold several images. */
 const ANIMATED_TYPES = ['image/gif', 'image/png', 'image/webp', 'image/avif'];
 
 /**
+ * Opens an image sequence, or one image.
  * @param sorted in their order
- * @param type of the first one
+ * @param type of the first file
  */
 export async function openImages(sorted: File[], type: string): Promise<Source> {
   if (sorted.length === 1) return openSingleImage(sorted[0], type);
@@ -41,7 +42,7 @@ export async function openImages(sorted: File[], type: string): Promise<Source> 
   );
 }
 
-/** A GIF, or another image that may hold several frames, which last as long as it says; or a still one. */
+/** Opens an animated image with its own timing, or a still image. */
 async function openSingleImage(file: File, type: string): Promise<Source> {
   const facts = ANIMATED_TYPES.includes(type)
     ? await readVideoFacts(file).catch((error) => refuse(error, file.name))

@@ -1,10 +1,10 @@
-// Keys of the page: whoever does something registers the key for it. panels/help.ts lists them.
+// Keyboard shortcuts. Panels register their keys; panels/help.ts lists them.
 
 type Action = { act: () => unknown; when: () => boolean };
 
 export class Keys {
   actions = new Map<string, Action>();
-  /** Whether the focus got where it is by the keyboard: then the space bar belongs to the button that has it. */
+  /** True if the focus was moved by the keyboard; then the space bar presses the focused button. */
   tabbed = false;
 
   constructor() {
@@ -14,8 +14,8 @@ export class Keys {
 
   /**
    * @param key as in `KeyboardEvent.key`, letters small; `Ctrl+z` with the control or the command key,
-   *   `Shift+ArrowUp`, `Ctrl+Shift+z` with shift too
-   * @param when else the key is left to the browser
+   * `Shift+ArrowUp`, `Ctrl+Shift+z` with shift too
+   * @param when returns false to leave the key to the browser
    */
   on(key: string, act: () => unknown, when: () => boolean = () => true) {
     this.actions.set(key, { act, when });
@@ -36,7 +36,7 @@ export class Keys {
     if (event.altKey || document.querySelector('dialog[open]') || usesKey(event, this.tabbed)) return;
     const shiftAction = event.shiftKey ? this.actionOf(`Shift+${key}`) : undefined;
     const action = shiftAction ?? this.actionOf(key) ?? this.actionOf(key.toLowerCase());
-    // A button that was clicked with the mouse would still answer to the space bar.
+    // A button clicked with the mouse would still react to the space bar.
     if (action && key === ' ') (event.target as HTMLElement).blur();
     this.perform(event, action);
   }
@@ -48,7 +48,7 @@ export class Keys {
   }
 }
 
-/** Form fields keep the keys that they use themselves, and so do buttons that were reached with the keyboard. */
+/** Returns whether the focused element uses the key itself: form fields, and buttons focused by keyboard. */
 function usesKey(event: KeyboardEvent, tabbed: boolean): boolean {
   if (event.key === 'Escape') return false;
   const target = event.target as HTMLElement;

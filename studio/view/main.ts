@@ -19,7 +19,7 @@ async function main() {
   }
 }
 
-/** The page, which is built on the package that the site serves beside it: without that it cannot be loaded. */
+/** Imports the page. Fails if the site lacks the package. */
 async function load() {
   try {
     return await import('./page.js');
@@ -28,7 +28,7 @@ async function load() {
   }
 }
 
-/** Asked for when the first result is on screen, so that nothing gets slower by it. */
+/** Registers the service worker after the first result, so that it slows nothing down. */
 async function stayOffline() {
   const workers = navigator.serviceWorker;
   if (!workers || !isSecureContext) return;
@@ -36,7 +36,7 @@ async function stayOffline() {
     const registration = await workers.register(new URL('../service-worker.js', import.meta.url), {
       updateViaCache: 'none',
     });
-    // Private windows and test drivers may answer with nothing.
+    // Private windows and test drivers may return nothing.
     if (!registration) return;
     offer(registration);
     registration.addEventListener('updatefound', () => {
@@ -48,8 +48,8 @@ async function stayOffline() {
 }
 
 /**
- * A new version waits until the user wants it: a reload would throw away the result, and it does not take over while
- * other tabs are open, which would get files of two versions.
+ * Offers an update. It waits for the user, as a reload loses the result, and for other tabs to close, as they would
+ * mix files of two versions.
  */
 function offer(registration: ServiceWorkerRegistration) {
   const { waiting } = registration;

@@ -1,6 +1,5 @@
-// Puts the page together: store, canvas, keys, and panels. A panel shows a part of the store or changes it: a function
-// that takes of the page what it needs, watches the store, and registers its keys. To add one, write its file and list
-// it here.
+// Assembles the page: store, canvas, keys and panels. A panel is a function that watches the store, shows or changes
+// a part of it, and registers its keys. To add one, write its file and list it here.
 
 import { objectColor, parameters } from '../model/library.js';
 import { App } from '../model/app.js';
@@ -82,7 +81,7 @@ const PANELS: ((page: Page) => void)[] = [
   savedPanel,
 ];
 
-/** What tests and the curious may read: the result on screen and how it was made. */
+/** Exposes the result on screen to tests. */
 function expose({ store, layers, viewer }: Page) {
   const timeline = {
     seek: (frame: number) => store.set({ frame: clampFrame(store.state, frame) }),

@@ -1,16 +1,16 @@
-// Files as they are saved: at once, or piece by piece as they are made, straight to the disk where the browser can.
+// Saves files at once, or streams them to disk if the browser can.
 
 import { h } from './dom.js';
 
-/** How long a file that was saved stays in memory for the browser to read, in milliseconds. */
+/** Time until the URL of a saved file is released, in milliseconds; chosen by eye. */
 const URL_LIFETIME_MS = 60_000;
 
-/** The part of the browser's file picker that is used; not every browser has one. */
+/** The browser's file picker, where it exists. */
 type Picker = (options: { suggestedName: string }) => Promise<{ createWritable: () => Promise<WritableStream> }>;
 
 /**
- * Where a stream goes: a file that the user chooses, or memory. To be asked while a click is fresh.
- * @returns saves it and gives its size in bytes
+ * Chooses the destination of a stream: a picked file, or memory. Needs a recent click.
+ * @returns saves a stream and resolves to its size in bytes
  */
 export async function chooseDestination(
   file: string,
@@ -19,7 +19,7 @@ export async function chooseDestination(
   const pick = (globalThis as { showSaveFilePicker?: Picker }).showSaveFilePicker;
   if (!pick)
     return async (stream) => {
-      // The browser keeps what is large on the disk.
+      // Browsers store large blobs on disk.
       const blob = await new Response(stream, { headers: { 'Content-Type': type } }).blob();
       download(blob, file);
       return blob.size;
@@ -35,7 +35,7 @@ export async function chooseDestination(
         },
       }),
     );
-    // A file that is not finished is not kept.
+    // Unfinished files are discarded.
     await counted.pipeTo(await handle.createWritable(), { signal });
     return size;
   };

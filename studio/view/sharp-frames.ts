@@ -1,34 +1,34 @@
-// The frame on screen as the source has it, read from the file again where the clip rests: as large as the canvas shows
-// it, never larger than the source. While a clip plays the frames of the working size do.
+// Full-resolution frames, read from the file again while the clip is paused: as large as the canvas, at most as large
+// as the source.
 
 import type { AnyJob } from '../model/job.js';
 
-/** A frame that stays on screen for so long is looked at, in milliseconds. */
+/** Time on one frame before it is read, in milliseconds; chosen by eye. */
 const REST_MS = 120;
 
-/** Pixels of all pictures that are kept. */
+/** Largest number of cached pixels; chosen by eye. */
 const MOST_PIXELS = 2 ** 25;
 
 type FrameRequest = { job: AnyJob; frame: number; side: number };
 
 export class SharpFrames {
   job: AnyJob | null = null;
-  /** In the order in which they came. */
+  /** Cached frames, oldest first. */
   pictures = new Map<number, { picture: ImageBitmap; side: number }>();
   /** Frames that cannot be read. */
   failed = new Set<number>();
   resting = 0;
-  /** What is being read. */
+  /** The current read. */
   reading: FrameRequest | null = null;
-  /** What is to be read next. */
+  /** The next read. */
   next: FrameRequest | null = null;
 
-  /** @param onReady called when a frame that was wanted has come */
+  /** @param onReady called when a requested frame is ready */
   constructor(public onReady: () => void) {}
 
   /**
-   * @param side that is wanted, in pixels
-   * @returns null as long as it is on its way, and where the working size has all there is
+   * Returns a frame; null while it is loading, or if the working size is enough.
+   * @param side needed long side, in pixels
    */
   get(job: AnyJob | null, frame: number, side: number): ImageBitmap | null {
     if (job !== this.job) this.clear(job);
@@ -51,7 +51,7 @@ export class SharpFrames {
     return null;
   }
 
-  /** One after the other: a file is read by one. */
+  /** Reads one frame at a time. */
   async read() {
     if (this.reading || !this.next) return;
     const request = this.next;
@@ -64,7 +64,7 @@ export class SharpFrames {
       if (job === this.job) this.keep(frame, picture, side);
       else picture.close();
     } catch {
-      // The frame of the working size stays: asked again, the file would say no again.
+      // Keeps the frame of the working size; another attempt would fail too.
       if (job === this.job) this.failed.add(frame);
     } finally {
       this.reading = null;
@@ -95,7 +95,7 @@ export class SharpFrames {
   }
 }
 
-/** Returns the working size, doubled until it is enough; at most the source's. */
+/** Returns the working size, doubled until it is large enough; at most the source's. */
 function sideFor({ source, trim }: AnyJob, side: number): number {
   const fullSide = Math.max(source.width, source.height);
   let result = Math.min(fullSide, trim.side);

@@ -6,10 +6,10 @@ import { openVideo } from './video.js';
 import { PageError } from '../model/messages.js';
 import type { Source } from '../model/source.js';
 
-/** The sample: small enough to be through in seconds, large enough to look at. */
+/** The sample clip: processed in seconds, large enough to look at. */
 export const SAMPLE = { width: 480, height: 270, frames: 24, seed: 0 };
 
-/** Returns the library's own scene, with its known masks under `clip`. */
+/** Returns the package's synthetic scene; `clip` has its true masks. */
 export async function sampleSource(): Promise<Source & { clip: Clip }> {
   const clip = await synthClip(SAMPLE);
   const imageOf = (t: number) => {

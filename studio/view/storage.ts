@@ -1,4 +1,4 @@
-// The browser's own storage, where works are kept and runs remembered: they survive a reload and a closed tab.
+// Stores projects and runs in IndexedDB.
 
 import type { InterruptedRun } from '../model/interrupted-runs.js';
 import type { SavedProject } from '../model/saved-projects.js';
@@ -10,15 +10,15 @@ export async function put(record: SavedProject | InterruptedRun) {
   await request('readwrite', (table) => table.put(record, record.id));
 }
 
-/** Returns the works, and the runs that go on or were cut off. */
+/** Returns projects and runs, newest first; empty without storage. */
 export async function list(): Promise<SavedProject[]> {
   try {
-    const [works, keys] = await Promise.all([
+    const [records, keys] = await Promise.all([
       request('readonly', (table) => table.getAll()),
       request('readonly', (table) => table.getAllKeys()),
     ]);
-    // Both are in the order of the keys. What an earlier version kept has no name of its own.
-    const named = works.map((work, k) => ({ ...work, id: String(keys[k]) }));
+    // Both are in the order of the keys. Records of earlier versions have no id.
+    const named = records.map((record, k) => ({ ...record, id: String(keys[k]) }));
     return named.sort((a, b) => b.at - a.at);
   } catch {
     return [];

@@ -1,16 +1,16 @@
-// A small picture of a work, to know it by: the frame with most of its objects, and their masks.
+// Thumbnails of projects: the frame with most object pixels, and its masks.
 
 import { type MaskSource, drawLabels } from '../model/library.js';
 
-/** Its longer side, in pixels: twice as large as it is shown. */
+/** Long side in pixels: twice the displayed size. */
 const THUMBNAIL_SIDE_PX = 192;
 
-/** So many frames of a clip are looked at. */
+/** Number of sampled frames; chosen by eye. */
 const MAX_SAMPLED_FRAMES = 16;
 
 /**
- * @param hidden objects that are not kept
- * @returns null where there is no frame
+ * @param hidden objects to leave out
+ * @returns null if the frame is missing
  */
 export async function makeThumbnail(
   masks: MaskSource,
@@ -34,7 +34,7 @@ export async function makeThumbnail(
   return canvas.convertToBlob({ type: 'image/jpeg', quality: 0.85 });
 }
 
-/** Returns the frame, of a sample, in which objects cover most. */
+/** Returns the sampled frame with most object pixels. */
 function findFullestFrame(masks: MaskSource, hidden: readonly number[]): number {
   const step = Math.max(1, Math.floor(masks.numFrames / MAX_SAMPLED_FRAMES));
   let [best, most] = [0, -1];

@@ -1,11 +1,11 @@
-// A video file as a source of frames, each with its own time; pixels of whatever the browser can draw.
+// Sources of frames from video files, and reading of canvas pixels.
 
 import { fitSize, videoFrames, videoInfo, videoStrip } from '../model/library.js';
 import { PageError } from '../model/messages.js';
 import type { Damage, PixelFrame, VideoInfo } from '../model/library.js';
 import type { Source, Trim } from '../model/source.js';
 
-/** Reads pixels of whatever the browser can draw. */
+/** Reads pixels of images that the browser can draw. */
 export class Grabber {
   canvas = new OffscreenCanvas(1, 1);
   ctx: OffscreenCanvasRenderingContext2D;
@@ -15,8 +15,8 @@ export class Grabber {
   }
 
   /**
-   * @param size the picture's own size in pixels
-   * @param side longest side of the answer
+   * @param size of the picture in pixels
+   * @param side long side of the result
    */
   grab(picture: CanvasImageSource, size: { width: number; height: number }, side: number): ImageData {
     const { width, height } = fitSize(size, side);
@@ -27,10 +27,7 @@ export class Grabber {
   }
 }
 
-/**
- * Some browsers add noise to what a page reads from a canvas, against fingerprinting. Then the same clip gives other
- * bytes each time, and results differ a little.
- */
+/** Returns whether the browser adds noise to canvas pixels against fingerprinting, so that results vary slightly. */
 export function addsCanvasNoise(): boolean {
   const side = 32;
   const canvas = new OffscreenCanvas(side, side);
@@ -41,17 +38,17 @@ export function addsCanvasNoise(): boolean {
   return data.some((byte, k) => byte !== [120, 130, 140, 255][k % 4]);
 }
 
-/** Taken where the file does not tell. */
+/** Frame rate of files that state none. */
 const DEFAULT_FPS = 30;
 
-/** Times are rounded: a frame is looked for from so much before its time on, in seconds. */
+/** Subtracted from the time of a frame when seeking, in seconds, as times are rounded. */
 const SEEK_MARGIN_S = 1e-4;
 
 interface VideoFacts {
   info: VideoInfo;
   fps: number;
   count: number;
-  /** It ends with its last frame, but there was more. */
+  /** True if the file ends early. */
   isDamaged: boolean;
 }
 
@@ -63,13 +60,13 @@ export async function readVideoFacts(file: File): Promise<VideoFacts> {
 }
 
 /**
- * @param kind what it is called: an animated image holds images
- * @param facts where they are known
+ * Opens a video or an animated image.
+ * @param facts if known already
  */
 export async function openVideo(file: File, kind: 'video' | 'images' = 'video', facts?: VideoFacts): Promise<Source> {
   const { info, fps, count, isDamaged } = facts ?? (await understood(() => readVideoFacts(file), file.name));
   const early = (time: number) => ({ start: Math.max(0, time - SEEK_MARGIN_S) });
-  /** By its time where the file says it; else half a frame early. */
+  /** Returns options that start at a frame: at its time if known, else half a frame early. */
   const startOf = (frame: number) => {
     const time = info.times?.[frame];
     if (frame === 0) return {};
@@ -110,12 +107,11 @@ export async function openVideo(file: File, kind: 'video' | 'images' = 'video', 
     },
     close() {},
   };
-  // Whether it can be decoded is not known before one frame has been.
+  // Decodes one frame to test the decoder.
   await understood(() => source.preview(0, 32), file.name);
   return source;
 }
 
-/** As the package gives them in browsers. */
 const pixelsOf = (frame: PixelFrame) => frame as ImageData;
 
 async function understood<T>(ask: () => Promise<T>, name: string): Promise<T> {

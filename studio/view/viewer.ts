@@ -1,4 +1,4 @@
-// The canvas: fits the clip into its box, draws the layers over each other, finds what lies under the pointer.
+// The canvas: fits the clip into its box, draws the layers, and finds the object under the pointer.
 
 import { byId, isMultiSelect } from './dom.js';
 import { NO_FRAME_DATA, type Spot } from '../model/frame-data.js';
@@ -13,26 +13,26 @@ import { Zoom } from '../model/zoom.js';
 import type { MaskStyle } from '../model/export.js';
 import type { Layer, View } from './layers/layer.js';
 
-/** Device pixels per CSS pixel are not followed above this: nobody sees it, and drawing costs its square. */
+/** Largest density of the canvas, in device pixels per CSS pixel; higher ones cost time and are hardly visible. */
 const MAX_DENSITY = 2;
 
 export class Viewer {
   canvas = byId<HTMLCanvasElement>('canvas');
-  /** The element that the canvas is fitted into. */
+  /** The element around the canvas. */
   box = byId('pane-result');
   ctx: CanvasRenderingContext2D;
-  /** Shows the frame as it came. */
+  /** Draws the original frame. */
   compare: Compare;
-  /** Draw over the layers, in clip pixels. */
+  /** Functions that draw over the layers, in clip pixels. */
   painters: ((ctx: CanvasRenderingContext2D, view: View) => void)[] = [];
   zoom = new Zoom();
-  /** CSS pixels for a pixel of the clip, when the whole of it is shown. */
+  /** CSS pixels per clip pixel at scale 1. */
   fitScale = 1;
   zoomListeners: ((zoom: Zoom) => void)[] = [];
   redrawRequest = 0;
-  /** Where the pointer is, in CSS pixels. */
+  /** Position of the pointer, in CSS pixels. */
   pointer: { offsetX: number; offsetY: number } | null = null;
-  /** What was shown last. */
+  /** The state shown last. */
   lastState: Readonly<State>;
   maskCache = new EdgedMaskCache();
   sharp = new SharpFrames(() => this.redraw());
@@ -74,9 +74,7 @@ export class Viewer {
     });
   }
 
-  /**
-   * @param pick told where the picture is clicked, if more are to be chosen, and if what is there is to be taken away
-   */
+  /** @param pick called with the clicked position, and flags for selecting several objects and removing */
   onPick(pick: (spot: Spot, isMulti: boolean, isRemoving: boolean) => void) {
     this.canvas.addEventListener('click', (event) => pick(this.spotAt(event), isMultiSelect(event), event.altKey));
   }
@@ -102,18 +100,18 @@ export class Viewer {
   }
 
   /**
-   * How masks look here, for a picture that looks the same.
-   * @param side the picture's longer one, in pixels
+   * Returns the drawing style of masks, scaled to another picture.
+   * @param side long side of the picture, in pixels
    */
   maskStyle(side: number): MaskStyle {
     const { opacity, fill } = this.layers.find(({ id }) => id === 'masks')!.settings;
     const { width, height } = this.view;
-    // As wide as when the whole clip is shown.
+    // Outline width at scale 1.
     const outline = (OUTLINE_WIDTH_PX * side) / (this.fitScale * Math.max(width, height));
     return { opacity: opacity.value, fill: fill.value, outline };
   }
 
-  /** The mask of the frame on screen, with its edges. */
+  /** Returns the mask of the frame on screen, with adjusted edges. */
   edgedMask() {
     const { segmentation, frame, width, height } = this.view;
     const { edges, hidden, preview, smoothedMasks } = this.store.state;
@@ -123,7 +121,7 @@ export class Viewer {
     return segmentation && labels ? this.maskCache.of(labels, segmentation.result, edges, hidden) : null;
   }
 
-  /** Draws before the next screen refresh, once however often it is asked. */
+  /** Draws once before the next screen refresh. */
   redraw() {
     this.redrawRequest ||= requestAnimationFrame(() => this.draw());
   }
@@ -135,7 +133,7 @@ export class Viewer {
     const { picture, preview } = this.lastState;
     const frame = preview?.maskedFrame(view.frame) ?? view.frame;
     view.image = picture.images.get(frame);
-    // What is on screen stays until the frame has come.
+    // The canvas stays until the frame is loaded.
     if (!view.image && picture.images.has(frame)) return;
     if (!preview) view.image = this.sharpImage() ?? view.image;
     ctx.resetTransform();
@@ -148,14 +146,14 @@ export class Viewer {
     else drawLayers(ctx, this.layers, view);
     for (const paint of this.painters) paint(ctx, view);
     this.compare.draw(view.image, canvas, this.zoom);
-    // What lies under a pointer that rests changes with the frame.
+    // The object under a resting pointer changes with the frame.
     if (this.pointer) this.store.set({ spot: this.spotAt(this.pointer) });
   }
 
-  /** The frame as the source has it, where the clip rests. */
+  /** Returns the full-resolution frame while the clip is paused. */
   sharpImage() {
     const { isPlaying, job, phase } = this.store.state;
-    // A run reads the file itself, and nobody reads as fast as a clip plays.
+    // Not during a run, which reads the file itself, nor during playback.
     if (phase !== 'done' || !this.lastState.analysis?.segmentation) return this.sharp.get(null, 0, 0);
     if (isPlaying) return this.sharp.schedule(null);
     const { width, height } = this.canvas;
@@ -167,7 +165,7 @@ export class Viewer {
     const { canvas, view } = this;
     const { width, height } = this.box.getBoundingClientRect();
     const zoom = Math.min(width / view.width, height / view.height);
-    // Less than a pixel, while a window changes, shows nothing.
+    // The box may be empty while the window changes.
     if (!(zoom > 0 && Math.min(width, height) >= 1)) return;
     const density = Math.min(MAX_DENSITY, devicePixelRatio || 1);
     canvas.width = Math.max(1, Math.round(view.width * zoom * density));
@@ -180,10 +178,10 @@ export class Viewer {
   }
 
   /**
-   * Shows a part of the clip enlarged.
-   * @param scale as against the whole
-   * @param u the place that stays where it is, in parts of the canvas's width
-   * @param v and height
+   * Zooms about a fixed point of the canvas.
+   * @param scale relative to the whole clip
+   * @param u as a share of the canvas's width
+   * @param v as a share of its height
    */
   zoomTo(scale: number, u: number, v: number) {
     this.zoom.zoomTo(scale, u, v);
@@ -191,9 +189,9 @@ export class Viewer {
   }
 
   /**
-   * Moves the part that is shown.
-   * @param u in parts of the canvas's width
-   * @param v and height
+   * Pans the visible part.
+   * @param u as a share of the canvas's width
+   * @param v as a share of its height
    */
   pan(u: number, v: number) {
     this.zoom.pan(u, v);
@@ -206,7 +204,7 @@ export class Viewer {
     this.redraw();
   }
 
-  /** @param tell told of what is shown, now and whenever that changes */
+  /** @param tell called with the zoom, now and whenever it changes */
   onZoom(tell: (zoom: Zoom) => void) {
     this.zoomListeners.push(tell);
     tell(this.zoom);
@@ -230,13 +228,13 @@ export class Viewer {
   }
 }
 
-/** The mask on screen with its edges; made again only when something of it is another. */
+/** Caches the mask on screen with adjusted edges. */
 class EdgedMaskCache {
   key = '';
   from: Uint8Array | null = null;
   made: ReturnType<typeof adjustMask> | null = null;
 
-  /** @param hidden objects that are not kept */
+  /** @param hidden objects to leave out */
   of(
     labels: Uint8Array,
     { width, height }: { width: number; height: number },

@@ -180,11 +180,11 @@ describe('files', () => {
 
   const still = movingSquare(1, 0)[0];
   const answered = {
-    'two frames': [movingSquare(2, 2), /frames? of 96 × 64|background|Nothing/],
+    'two frames': [movingSquare(2, 2), /moving object|Nothing/],
     'a still video': [Array.from({ length: 9 }, () => still), /^No moving objects|^Nothing to track/],
     'black frames': [Array.from({ length: 9 }, () => plainFrame(64, 48)), /^No moving objects|^Nothing to track/],
-    'frames of one pixel': [Array.from({ length: 9 }, () => plainFrame(1, 1)), /^No motion|^Nothing to track/],
-    'frames of 17x3': [movingSquare(9, 1, 17, 3), /background|Nothing to track/],
+    'frames of one pixel': [Array.from({ length: 9 }, () => plainFrame(1, 1)), /^No moving objects|^Nothing to track/],
+    'frames of 17x3': [movingSquare(9, 1, 17, 3), /moving object|Nothing to track/],
   };
   for (const [what, [frames, words]] of Object.entries(answered)) {
     test(`${what}: a result, with a remark where nothing moves`, async () => {

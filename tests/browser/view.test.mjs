@@ -25,8 +25,8 @@ const sample = useSample(site, { bypassCSP: true });
 describe('the canvas', () => {
   const state = () =>
     sample.page.evaluate(() => {
-      const { by, x, y } = globalThis.tracecutStudio.app.viewer.zoom;
-      return { by, x, y };
+      const { scale, x, y } = globalThis.tracecutStudio.app.viewer.zoom;
+      return { scale, x, y };
     });
   /** Where a clip pixel is on screen, and the clip pixel at a place of the canvas. */
   const placeAt = (offsetX, offsetY) =>
@@ -93,13 +93,13 @@ describe('the canvas', () => {
   test('keys and buttons do it too, and the original goes with the result', async () => {
     const { page, faults } = sample;
     await page.keyboard.press('0');
-    assert.deepEqual(await state(), { by: 1, x: 0, y: 0 });
+    assert.deepEqual(await state(), { scale: 1, x: 0, y: 0 });
     assert.equal(await page.locator('#zoom-out').isDisabled(), true);
     await page.keyboard.press('+');
     await page.keyboard.press('+');
     await page.click('#zoom-in');
-    const { by, x } = await state();
-    assert.ok(Math.abs(by - 1.25 ** 3) < 1e-9);
+    const { scale, x } = await state();
+    assert.ok(Math.abs(scale - 1.25 ** 3) < 1e-9);
     const frame = await page.inputValue('#scrub');
     await page.keyboard.press('Shift+ArrowRight');
     assert.ok((await state()).x > x);
@@ -155,11 +155,11 @@ describe('the canvas', () => {
       };
       const taken = [fingers('touchstart', 40), fingers('touchmove', 80), fingers('touchmove', 100)];
       viewer.canvas.dispatchEvent(new TouchEvent('touchend', { touches: [] }));
-      const { by, x } = viewer.zoom;
-      return { taken, by, middle: x + 0.5 / by };
+      const { scale, x } = viewer.zoom;
+      return { taken, scale, middle: x + 0.5 / scale };
     });
     assert.deepEqual(zoomed.taken, [true, true, true]);
-    assert.ok(Math.abs(zoomed.by - 2.5) < 0.01 && Math.abs(zoomed.middle - 0.5) < 0.01, JSON.stringify(zoomed));
+    assert.ok(Math.abs(zoomed.scale - 2.5) < 0.01 && Math.abs(zoomed.middle - 0.5) < 0.01, JSON.stringify(zoomed));
     await page.keyboard.press('0');
   });
 });

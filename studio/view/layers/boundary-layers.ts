@@ -1,4 +1,4 @@
-// What a still image shows: the boundary probability, contours, superpixels.
+// Layers of a still image: boundary probability, contours and superpixels.
 
 import { type DrawSuperpixelsOptions, drawBoundaries, drawSuperpixels } from '../../model/library.js';
 import { FrameCache, drawPicture, valueAt } from './frame-cache.js';
@@ -77,7 +77,7 @@ export function contourLayer(): Layer {
   };
 }
 
-/** Pixels of the picture along one of the superpixels' grid, so that lines between them are finer than that. */
+/** Scale of the drawing relative to the superpixel map, for thin lines. */
 const PIXELS_PER_CELL = 3;
 
 export function superpixelLayer(): Layer {

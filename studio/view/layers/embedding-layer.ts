@@ -1,4 +1,4 @@
-// Boundaries of a still image by the embedding of its pixels (section 2.2 and Figure 3(b) of the paper), dark on white.
+// Layer of boundaries from the embedding of a still image (section 2.2 and Figure 3(b) of the paper), dark on white.
 
 import { drawBoundaries } from '../../model/library.js';
 import { FrameCache, drawPicture, valueAt } from './frame-cache.js';
@@ -7,13 +7,10 @@ import type { ImageEdges } from '../../model/frame-data.js';
 
 type Kind = 'combined' | 'discontinuity' | 'spectral' | 'pb';
 
-/**
- * Strengths of the embedding have no scale of their own: shares of pixels that stay white, and that are not quite
- * black.
- */
+/** Quantiles drawn as white and black, as strengths of the embedding have no scale; chosen by eye. */
 const CONTRAST_QUANTILES = { white: 0.4, black: 0.98 };
 
-/** What can be chosen, and its word in the readout. */
+/** The maps to choose from, and their names in the readout. */
 const KINDS: [Kind, string, string][] = [
   ['combined', 'Pb and discontinuities', 'combined'],
   ['discontinuity', 'Embedding discontinuities', 'discontinuity'],

@@ -1,21 +1,21 @@
-// What layers draw: answers that are fetched when a layer first looks at a frame, and pictures of one value a pixel.
+// Caches of frame data and pictures for layers.
 
 import type { FrameData } from '../../model/frame-data.js';
 import type { View } from './layer.js';
 
-/** Answers by frame, one question at a time: while the clip plays, frames in between are passed over. */
+/** Loads data of frames on demand, one frame at a time; frames in between are skipped during playback. */
 export class FrameCache<K extends keyof FrameData, T> {
   values = new Map<number, T>();
   busy = false;
   run = 0;
 
-  /** @param convert what is kept of an answer */
+  /** @param convert returns the cached form of the data */
   constructor(
     readonly kind: K,
     public convert: (answer: FrameData[K]) => T,
   ) {}
 
-  /** Forgets everything, also what is on its way. */
+  /** Clears the cache and ignores pending loads. */
   reset() {
     this.values.clear();
     this.busy = false;
@@ -23,8 +23,8 @@ export class FrameCache<K extends keyof FrameData, T> {
   }
 
   /**
-   * @param view is drawn again when the answer has come
-   * @returns undefined as long as it is on its way, and where nobody knows
+   * @param view redrawn when the data is loaded
+   * @returns undefined while loading, or if not available
    */
   get(view: View, frame: number): T | undefined {
     const value = this.values.get(frame);
@@ -40,7 +40,7 @@ export class FrameCache<K extends keyof FrameData, T> {
       const answer = await load(frame);
       if (run === this.run) this.values.set(frame, this.convert(answer));
     } catch (error) {
-      // A session that was closed meanwhile answers nobody.
+      // A session closed in the meantime rejects.
       if (run === this.run) console.warn(`no ${this.kind} of frame`, frame, error);
     } finally {
       if (run === this.run) {
@@ -52,8 +52,8 @@ export class FrameCache<K extends keyof FrameData, T> {
 }
 
 /**
- * Paints a picture once, to be drawn over the frame again and again.
- * @param draw fills it from the upper left corner
+ * Draws a picture that is reused.
+ * @param draw draws from the upper left corner
  */
 export function drawPicture(
   { width, height }: { width: number; height: number },
@@ -65,26 +65,10 @@ export function drawPicture(
   return canvas;
 }
 
-/** Keeps the last picture, so that a redraw of the same costs nothing. */
-export class LastPicture {
-  key = '';
-  canvas: OffscreenCanvas | null = null;
-
-  reset() {
-    this.canvas = null;
-  }
-
-  get(key: string, make: () => OffscreenCanvas) {
-    if (key !== this.key || !this.canvas) this.canvas = make();
-    this.key = key;
-    return this.canvas;
-  }
-}
-
 /**
- * @param size of the map, whose pixels may be larger than those of the clip
+ * Returns the value of a map at a position; undefined outside the frame.
+ * @param size of the map, whose resolution may be lower than the clip's
  * @param place in clip pixels
- * @returns the map's value there; undefined outside of the frame
  */
 export function valueAt(
   size: { width: number; height: number },

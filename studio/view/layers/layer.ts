@@ -1,4 +1,4 @@
-// What a layer of the viewer is, and what it may look at.
+// The types of layers, their settings and the view that they draw.
 
 import type { FrameDataSource, Spot } from '../../model/frame-data.js';
 import type { Segmentation } from '../../model/segmentation.js';
@@ -6,29 +6,29 @@ import type { Segmentation } from '../../model/segmentation.js';
 export type Canvas2D = CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D;
 
 /**
- * What a layer may look at while it draws. The context's unit is one pixel of the clip and its origin the centre of the
- * first one: a point of the result is drawn at its own coordinates, a picture of the frame from (-0.5, -0.5).
+ * The data that a layer draws. The context's unit is one clip pixel and its origin the centre of the first one:
+ * points are drawn at their coordinates, pictures of the frame from (-0.5, -0.5).
  */
 export interface View {
-  /** The result by frame; null before there is one. */
+  /** The result; null before there is one. */
   segmentation: Segmentation | null;
-  /** The frame itself, at clip size or larger. */
+  /** The picture of the frame, at clip size or larger. */
   image: CanvasImageSource | null;
   frame: number;
-  /** Of the clip in pixels. */
+  /** Width of the clip in pixels. */
   width: number;
   height: number;
-  /** Clip pixels in one CSS pixel: line widths times this look the same at every zoom. */
+  /** Clip pixels per CSS pixel; lines scaled by it look the same at every zoom. */
   unit: number;
   visible: (object: number) => boolean;
-  /** Of the frame, its edges as they are wanted; null where there is none. */
+  /** Returns the mask of the frame with adjusted edges; null if there is none. */
   mask: () => ReturnType<typeof import('../../model/library.js').adjustMask> | null;
   frameData: FrameDataSource;
-  /** Asks for another `draw`, when something that was missing has come. */
+  /** Requests another `draw`, when missing data is loaded. */
   redraw: () => void;
 }
 
-/** A number that the user may change, shown as a slider, as a switch, or as a list of names. */
+/** A number shown as a slider, a switch or a list of names. */
 export interface Setting {
   name: string;
   value: number;
@@ -36,31 +36,31 @@ export interface Setting {
   max: number;
   step: number;
   text: (value: number) => string;
-  /** It is 0 or 1. */
+  /** True if it is 0 or 1. */
   toggle?: boolean;
-  /** It is the place of one of these names. */
+  /** Names of the values. */
   choices?: string[];
 }
 
 export interface Layer {
   id: string;
   name: string;
-  /** On the keyboard; of layers that share one only one can be there at a time. */
+  /** Keyboard shortcut. */
   key: string;
-  /** For which kind of source it is there; both if not said. */
+  /** Kind of source that it applies to; both if absent. */
   only?: 'clip' | 'still';
-  /** One sentence on what the layer shows. */
+  /** Description in one sentence. */
   about: string;
-  /** Layers with larger z are drawn over those with smaller. */
+  /** Layers are drawn by increasing z. */
   z: number;
   isOn: boolean;
   /** Each layer has at least `opacity`. */
   settings: Record<string, Setting>;
   legend: () => Node[];
   draw: (ctx: Canvas2D, view: View) => void;
-  /** Words about a place; empty for none. */
+  /** Returns text about a position; empty for none. */
   readout?: (view: View, spot: Spot) => string;
-  /** Forgets everything about the last result. */
+  /** Clears data of the last result. */
   reset?: () => void;
 }
 
@@ -81,18 +81,12 @@ export function toggle(name: string, on: boolean): Setting {
   };
 }
 
-/**
- * @param choices the first is chosen
- * @param value or the one at this place
- */
+/** @param value index of the selected choice */
 export function choice(name: string, choices: string[], value = 0): Setting {
   return { name, value, min: 0, max: choices.length - 1, step: 1, text: (v) => choices[v], choices };
 }
 
-/**
- * Draws as the package's helpers do, whose origin is the frame's upper left corner and not the centre of its first
- * pixel.
- */
+/** Draws with the origin of the package's functions: the upper left corner of the frame. */
 export function fromCorner(ctx: Canvas2D, draw: () => void) {
   ctx.save();
   ctx.translate(-0.5, -0.5);

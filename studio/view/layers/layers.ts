@@ -23,7 +23,7 @@ export function drawLayers(ctx: Canvas2D, layers: Layer[], view: View) {
   }
 }
 
-/** Strokes of one layer overlap, so the layer is drawn aside and laid over the picture as a whole. */
+/** Draws a layer into a buffer first, as its strokes overlap. */
 function drawFaded(ctx: Canvas2D, layer: Layer, view: View, alpha: number) {
   const buffer = new OffscreenCanvas(ctx.canvas.width, ctx.canvas.height);
   const bufferCtx = buffer.getContext('2d')!;

@@ -1,9 +1,9 @@
-// Pictures as large as the frame: the frame itself, and its masks.
+// Layers of the masks and of the frame itself.
 
 import { drawLabels } from '../../model/library.js';
 import { type Layer, fromCorner, opacity } from './layer.js';
 
-/** Width of the outline in CSS pixels. */
+/** Width of the outline in CSS pixels; chosen by eye. */
 export const OUTLINE_WIDTH_PX = 1.8;
 
 export function maskLayer(): Layer {

@@ -1,4 +1,4 @@
-// What this page is, and whether this browser computes what every other does; fetched when it is first opened.
+// The about dialog, with a check that this browser computes the reference results. Loaded when first opened.
 
 import { version } from '../../model/library.js';
 import { h, connectDialog } from '../dom.js';
@@ -67,7 +67,7 @@ export class AboutDialog {
 
   add({ name, what, hash, expected, same }: SelftestCheck) {
     const comparison = same ? 'same' : `differs from ${expected}`;
-    // Names and meanings are those that the programs print, in English everywhere.
+    // Names and descriptions are those of the command line.
     const term = h('dt');
     const title = h('code');
     title.textContent = name;

@@ -1,4 +1,4 @@
-// What to take from the clip: first frame, number of frames, step and working size.
+// The form of the clip: first frame, number of frames, step and working size.
 
 import { byId } from '../dom.js';
 import { describeClip, frameFormatter, describeTrim, trimFromInputs } from '../../model/clip-text.js';
@@ -22,7 +22,7 @@ class ClipPanel {
     byId('clip-all').addEventListener('click', () =>
       this.setTrim({ ...store.state.trim, start: 0, frames: store.state.source?.count ?? 0 }),
     );
-    // While a number is typed it is left as it is; afterwards it shows what is really taken.
+    // The number is corrected only after typing.
     this.frames.addEventListener('blur', () => this.show(store.state));
     store.watch(['source'], ({ source }) => source && this.showSource(source));
     store.watch(['source', 'trim', 'pace'], (state) => this.show(state));
@@ -36,7 +36,7 @@ class ClipPanel {
     return trimFromInputs({ start, frames, step, side }, trim, source, changed === this.frames);
   }
 
-  /** @param take as far as the source has it */
+  /** @param trim clamped to the source */
   setTrim(trim: Trim) {
     const { source } = this.store.state;
     if (source) this.store.set({ trim: clampTrim(trim, source) });

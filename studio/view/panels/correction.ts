@@ -1,6 +1,5 @@
-// Correcting a result: one object is chosen, by a click or in a list; it is merged, split, made background, painted or
-// wiped away, what was missed is added, or strokes say what belongs together and what does not. The result changes in
-// place; every step can be undone and done again. Fetched when it is first opened.
+// The panel of corrections: joins, splits, paints and erases the selected object, adds missing ones, and joins or
+// splits by strokes. Every step can be undone and redone. Loaded when first opened.
 
 import { byId, h } from '../dom.js';
 import { describeMotion, nameAndColour, describePosition } from '../../model/describe.js';
@@ -24,11 +23,11 @@ export class Correction {
   viewer: Page['viewer'];
   selection: Page['selection'];
   busy = false;
-  /** The object that is meant. */
+  /** The selected object. */
   object = 1;
-  /** The object that it would be merged with. */
+  /** The object to join it with. */
   target = 0;
-  /** Where it was clicked. */
+  /** The clicked position. */
   place: { t: number; x: number; y: number } | null = null;
   tool: Tool = 'pick';
   brush: Brush;
@@ -48,7 +47,7 @@ export class Correction {
       object: () => this.object,
       choose: (object) => this.chooseNew(object),
       appliesToOthers: () => byId<HTMLInputElement>('brush-carry').checked,
-      // The buttons keep their places.
+      // Disabled, not hidden: the buttons keep their places.
       onCarrying: (isCarrying) => disable('brush-stop', !isCarrying),
       onSizes: (isSmaller, isLarger) => {
         disable('add-smaller', !isSmaller);
@@ -62,7 +61,7 @@ export class Correction {
       paint: (stroke, tool) => this.brush.stroke(stroke, tool),
     });
     this.connect();
-    // Who opens it may have chosen a tool before it was fetched.
+    // A tool may have been selected before this file was loaded.
     const checkedTool = this.tools.find(({ checked }) => checked)?.value;
     viewer.painters.push((ctx, view) => this.draw(ctx, view));
     viewer.onPick((spot, isMulti, isRemoving) => this.pick(spot, isMulti, isRemoving));
@@ -114,14 +113,13 @@ export class Correction {
   toggle(on: boolean = !this.isOpen) {
     const isCorrecting = on && this.corrector !== null;
     this.store.set({ isCorrecting, ...(isCorrecting ? { isPlaying: false } : {}) });
-    // The tools come first in it.
+    // The tools are at the top.
     if (isCorrecting) byId('panel').scrollTop = 0;
     this.selectTool(isCorrecting ? this.tool : 'pick');
     this.showStatus('');
     this.listObjects();
   }
 
-  /** Lists the objects of the result on screen. */
   listObjects() {
     const { analysis } = this.store.state;
     if (!this.isOpen || !analysis) return;
@@ -131,7 +129,7 @@ export class Correction {
     this.target = 0;
     const optionLabel = (object: number) => (object === NEW_OBJECT ? 'New object' : nameAndColour(object));
     this.list.replaceChildren(...objects.map((object) => h('option', { value: object }, optionLabel(object))));
-    // What becomes background has a button of its own.
+    // The background has a button of its own.
     const targets = objects.filter((object) => object > 0);
     this.into.replaceChildren(...targets.map((object) => h('option', { value: object }, objectName(object))));
     this.update();
@@ -144,20 +142,20 @@ export class Correction {
     this.update();
   }
 
-  /** Whether the tool can begin an object. */
+  /** True if the tool can create objects. */
   get createsObjects() {
     return this.tool === 'paint' || this.tool === 'add';
   }
 
-  /** An object that a tool has made or gone on with. */
+  /** Selects the object that a tool created or changed. */
   chooseNew(object: number) {
     this.object = object;
     this.listObjects();
   }
 
   /**
-   * Shows what was done by hand.
-   * @param frames those that changed, null for all
+   * Shows a correction.
+   * @param frames the changed frames; null for all
    */
   show(frames: number[] | null) {
     showCorrected(this.store, frames);
@@ -165,13 +163,14 @@ export class Correction {
   }
 
   /**
-   * @param more whether it is chosen with others
-   * @param away whether what is there is taken away
+   * Handles a click in the picture.
+   * @param isMulti true to select several objects
+   * @param isRemoving true to remove the region under the pointer
    */
-  pick({ object, x, y }: Spot, more: boolean, away: boolean) {
+  pick({ object, x, y }: Spot, isMulti: boolean, isRemoving: boolean) {
     if (!this.isOpen || this.busy) return;
-    if (this.tool === 'pick' && more) return this.selection.toggleSelected(object);
-    if (this.tool === 'add') this.brush.add({ x, y }, object, away);
+    if (this.tool === 'pick' && isMulti) return this.selection.toggleSelected(object);
+    if (this.tool === 'add') this.brush.add({ x, y }, object, isRemoving);
     if (this.tool === 'pick' && object >= 0) this.selectObject(object, { t: this.store.state.frame, x, y });
   }
 
@@ -179,13 +178,13 @@ export class Correction {
     this.tool = tool;
     for (const radio of this.tools) radio.checked = radio.value === tool;
     this.strokes.use(this.isOpen && tool !== 'pick' && tool !== 'add' ? tool : null);
-    // A thing that was missed is a new one.
+    // A missing object is a new one.
     if (tool === 'add') this.object = NEW_OBJECT;
     this.listObjects();
     this.update();
   }
 
-  /** Which buttons there are, and the facts of the object that is meant. */
+  /** Shows the buttons, and the facts of the selected object. */
   update() {
     const { corrector } = this;
     if (!this.isOpen || !corrector) return;
@@ -195,7 +194,7 @@ export class Correction {
     this.viewer.redraw();
   }
 
-  /** The two lists, and what is known of the object that is meant. */
+  /** Updates the two lists and the facts of the selected object. */
   showChoice() {
     const { object, into } = this;
     const facts = this.store.state.analysis?.facts ?? [];
@@ -253,7 +252,7 @@ export class Correction {
 
   async undo() {
     await this.brush.finish();
-    // The first step may be the run that took the place of others.
+    // The first step may be the run that replaced a corrected result.
     if (!this.corrector?.undoCount()) await this.app.restore();
     else await this.apply((c) => c.undo(), 'Undone');
   }
@@ -264,8 +263,9 @@ export class Correction {
   }
 
   /**
-   * @param correct gives the frames that change
-   * @param doneText what is told then, in place of the time that it took
+   * Applies a correction and shows it.
+   * @param correct resolves to the changed frames
+   * @param doneText status shown instead of the elapsed time
    */
   async apply(correct: (corrector: Corrections) => Promise<number[] | null>, doneText?: string) {
     const { store, corrector } = this;
@@ -294,7 +294,7 @@ export class Correction {
     }
   }
 
-  /** A new clip: nothing is chosen any more. */
+  /** Resets the panel for another clip. */
   reset() {
     this.busy = false;
     this.brush.stop();
@@ -304,13 +304,13 @@ export class Correction {
     this.object = 1;
   }
 
-  showStatus(text: string, wrong = false) {
+  showStatus(text: string, isError = false) {
     byId('correct-status').textContent = text;
-    byId('correct-status').classList.toggle('is-error', wrong);
+    byId('correct-status').classList.toggle('is-error', isError);
   }
 
   /**
-   * Marks the object that is meant, and strokes.
+   * Draws the box of the selected object, and the strokes.
    * @param ctx scaled to clip pixels
    */
   draw(ctx: CanvasRenderingContext2D, view: View) {
@@ -329,12 +329,12 @@ function disable(id: string, disabled: boolean) {
   byId<HTMLButtonElement>(id).disabled = disabled;
 }
 
-/** Returns the place in the frame, in pixels. */
+/** Returns the bounding box of an object in pixels; null if it is not in the frame. */
 export function boundingBox(
   { segmentation, frame, width, height, mask: edged, visible }: View,
   object: number,
 ): [left: number, top: number, right: number, bottom: number] | null {
-  // Specks that are not on screen do not count.
+  // Removed specks do not count.
   const mask = (visible(object) && edged()?.labels) || segmentation?.mask(frame);
   if (!mask) return null;
   let [left, top, right, bottom] = [width, height, -1, -1];

@@ -1,4 +1,4 @@
-// Edges of masks: how they grow, shrink and fade, and over how many frames they are smoothed.
+// The panel of mask edges: grow, feather, specks and smoothing.
 
 import { byId } from '../dom.js';
 import { DEFAULT_EDGES } from '../../model/store.js';

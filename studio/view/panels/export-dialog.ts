@@ -1,5 +1,4 @@
-// The dialog in which results are saved: files, a link with the settings, and what it takes to get the same result
-// again.
+// The save dialog: files, a link with the settings, and the recipe that reproduces the result.
 
 import { type MaskSource, version } from '../../model/library.js';
 import { PLAYS_MP4, byId, connectDialog, h } from '../dom.js';
@@ -18,7 +17,7 @@ import { ExportOptions } from './export-options.js';
 import { SavePreview } from './save-preview.js';
 import type { Page } from '../page.js';
 
-/** What the choices with a preview are called where there is little room. */
+/** Short labels of the choices with a preview. */
 const PREVIEW_LABELS: Record<string, string> = {
   transparent: 'Cut-out',
   green: 'Green',
@@ -26,7 +25,7 @@ const PREVIEW_LABELS: Record<string, string> = {
   zip: 'Masks',
 };
 
-/** How often progress is looked at, in milliseconds. */
+/** Interval between updates of the progress, in milliseconds; chosen by eye. */
 const TICK_MS = 200;
 
 export class ExportDialog {
@@ -36,7 +35,7 @@ export class ExportDialog {
   options = new ExportOptions();
   dialog = byId<HTMLDialogElement>('export');
   recipeBox = byId<HTMLDetailsElement>('recipe-box');
-  /** What it takes to get the same result again. */
+  /** Settings and hashes that reproduce the result. */
   recipe = '';
   abort: AbortController | null = null;
   sharedFile: File | null = null;
@@ -86,7 +85,7 @@ export class ExportDialog {
     connectDialog(this.dialog);
   }
 
-  /** Whoever is at a choice sees what it would save; fingers choose that beside the picture. */
+  /** Previews a choice on hover or focus; touch screens have radio buttons beside the picture. */
   connectPreview() {
     for (const { choice, button } of this.mainChoices)
       for (const kind of ['pointerenter', 'focus']) button.addEventListener(kind, () => this.showPreview(choice));
@@ -109,7 +108,7 @@ export class ExportDialog {
     if (radio) radio.checked = true;
   }
 
-  /** What there is to save; null without a result. */
+  /** Returns the data to export; null without a result. */
   source() {
     return exportSource(this.store.state);
   }
@@ -125,14 +124,14 @@ export class ExportDialog {
     this.setBusy(false);
     this.recipeBox.open = false;
     this.preview.begin();
-    // What is shown is one frame.
+    // The preview shows one frame.
     this.store.set({ isPlaying: false });
     byId('export-preview').style.setProperty('--aspect', String(source.source.width / source.source.height));
     this.dialog.showModal();
     this.showPreview(this.mainChoices[0].choice);
   }
 
-  /** @param isNext whether it is what most would save */
+  /** @param isNext true for the suggested choice */
   card({ title, about, choices: [choice] }: Export, isNext: boolean) {
     const button = h(
       'button',
@@ -169,7 +168,7 @@ export class ExportDialog {
     return { element, choices: withButtons };
   }
 
-  /** Buttons of cut-outs say on which ground. */
+  /** Updates labels that depend on the backdrop. */
   nameChoices() {
     const { name } = this.store.state.backdrop;
     for (const { title, choice, button } of this.otherChoices) {
@@ -178,7 +177,7 @@ export class ExportDialog {
     }
   }
 
-  /** Returns the choice as it is to be saved. */
+  /** Returns the data to export with the chosen options. */
   subject(): Subject | null {
     const source = this.source();
     const { job } = this.store.state;
@@ -212,7 +211,7 @@ export class ExportDialog {
     this.setBusy(true);
     this.showStatus(`Saving ${file}…`);
     try {
-      // Asked first, while the click is fresh.
+      // Asked first, as file pickers need a recent click.
       const place = choice.type ? await chooseDestination(file, choice.type) : null;
       const save = async (made: Blob | ReadableStream<Uint8Array<ArrayBuffer>>) => {
         if (!(made instanceof Blob)) return place!(made, signal);
@@ -233,12 +232,12 @@ export class ExportDialog {
     } finally {
       this.abort = null;
       this.setBusy(false);
-      // A button that cannot be pressed for a while loses the keyboard's place.
+      // A disabled button loses the focus.
       if (document.activeElement === document.body && this.dialog.open) pressed?.focus();
     }
   }
 
-  /** What was saved can be handed to another app, where the browser lets a page do that with such a file. */
+  /** Offers to share the saved file, if the browser can. */
   offerSharing(file: File | null) {
     this.sharedFile = file;
     byId('export-share').hidden = !file || !navigator.canShare?.({ files: [file] });
@@ -249,13 +248,13 @@ export class ExportDialog {
     try {
       await navigator.share({ files: [this.sharedFile], title: this.sharedFile.name });
     } catch (error) {
-      // Whoever thinks better of it needs no words.
+      // Cancelled by the user.
       if ((error as { name?: string })?.name !== 'AbortError')
         this.showStatus('Couldn’t share; the file is saved.', true);
     }
   }
 
-  /** Returns the masks as they are on screen, when all of them are smoothed; null where none are to be. */
+  /** Waits for all smoothed masks; returns null if smoothing is off. */
   async waitForSmoothing(signal: AbortSignal, timeLeft: TimeLeft): Promise<MaskSource | null> {
     const { smoothedMasks } = this.store.state;
     const tick = setInterval(() => {
@@ -276,9 +275,9 @@ export class ExportDialog {
     showProgress({ done: 0, total: 0 });
   }
 
-  showStatus(text: string, wrong = false) {
+  showStatus(text: string, isError = false) {
     byId('export-status').textContent = text;
-    byId('export-status').classList.toggle('is-error', wrong);
+    byId('export-status').classList.toggle('is-error', isError);
   }
 
   async showRecipe() {
@@ -290,7 +289,7 @@ export class ExportDialog {
     byId('recipe').textContent = this.recipe;
   }
 
-  /** @param doneText what is told then */
+  /** @param doneText status shown when copied */
   async copy(text: string, doneText: string) {
     try {
       await navigator.clipboard.writeText(text);
@@ -308,7 +307,7 @@ function describeKept({ kept, all }: { kept: number[]; all: number }): string {
   return `Only ${kept.map(objectName).join(', ')} will be saved.`;
 }
 
-/** @param progress a total of 0 before the first step */
+/** @param progress its total is 0 before the first step */
 function showProgress({ done, total }: { done: number; total: number }, timeLeft?: TimeLeft) {
   const share = total > 0 ? done / total : 0;
   byId('export-bar').style.setProperty('--share', String(share));
@@ -319,7 +318,6 @@ function showProgress({ done, total }: { done: number; total: number }, timeLeft
   byId('export-count').textContent = total > 0 ? text : '';
 }
 
-/** @param error whether no file was chosen */
 function isCancel(error: unknown) {
   return error instanceof DOMException && error.name === 'AbortError';
 }

@@ -1,4 +1,4 @@
-// How results are saved: their size, how fine videos are, whether they have the sound; and what that comes to.
+// Options of exports: size, video quality and sound.
 
 import { estimateVideoSize, soundInfo } from '../../model/library.js';
 import { byId, h } from '../dom.js';
@@ -12,7 +12,7 @@ type SizedSource = Pick<Subject, 'masks' | 'source' | 'fps'>;
 
 const FORMATS = { webm: 'WebM', mp4: 'MP4' } as const;
 
-/** The names of codecs as people know them. */
+/** Names of codecs. */
 const CODECS: Record<string, string> = {
   aac: 'AAC',
   opus: 'Opus',
@@ -30,7 +30,7 @@ export class ExportOptions {
   withSound = byId<HTMLInputElement>('export-sound');
   source: SizedSource | null = null;
   sizes: ReturnType<typeof exportSizes> = [];
-  /** That of the source. */
+  /** Soundtrack of the source. */
   sound: SoundInfo | null = null;
 
   constructor() {
@@ -38,7 +38,7 @@ export class ExportOptions {
       control.addEventListener('input', () => this.show());
   }
 
-  /** What is to be saved; what was chosen for the same source stays. */
+  /** Shows the options of a source; keeps the chosen ones if it is the same. */
   async open(source: SizedSource) {
     const isSame = source.source === this.source?.source;
     this.source = source;
@@ -59,7 +59,7 @@ export class ExportOptions {
     this.show();
   }
 
-  /** The longer side of what is saved, in pixels. */
+  /** Long side of the export, in pixels. */
   get side() {
     const preset = this.sizes.find(({ name }) => name === this.size.value);
     if (preset?.name !== 'own') return preset?.side ?? 0;
@@ -71,7 +71,7 @@ export class ExportOptions {
     return { side: this.side, quality: this.quality.value as VideoQuality };
   }
 
-  /** Returns what is kept of the sound; null for nothing. */
+  /** Returns the options of the soundtrack; null for none. */
   soundFor(format: 'webm' | 'mp4'): SoundOptions | null {
     const { source, sound, withSound } = this;
     if (!source?.source.file || !source.masks.times || !withSound.checked || !sound?.formats.includes(format))
@@ -98,7 +98,7 @@ export class ExportOptions {
     byId('export-facts').textContent = `${facts.join(', ')}.`;
   }
 
-  /** Returns which files can have the sound, in words. */
+  /** Describes the formats that can hold the sound. */
   get soundText(): string {
     const { sound } = this;
     if (!sound) return '';

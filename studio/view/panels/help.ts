@@ -1,4 +1,4 @@
-// Help: the keys that the page has.
+// The help dialog: keys and gestures.
 
 import { TOUCH, byId, connectDialog, h } from '../dom.js';
 
@@ -23,7 +23,6 @@ const KEYS: [keys: string[], what: string][] = [
   [['?'], 'this list'],
 ];
 
-/** What fingers do. */
 const GESTURES: [touches: string, what: string][] = [
   ['Tap an object', 'show only it; tap again to show all'],
   ['Two fingers', 'zoom and pan'],

@@ -1,5 +1,5 @@
-// Joining: objects that are one thing become one, in one step. The user chooses them; those that look like one are
-// proposed. Fetched with what corrects.
+// The bar that joins objects. The user selects them, or accepts a proposal of similar ones. Loaded with the
+// corrections.
 
 import { byId, h } from '../dom.js';
 import { findSimilarObjects } from '../../model/similar-objects.js';
@@ -8,17 +8,17 @@ import { formatPlural } from '../../model/messages.js';
 import { type Correction, boundingBox, drawBox } from './correction.js';
 import type { Page } from '../page.js';
 
-/** A result that stays for so long is looked at, in milliseconds. */
+/** Time without changes before similar objects are searched, in milliseconds; chosen by eye. */
 const SEARCH_DELAY_MS = 200;
 
 export class JoinBar {
   store: Page['store'];
   viewer: Page['viewer'];
-  /** Groups that look like one thing. */
+  /** Groups of similar objects. */
   similar: number[][] = [];
-  /** Groups that the user does not want. */
+  /** Groups that the user dismissed. */
   dismissed = new Set<string>();
-  /** What was joined last, and the result of it. */
+  /** The last join and its result. */
   lastJoin: { analysis: unknown; count: number } | null = null;
   isHovered = false;
   timer = 0;
@@ -42,13 +42,13 @@ export class JoinBar {
     store.watch(['analysis', 'phase', 'selected'], () => this.show());
   }
 
-  /** Returns the objects that would be joined. */
+  /** The objects that would be joined. */
   get candidates(): number[] {
     const { selected } = this.store.state;
     return selected.size > 0 ? [...selected] : (this.proposal ?? []);
   }
 
-  /** Returns the objects that are marked in the picture. */
+  /** The objects marked in the picture. */
   get marked(): number[] {
     return this.store.state.selected.size > 0 || this.isHovered ? this.candidates : [];
   }
@@ -57,17 +57,17 @@ export class JoinBar {
     return this.similar.find((group) => !this.dismissed.has(String(group)));
   }
 
-  /** Looks which objects are alike, when there is time. */
+  /** Searches for similar objects after a pause. */
   findSimilar() {
     this.similar = [];
     clearTimeout(this.timer);
     const { analysis, phase } = this.store.state;
-    const points = analysis?.segmentation;
-    if (phase !== 'done' || !points || !this.correction.corrector) return;
+    const segmentation = analysis?.segmentation;
+    if (phase !== 'done' || !segmentation || !this.correction.corrector) return;
     this.timer = window.setTimeout(() => {
-      const { width, height, numFrames, trajectories } = points.result;
-      const labels = (t: number) => points.mask(t)!;
-      this.similar = findSimilarObjects({ width, height, numFrames, trajectories, labels, scene: points.scene });
+      const { width, height, numFrames, trajectories } = segmentation.result;
+      const labels = (t: number) => segmentation.mask(t)!;
+      this.similar = findSimilarObjects({ width, height, numFrames, trajectories, labels, scene: segmentation.scene });
       this.show();
     }, SEARCH_DELAY_MS);
   }
@@ -108,7 +108,7 @@ export class JoinBar {
     if (this.store.state.analysis === analysis) return;
     this.lastJoin = { analysis: this.store.state.analysis, count: objects.length + 1 };
     this.show();
-    // The button that had it is gone.
+    // The focused button is hidden now.
     if (hadFocus) byId('join-undo').focus();
   }
 
@@ -120,7 +120,7 @@ export class JoinBar {
     if (byId('join').hidden) document.querySelector<HTMLElement>('.object-main')?.focus();
   }
 
-  /** @param isHovered whether the pointer or the focus is here */
+  /** @param isHovered true if the pointer or the focus is on the bar */
   setHovered(isHovered: boolean) {
     this.isHovered = isHovered;
     this.viewer.redraw();

@@ -4,7 +4,7 @@ import { byId } from '../dom.js';
 import type { Source, Trim } from '../../model/source.js';
 import type { Page } from '../page.js';
 
-/** Cache in which the lab looks for the clip. */
+/** Cache that the lab reads the clip from. */
 const CACHE = 'tracecut-lab';
 
 export function labPanel({ store }: Pick<Page, 'store'>) {
@@ -22,9 +22,9 @@ export function labPanel({ store }: Pick<Page, 'store'>) {
   });
 }
 
-/** Stores the files of a clip, and the time at which the part of it that is taken starts, in seconds. */
+/** Stores the files of a clip, and the start of the trim in seconds. */
 async function handOver({ files = [], times, fps }: Source, { start }: Trim) {
-  // Images have no times: those before the part stay here.
+  // Images have no times: those before the start are left out.
   const [sentFiles, seconds] = files.length > 1 ? [files.slice(start), 0] : [files, times?.[start] ?? start / fps];
   await caches.delete(CACHE);
   const cache = await caches.open(CACHE);

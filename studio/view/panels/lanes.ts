@@ -1,4 +1,4 @@
-// A lane for each object, in the list of objects: when it is there, and how large.
+// The lanes in the list of objects, which show when each object appears and how large it is.
 
 import { h } from '../dom.js';
 import { describeMotion, nameAndColour, describeSpan } from '../../model/describe.js';
@@ -20,7 +20,7 @@ export class Lanes {
     this.store.set({ isPlaying: false, frame: clampFrame(this.store.state, frame) });
   }
 
-  /** @returns its lane, which is drawn by `draw` */
+  /** Adds the lane of an object; `draw` draws it. */
   add(facts: ObjectFacts): HTMLElement {
     const { object, peak } = facts;
     const { times } = this.store.state.timeline;
@@ -53,7 +53,7 @@ export class Lanes {
     seek(event);
   }
 
-  /** The height of a lane's bar is the object's size in the frame against its largest size. */
+  /** Draws the lanes: bar heights are sizes relative to the largest size. */
   draw() {
     const { analysis, timeline } = this.store.state;
     const presence = analysis?.segmentation?.presence;

@@ -1,4 +1,4 @@
-// The list of objects: colour, size, when and where they are there; which are kept, on screen and in what is saved.
+// The list of objects: colour, size, time and position, and whether they are kept.
 
 import { byId, isMultiSelect, h } from '../dom.js';
 import { describeMotion, nameAndColour, describePosition } from '../../model/describe.js';
@@ -24,11 +24,11 @@ export function objectsPanel({ store, selection, viewer }: Pick<Page, 'store' | 
     byId('show-all').hidden = hidden.size === 0;
   });
   byId('show-all').addEventListener('click', () => selection.reset());
-  viewer.onPick(({ object }, more) => {
+  viewer.onPick(({ object }, isMulti) => {
     if (store.state.isCorrecting) return;
-    if (more) return selection.toggleSelected(object);
+    if (isMulti) return selection.toggleSelected(object);
     if (object > 0) selection.isolate(object);
-    // The background brings all back.
+    // A click on the background shows all.
     else if (object === 0) selection.reset();
   });
 }
@@ -48,7 +48,7 @@ function createRow(facts: ObjectFacts, selection: Selection, lanes: Lanes) {
     {
       ...{ type: 'button', class: 'object-main', title: `Show only ${name}` },
       click: (event: MouseEvent) => (isMultiSelect(event) ? select(event) : selection.isolate(object)),
-      // Not every browser says of the click by a key that shift is held.
+      // Not every browser reports the shift key of a click by keyboard.
       keydown: (event: KeyboardEvent) => event.key === 'Enter' && event.shiftKey && select(event),
     },
     swatch,

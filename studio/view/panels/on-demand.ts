@@ -1,20 +1,20 @@
-// Dialogs and lists that are fetched when they are first opened, and what opens them.
+// Loads dialogs and panels when they are first opened.
 
 import { byId } from '../dom.js';
 import type { State, Store } from '../../model/store.js';
 import type { Page } from '../page.js';
 
-/** What is fetched to see whether the network answers; the service worker has it too. */
+/** Fetched to test the network; the service worker caches it too. */
 const PROBE = './favicon.svg';
 
-/** A worker without work stays for longer than that, in milliseconds. */
+/** Shortest time between two warm-ups, in milliseconds: shorter than idle workers live. */
 const WARM_UP_INTERVAL_MS = 4000;
 
 /**
- * What opens a dialog. Where the network does not answer the page says so, and the next call tries again. That is seen
- * before the dialog is imported: some browsers never fetch a module again that they could not import.
- * @param isWanted whether the user waits for it
- * @returns `prepare` fetches it and opens nothing; gives nothing where that fails
+ * Returns a function that loads a dialog and opens it. Without a network it shows a notice, and the next call tries
+ * again. The network is tested before the import, as some browsers never repeat a failed import.
+ * @param isWanted returns true if the user waits for it
+ * @returns `prepare` loads it without opening; resolves to undefined on failure
  */
 function onDemand(
   store: Store,
@@ -59,7 +59,7 @@ export function correctPanel(page: Pick<Page, 'app' | 'store' | 'viewer' | 'keys
   byId('correct-open').addEventListener('click', open);
   page.keys.on('m', () => void open());
   store.watch(['selected', 'phase'], ({ selected, phase, source }) => {
-    // Objects of one's own clip may look like one.
+    // A user's clip may have similar objects to propose.
     if (!isLoaded && (selected.size > 0 || (phase === 'done' && source?.files))) void fetching();
   });
 }
@@ -75,7 +75,7 @@ export function helpPanel(page: Pick<Page, 'store' | 'keys'>) {
 export function exportPanel(page: Pick<Page, 'store' | 'selection' | 'keys' | 'viewer'>) {
   const open = onDemand(page.store, async () => new (await import('./export-dialog.js')).ExportDialog(page));
   byId('export-open').addEventListener('click', open);
-  // Whoever is about to open it does not wait for workers and codecs.
+  // Starts workers and codecs before the dialog opens.
   let warmed = -Infinity;
   const warmUpSoon = async () => {
     if (performance.now() - warmed < WARM_UP_INTERVAL_MS) return;
@@ -104,7 +104,7 @@ export function nothingPanel(page: Pick<Page, 'app' | 'store'>) {
   });
 }
 
-/** Returns whether a run has ended in which no object was found, nor made by hand, and nobody is at work on one. */
+/** Returns whether a finished run has no objects and none is being added. */
 function foundNothing({ phase, analysis, job, isCorrecting }: State): boolean {
   if (phase !== 'done' || isCorrecting || !analysis?.segmentation || !job || job.isPartial) return false;
   return !analysis.facts.some(({ object, first }) => object > 0 && first >= 0);

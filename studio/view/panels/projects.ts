@@ -1,5 +1,4 @@
-// The works that are kept in the browser: made of what is on screen, offered when the page opens, listed, to open or to
-// delete. Fetched when there is one.
+// Saved projects: stores the current one, offers the last one, and lists all. Loaded when there is one.
 
 import { byId, connectDialog, h } from '../dom.js';
 import { SavedJob } from '../../model/saved-job.js';
@@ -19,12 +18,12 @@ import type { Source } from '../../model/source.js';
 import type { State } from '../../model/store.js';
 import type { Page } from '../page.js';
 
-/** What is said of kept work, and what can be done. */
+/** A notice with actions. */
 type Notice = { text: string; action?: () => unknown; actionText?: string; discard?: () => unknown; hasList: boolean };
 
 let fetched: Promise<RunMemory> | undefined;
 
-/** The runs of this page, and what it may be fetched for. */
+/** Loads the memory of interrupted runs. */
 export function runMemory() {
   fetched ??= import('../../model/interrupted-runs.js').then(
     ({ RunMemory }) => new RunMemory(storage, navigator.locks),
@@ -36,16 +35,16 @@ export class Projects {
   store: Page['store'];
   app: Page['app'];
   packer = new Packer(makeThumbnail);
-  /** Whether there was no room for what was to be kept last. */
+  /** True if storage was full at the last save. */
   isFull = false;
   ids = new WeakMap<Source, Promise<string>>();
-  /** Addresses of the small pictures in the list. */
+  /** URLs of the thumbnails in the list. */
   urls: string[] = [];
-  /** What the list has. */
+  /** Key of the listed projects. */
   shownKey = '';
   dialog = byId<HTMLDialogElement>('projects');
 
-  /** @param onRoom called when there is room for what could not be kept */
+  /** @param onRoom called when storage was freed */
   constructor(
     { store, app }: Pick<Page, 'store' | 'app'>,
     readonly onRoom: () => unknown,
@@ -64,7 +63,7 @@ export class Projects {
     return id;
   }
 
-  /** @returns whether there was room for it */
+  /** Saves the current project; returns false if storage is full. */
   async save(state: State): Promise<boolean> {
     storedFiles(state);
     const id = await this.idOf(state.source!);
@@ -82,12 +81,12 @@ export class Projects {
     return isSaved;
   }
 
-  /** A clip is opened whose work is kept with corrections: the new run does not have them. */
+  /** Offers the corrected project of a clip that is opened again. */
   async offerCorrected() {
     const { source } = this.store.state;
-    // The sample comes by itself, also after an offer.
+    // The sample opens by itself.
     if (!source?.files) return;
-    // What was offered was of another.
+    // The last offer was for another clip.
     byId('recent').hidden = true;
     const id = await this.idOf(source);
     const slot = (await listProjects(storage)).find((project) => project.id === id);
@@ -120,50 +119,50 @@ export class Projects {
   }
 
   async update() {
-    const works = await listProjects(storage);
-    byId('projects-open').hidden = works.length === 0;
-    if (this.dialog.open) this.show(works);
-    return works;
+    const projects = await listProjects(storage);
+    byId('projects-open').hidden = projects.length === 0;
+    if (this.dialog.open) this.show(projects);
+    return projects;
   }
 
-  show(works: SavedProject[]) {
-    const key = works.map(({ id, at, earlier }) => [id, at, earlier.length]).join();
+  show(projects: SavedProject[]) {
+    const key = projects.map(({ id, at, earlier }) => [id, at, earlier.length]).join();
     if (key === this.shownKey) return;
     this.shownKey = key;
     for (const url of this.urls.splice(0)) URL.revokeObjectURL(url);
     const focusedLabel = document.activeElement?.getAttribute('aria-label');
-    byId('projects-list').replaceChildren(...works.map((slot) => this.createLine(slot)));
-    if (works.length === 0) return this.dialog.close();
-    // The keyboard's place stays where it was.
+    byId('projects-list').replaceChildren(...projects.map((slot) => this.createLine(slot)));
+    if (projects.length === 0) return this.dialog.close();
+    // Keeps the focus on the same button.
     const buttons = [...this.dialog.querySelectorAll('button')];
     buttons.find((button) => focusedLabel && button.getAttribute('aria-label') === focusedLabel)?.focus();
   }
 
   async list() {
-    const works = await this.update();
+    const projects = await this.update();
     if (!this.dialog.open) this.dialog.showModal();
-    this.show(works);
+    this.show(projects);
   }
 
-  /** Offers the run that was cut off, or else the last work, unless something was opened meanwhile. */
+  /** Offers the interrupted run, or the last project, unless a clip is open. */
   async offer() {
-    const works = await this.update();
-    const runs = (await storage.list()).length > works.length ? await runMemory() : null;
+    const projects = await this.update();
+    const runs = (await storage.list()).length > projects.length ? await runMemory() : null;
     const run = await runs?.findInterrupted();
-    const last = run ?? works[0];
+    const last = run ?? projects[0];
     if (!last || this.store.state.source?.files) return;
     this.showNotice({
       text: run ? `The run of ${run.name} was interrupted.` : `Recent project: ${last.name}`,
       actionText: run && `Run again: ${run.name}`,
-      action: () => (run ? this.rerun(run) : this.open(works[0])),
+      action: () => (run ? this.rerun(run) : this.open(projects[0])),
       discard: () => this.remove(last),
-      hasList: works.length >= (run ? 1 : 2),
+      hasList: projects.length >= (run ? 1 : 2),
     });
   }
 
   async rerun(run: InterruptedRun) {
     byId('recent').hidden = true;
-    // The new run is remembered by itself.
+    // The new run is remembered separately.
     await storage.remove(run.id);
     await this.app.openInterruptedRun(run);
   }
@@ -232,7 +231,7 @@ function createOpenButton(label: string, id: string, open: () => void) {
   return h('button', { type: 'button', 'aria-label': label, 'data-open': id, click: open }, 'Open');
 }
 
-/** Deleting is done by the second press. */
+/** Creates a button that deletes on the second press. */
 function createDeleteButton(name: string, drop: () => void) {
   const button = h(
     'button',

@@ -1,4 +1,4 @@
-// The words about the picture: what lies under the pointer, what the frame shows, what the whole is.
+// Texts about the picture: the object under the pointer, the frame, and the result.
 
 import { byId } from '../dom.js';
 import { describeFrame } from '../../model/describe.js';
@@ -6,7 +6,7 @@ import { objectName } from '../../model/palette.js';
 import { NOWHERE, type State } from '../../model/store.js';
 import type { Page } from '../page.js';
 
-/** A frame that rests this long is described in words, in milliseconds. */
+/** Time on one frame before it is described, in milliseconds; chosen by eye. */
 const REST_MS = 250;
 
 export function readoutPanel({ store, layers, viewer }: Pick<Page, 'store' | 'layers' | 'viewer'>) {
@@ -29,10 +29,12 @@ export function readoutPanel({ store, layers, viewer }: Pick<Page, 'store' | 'la
   store.watch(['phase', 'headline', 'source'], labelCanvas);
 }
 
-/** Puts the frame on screen into words, for those who do not see it. */
+/** Describes the frame on screen for screen readers. */
 function showFrameText({ analysis, frame, timeline }: Readonly<State>) {
-  const points = analysis?.segmentation;
-  byId('frame-text').textContent = points ? describeFrame(points.presence, points.count, frame, timeline.times) : '';
+  const segmentation = analysis?.segmentation;
+  byId('frame-text').textContent = segmentation
+    ? describeFrame(segmentation.presence, segmentation.count, frame, timeline.times)
+    : '';
 }
 
 function labelCanvas({ phase, headline, source }: Readonly<State>) {

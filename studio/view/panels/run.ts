@@ -1,4 +1,4 @@
-// Opening, starting and cancelling, by buttons and files; how far a run is.
+// Buttons and files that open, start and cancel runs.
 
 import { TOUCH, byId, connectDialog } from '../dom.js';
 import type { Keys } from '../keyboard.js';
@@ -19,7 +19,7 @@ export function runPanel({ app, store, keys }: Pick<Page, 'app' | 'store' | 'key
   store.watch(['previousJob'], () => (byId('restore').hidden = !hasPrevious()));
   store.watch(['phase'], ({ phase, job, announcement }) => {
     if (phase !== 'done' || !job?.droppedCorrections) return;
-    // It is said above the panel, which may be elsewhere.
+    // The notice is at the top of the panel.
     byId('restore').scrollIntoView({ block: 'nearest' });
     if (!announcement.includes(job.droppedCorrections))
       store.set({ announcement: `${announcement}. ${job.droppedCorrections}` });
@@ -34,7 +34,7 @@ export function runPanel({ app, store, keys }: Pick<Page, 'app' | 'store' | 'key
   addEventListener('paste', (event) => open(event.clipboardData?.files));
 }
 
-/** Connects the dialog that asks whether to run again, without the corrections. */
+/** Connects the dialog that confirms another run. */
 function connectQuestion(): () => Promise<boolean> {
   const dialog = byId<HTMLDialogElement>('confirm');
   connectDialog(dialog);
@@ -51,20 +51,20 @@ function connectPicker(open: Open, keys: Keys) {
   const pick = connectInput('file', open);
   for (const id of ['open', 'error-open']) byId(id).addEventListener('click', pick);
   keys.on('o', pick);
-  // Computers ignore `capture` and show the files again.
+  // Desktops ignore `capture` and show a file picker.
   byId('camera-open').hidden = !TOUCH;
   byId('camera-open').addEventListener('click', connectInput('camera', open));
 }
 
 /**
  * @param id of a file input
- * @returns shows its files, or the camera
+ * @returns opens its file picker or the camera
  */
 function connectInput(id: string, open: Open): () => void {
   const input = byId<HTMLInputElement>(id);
   input.addEventListener('change', () => {
     const files = [...(input.files ?? [])];
-    // The same file may be picked again.
+    // Allows picking the same file again.
     input.value = '';
     open(files);
   });

@@ -1,5 +1,4 @@
-// The frame on screen as a choice will save it: that choice's own file, made of this frame alone and shown as it is.
-// Nothing else paints it, so it cannot look otherwise than what is saved.
+// Previews an export: the file that it would make of the current frame, so that it looks exactly like the saved one.
 
 import { encodeVideo } from '../../model/library.js';
 import { byId } from '../dom.js';
@@ -7,15 +6,15 @@ import type { Choice, Subject } from '../../model/export.js';
 
 type PreviewElement = HTMLVideoElement | HTMLImageElement;
 
-/** A press that goes farther drags, in CSS pixels. */
+/** Longer presses drag, in CSS pixels; chosen by eye. */
 const DRAG_PX = 4;
 
 export class SavePreview {
   box = byId('export-preview');
   choice: Choice | null = null;
-  /** What was made of this frame; null where that failed. */
+  /** Previews of this frame; null if they failed. */
   previews = new Map<Choice, PreviewElement | null>();
-  /** Of what is being made. */
+  /** Stops the current preview. */
   abort: AbortController | null = null;
 
   constructor(
@@ -31,7 +30,7 @@ export class SavePreview {
     let press: { x: number; y: number } | null = null;
     let isDragged = false;
     box.addEventListener('pointerdown', (event) => {
-      // Fingers scroll by themselves.
+      // Touch scrolls natively.
       if (event.pointerType === 'mouse') press = { x: event.clientX, y: event.clientY };
       isDragged = false;
     });
@@ -51,7 +50,7 @@ export class SavePreview {
     return this.box.hasAttribute('data-actual-size');
   }
 
-  /** What was made of another frame, or with other settings, is shown no more. */
+  /** Clears the previews of another frame or other settings. */
   begin() {
     this.stop();
     for (const element of this.previews.values()) if (element) URL.revokeObjectURL(element.src);
@@ -72,27 +71,27 @@ export class SavePreview {
     const element = this.previews.get(choice);
     if (element !== undefined) return this.put(choice, element);
     this.box.toggleAttribute('data-waits', true);
-    if (!this.abort) void this.work((this.abort = new AbortController()));
+    if (!this.abort) void this.makePreviews((this.abort = new AbortController()));
   }
 
-  /** One after the other: first what is to be shown, then the others, which are there when somebody looks. */
-  async work(work: AbortController) {
+  /** Makes the visible preview first, then the others. */
+  async makePreviews(abort: AbortController) {
     const subject = this.subject();
     const frameSubject = subject && singleFrame(subject);
     for (let next = this.choice; frameSubject && next; next = this.next()) {
-      const element = await createPreview(next, frameSubject, work.signal).catch((error) => {
-        // Saving says what is wrong.
-        if (!work.signal.aborted) console.info('There is no preview.', error);
+      const element = await createPreview(next, frameSubject, abort.signal).catch((error) => {
+        // Saving reports the error.
+        if (!abort.signal.aborted) console.info('There is no preview.', error);
         return null;
       });
-      if (work.signal.aborted) return element && URL.revokeObjectURL(element.src);
+      if (abort.signal.aborted) return element && URL.revokeObjectURL(element.src);
       this.previews.set(next, element);
       if (next === this.choice) this.put(next, element);
     }
-    if (this.abort === work) this.abort = null;
+    if (this.abort === abort) this.abort = null;
   }
 
-  /** Returns the preview that is to be made next. */
+  /** Returns the next choice without a preview. */
   next(): Choice | null {
     return [this.choice, ...this.choices].find((choice) => choice && !this.previews.has(choice)) ?? null;
   }
@@ -112,8 +111,8 @@ export class SavePreview {
   }
 
   /**
-   * @param isTrue a pixel of the file on one of the screen, or the whole frame
-   * @param at what stays in place
+   * @param isTrue true for actual pixels, false for the whole frame
+   * @param at the fixed point
    */
   enlarge(isTrue: boolean, at?: { clientX: number; clientY: number }) {
     const { box } = this;
@@ -133,7 +132,7 @@ export class SavePreview {
   }
 }
 
-/** Starts what the first preview would wait for, with a picture of nothing: the worker that moves borders, and the encoder. */
+/** Starts the worker and the encoder with an empty picture. */
 export async function warmUp() {
   const mask = { width: 8, height: 8, numFrames: 1, labels: () => new Uint8Array(64) };
   await encodeVideo(mask, [new ImageData(16, 16)], { style: 'cutout' });
@@ -145,10 +144,10 @@ async function createPreview(choice: Choice, subject: Subject, signal: AbortSign
   return file instanceof Blob ? createElement(file) : null;
 }
 
-/** The frame on screen alone. */
+/** Returns the data to export for the current frame only. */
 function singleFrame(subject: Subject): Subject {
   const { masks, frame, image, state } = subject;
-  // Read once, while what encodes is fetched.
+  // Read once, while the encoder is loaded.
   const read = image(frame);
   read.catch(() => {});
   return {

@@ -1,4 +1,4 @@
-// The few settings that an editor cares for: each says what it does, and goes back to its default.
+// The panel of the main settings.
 
 import { byId, h, icon } from '../dom.js';
 import { ESSENTIALS, type Essential, type Settings, appliesTo, sessionOptions } from '../../model/settings.js';
@@ -29,7 +29,7 @@ function showChanged({ changed, source }: Readonly<State>) {
   byId('settings-reset').title = formatPlural(changed.size, 'changed setting');
 }
 
-/** Whether the result on screen was made with other settings than those chosen now. */
+/** Returns whether the settings have changed since the run. */
 function isPending(state: Readonly<State>) {
   const { phase, job, trim } = state;
   return phase === 'done' && job !== null && !job.hasSettings(trim, sessionOptions(state));

@@ -1,4 +1,4 @@
-// Work on clips is kept in the browser as it goes. Fetched when the user opens a clip, or something was kept.
+// Starts saving projects automatically. Loaded when a clip is opened or projects exist.
 
 import { Autosave, rememberRuns } from '../../model/autosave.js';
 import { Projects, runMemory } from './projects.js';

@@ -1,11 +1,11 @@
-// The heading, the bar of the whole run, notices, the card for errors, what screen readers are told, and the attributes
-// of the body that the style sheets go by.
+// The heading, progress, notices, errors, texts for screen readers, and the attributes of the body that style sheets
+// use.
 
 import { PLAYS_MP4, byId } from '../dom.js';
 import { explain } from '../../model/messages.js';
 import type { Phase, State, Store } from '../../model/store.js';
 
-/** The public state of each phase: opening and stopped are both `loading`, as no result is on screen. */
+/** Public state of each phase; opening and stopped are both `loading`, as no result is on screen. */
 const STATE: Record<Phase, 'loading' | 'running' | 'done' | 'error'> = {
   opening: 'loading',
   running: 'running',
@@ -28,7 +28,7 @@ export function statusPanel({ store }: { store: Store }) {
   store.watch(['source', 'analysis', 'isStreaming', 'job', 'phase'], showFacts);
   store.watch(['phase', 'source', 'analysis', 'job', 'isCorrecting', 'isOutdated'], showPrimary);
   store.watch(['phase', 'source', 'analysis'], endWelcome);
-  // Last, so that whoever waits for the state finds everything else in place.
+  // Last, so that everything else is up to date when the state changes.
   store.watch(['phase', 'error'], showPhase, { last: true });
 }
 
@@ -41,7 +41,6 @@ function writeOrHide(id: string, text: string) {
   byId(id).hidden = text === '';
 }
 
-/** @param share of the run, in 0..1 */
 function showShare(share: number) {
   const bar = byId('progress');
   bar.style.setProperty('--share', String(share));
@@ -65,7 +64,7 @@ function showFacts({ source, analysis, isStreaming, job }: Readonly<State>) {
   body.toggleAttribute('data-partial', job?.isPartial ?? false);
 }
 
-/** One button is the next step, and looks like it. */
+/** Highlights the button of the next step. */
 function showPrimary({ phase, source, analysis, job, isCorrecting, isOutdated }: Readonly<State>) {
   const hasOwn = source !== null && source.kind !== 'sample';
   let next = hasOwn && phase === 'running' ? '' : 'open';
@@ -77,7 +76,7 @@ function showPrimary({ phase, source, analysis, job, isCorrecting, isOutdated }:
     byId(id).classList.toggle('primary', id === next);
 }
 
-/** What shows what the page does has done so when there is something of one's own, or the sample's objects. */
+/** Removes the welcome picture once there is a user's clip or a result. */
 function endWelcome({ phase, source, analysis }: Readonly<State>) {
   const isFirst = (phase === 'opening' || phase === 'running') && !analysis && (source?.kind ?? 'sample') === 'sample';
   if (!isFirst) document.getElementById('welcome')?.remove();
@@ -90,7 +89,7 @@ function showPhase({ phase }: Readonly<State>) {
   if (phase === 'error') byId('error').focus();
 }
 
-/** Buttons of the heading come and go with the phase; the keyboard's place stays among them. */
+/** Moves the focus if the focused button of the heading was hidden. */
 function keepFocus() {
   const buttons = [...document.querySelectorAll('.heading-actions button')] as HTMLElement[];
   const focused = buttons.find((button) => button === document.activeElement);

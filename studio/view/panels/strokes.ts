@@ -1,4 +1,4 @@
-// Strokes on the canvas: of the brush and the eraser, or lines over what is one thing and what is not.
+// Strokes on the canvas: brush, eraser, and lines that join or split objects.
 
 import { TOUCH } from '../dom.js';
 import type { BrushTool } from '../../model/brush.js';
@@ -18,10 +18,10 @@ export function isBrush(tool: string): tool is BrushTool {
   return tool in BRUSH_HELP;
 }
 
-/** Half the width of the brush in CSS pixels. */
+/** Radius of strokes that join or split, in CSS pixels; chosen by eye. */
 const STROKE_RADIUS_PX = 7;
 
-/** Points of a stroke are at least this far apart, in CSS pixels. */
+/** Smallest distance between points of a stroke, in CSS pixels; chosen by eye. */
 const MIN_POINT_DISTANCE_PX = 2;
 
 const COLOURS = {
@@ -36,10 +36,10 @@ type StrokeTool = keyof typeof COLOURS;
 export class Strokes {
   list: Stroke[] = [];
   tool: StrokeTool | null = null;
-  /** The one under the pointer. */
+  /** The stroke being drawn. */
   current: Stroke | null = null;
 
-  /** @param brush what a stroke of it does at once, and half its width in CSS pixels */
+  /** @param brush applies strokes of the brush at once; radius in CSS pixels */
   constructor(
     readonly viewer: Viewer,
     readonly onChange: () => void,
@@ -51,7 +51,7 @@ export class Strokes {
     for (const end of ['pointerup', 'pointercancel']) canvas.addEventListener(end, () => this.end());
   }
 
-  /** @param tool null paints nothing */
+  /** @param tool null to draw nothing */
   use(tool: StrokeTool | null) {
     if (tool !== this.tool) this.list = [];
     this.tool = tool;
@@ -67,7 +67,7 @@ export class Strokes {
     this.viewer.redraw();
   }
 
-  /** Half the width of a stroke, in CSS pixels. */
+  /** Radius of a stroke, in CSS pixels. */
   get radius() {
     return this.tool === 'paint' || this.tool === 'erase' ? this.brush.radius() : STROKE_RADIUS_PX;
   }
@@ -81,7 +81,7 @@ export class Strokes {
   }
 
   extend(event: PointerEvent) {
-    // The brush's tip goes with the pointer.
+    // The brush outline follows the pointer.
     if (this.tool === 'paint' || this.tool === 'erase') this.viewer.redraw();
     if (!this.current) return;
     const { points } = this.current;
@@ -121,7 +121,7 @@ export class Strokes {
         ['rgb(0 0 0 / 0.7)', 2 * radius + 3 * view.unit],
         [colours[k % colours.length], 2 * radius],
       ] as [string, number][]) {
-        // A stroke of another frame is only hinted at.
+        // Strokes of other frames are faint.
         ctx.globalAlpha = t === view.frame ? 0.75 : 0.2;
         ctx.strokeStyle = style;
         ctx.lineWidth = width;
@@ -136,7 +136,7 @@ export class Strokes {
     if (tool === 'paint' || tool === 'erase') this.drawTip(ctx, view);
   }
 
-  /** How wide the brush is, around the pointer. */
+  /** Draws the outline of the brush at the pointer. */
   drawTip(ctx: CanvasRenderingContext2D, view: View) {
     const { pointer } = this.viewer;
     if (!pointer) return;

@@ -1,4 +1,4 @@
-// Where nothing was found: says where the run looked, and offers what to try next; each button starts it.
+// Shows what a run without objects tracked, and buttons with suggestions.
 
 import { searchReport } from '../../model/library.js';
 import { TOUCH, byId, h } from '../dom.js';
@@ -19,7 +19,7 @@ export function showSuggestions({ store, app }: Pick<Page, 'store' | 'app'>) {
   byId('suggestions-list').replaceChildren(...buttons);
 }
 
-/** Goes to the tool with which a click adds a thing. */
+/** Opens the tool that adds an object by a click. */
 function addByClick() {
   document.querySelector<HTMLInputElement>('#correct-tools [value="add"]')?.click();
   byId('correct-open').click();

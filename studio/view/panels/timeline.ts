@@ -1,4 +1,4 @@
-// The timeline: frames and playing.
+// The timeline: scrubbing and playback.
 
 import { byId, h } from '../dom.js';
 import { type Timeline, type State, type Store, clampFrame } from '../../model/store.js';
@@ -37,7 +37,7 @@ class TimelinePanel {
     for (const [id, act] of Object.entries(buttons)) byId(id).addEventListener('click', act);
   }
 
-  /** The last frame. */
+  /** Index of the last frame. */
   get last() {
     return this.store.state.timeline.numFrames - 1;
   }
@@ -58,7 +58,7 @@ class TimelinePanel {
 
   showFrame({ timeline, frame }: Readonly<State>) {
     const { numFrames, times } = timeline;
-    // Frames that only just arrive are no film yet.
+    // Frames that just arrived may not be on the timeline yet.
     const at = clampFrame({ timeline }, frame);
     this.range.value = String(at);
     this.range.setAttribute('aria-valuetext', `Frame ${at + 1} of ${numFrames}${formatFrameTime(times, at)}`);
@@ -71,7 +71,7 @@ class TimelinePanel {
     this.store.set({ isPlaying: false, frame: clampFrame(this.store.state, frame) });
   }
 
-  /** @param by frames; past either end it stays, or goes round when looping */
+  /** @param by frames; stops at the ends, or wraps when looping */
   step(by: number) {
     const { timeline, frame, loop } = this.store.state;
     if (timeline.numFrames === 0) return;
@@ -94,13 +94,13 @@ class TimelinePanel {
 
   play() {
     let before = performance.now();
-    /** For how long the frame on screen has been shown, in seconds. */
+    /** Time that the current frame has been shown, in seconds. */
     let shownSeconds = 0;
     const tick = (now: number) => {
       this.ticking = requestAnimationFrame(tick);
       const { timeline, frame } = this.store.state;
       const durationOf = (by: number) => timeline.times.durationOf((frame + by) % timeline.numFrames, timeline.fps);
-      // A page that was in the background does not try to catch up.
+      // Does not catch up after the page was in the background.
       shownSeconds += Math.min((now - before) / 1000, Math.max(1, durationOf(0)));
       before = now;
       let due = 0;
@@ -110,7 +110,6 @@ class TimelinePanel {
     this.ticking = requestAnimationFrame(tick);
   }
 
-  /** @param by frames while playing */
   advance(by: number) {
     const { timeline, frame, loop } = this.store.state;
     if (!loop && frame + by >= this.last) this.jump(this.last);

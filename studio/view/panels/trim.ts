@@ -1,5 +1,4 @@
-// The filmstrip of the opened clip with a handle at either end: what lies between is what a run takes. It is there
-// before, during and after a run; the clip can be played from it without one.
+// The filmstrip with handles that trim the clip, before, during and after a run. It also plays the original clip.
 
 import { type ClipPlayer, openPlayer } from '../clip-player.js';
 import { lastFrame, describeLength, describePart, frameFormatter } from '../../model/clip-text.js';
@@ -9,7 +8,7 @@ import { explain } from '../../model/messages.js';
 import type { State, Store } from '../../model/store.js';
 import type { Page } from '../page.js';
 
-/** Pictures of the strip, and their long side in pixels. */
+/** Number of pictures in the strip, and their long side; chosen by eye. */
 const STRIP_PICTURES = 12;
 const STRIP_SIDE_PX = 112;
 
@@ -29,7 +28,7 @@ class TrimPanel {
   strip = byId('trim-strip');
   player: ClipPlayer | null = null;
   playing = false;
-  /** The strip of the source before is void. */
+  /** Stops drawing the strip of the previous source. */
   drawing = new AbortController();
 
   constructor(readonly store: Store) {
@@ -37,7 +36,7 @@ class TrimPanel {
     store.watch(['source'], ({ source }) => this.open(source));
     store.watch(['source', 'trim'], (state) => this.show(state));
     store.watch(['source', 'trim', 'phase', 'job'], (state) => showRun(state));
-    // What is found takes the screen.
+    // Results replace the player.
     store.watch(['phase'], () => this.hide());
   }
 
@@ -82,7 +81,7 @@ class TrimPanel {
         canvas.getContext('2d')?.putImageData(image, 0, 0);
       }
     } catch (error) {
-      // What cannot be read is told by the run; what was asked wrongly is a fault of the page.
+      // The run reports unreadable files; wrong parameters are errors of the page.
       if (explain(error).code === 'param') throw error;
     }
     if (!signal.aborted) this.strip.dataset.ready = source.name;
@@ -110,7 +109,7 @@ class TrimPanel {
     byId('trim-all').hidden = isWhole;
   }
 
-  /** While a handle moves: the frame that it stands on. The handles never meet. */
+  /** Shows the frame of a moving handle; the handles never meet. */
   moveHandle(handle: HTMLInputElement) {
     const { source, trim } = this.store.state;
     if (!source) return;
@@ -122,7 +121,7 @@ class TrimPanel {
     this.reveal().show(Number(handle.value));
   }
 
-  /** A handle rests: that is the part that is meant. */
+  /** Applies the trim when a handle is released. */
   applyHandles() {
     const { source, trim } = this.store.state;
     if (!source) return;
@@ -171,7 +170,7 @@ class TrimPanel {
   }
 }
 
-/** A run under way follows the handles by itself; one that has ended is asked for. */
+/** Offers to run the part, unless a run follows the handles already. */
 function showRun({ source, trim, phase, job }: Readonly<State>) {
   const hasEnded = phase === 'done' || phase === 'stopped';
   const isOtherPart = job !== null && (job.trim.start !== trim.start || lastFrame(job.trim) !== lastFrame(trim));

@@ -1,5 +1,4 @@
-// How the result is looked at: over the original, beside it, behind a border that can be moved, or cut out on a
-// ground.
+// View modes: overlay, side by side, slider, and cut-out on a backdrop.
 
 import { byId } from '../dom.js';
 import { drawCutout } from '../../model/library.js';
@@ -12,7 +11,7 @@ import type { Page } from '../page.js';
 
 const VIEWS: View[] = ['overlay', 'beside', 'slider', 'cutout'];
 
-/** Narrower windows have no room for two wide pictures side by side: one lies above the other. */
+/** Windows too narrow for two wide pictures side by side, which are stacked then. */
 const NARROW = matchMedia('(max-width: 599px)');
 
 export function comparePanel({ keys, viewer }: Pick<Page, 'keys' | 'viewer'>) {
@@ -45,7 +44,7 @@ export class Compare {
     this.store.set({ view: VIEWS[(VIEWS.indexOf(view) + 1) % VIEWS.length] });
   }
 
-  /** The screen has the shape of one picture, or of two. */
+  /** Sets the aspect ratio of one picture or of two. */
   showShape() {
     const { view, picture } = this.store.state;
     const stacks = NARROW.matches && picture.width > picture.height;
@@ -61,8 +60,8 @@ export class Compare {
   }
 
   /**
-   * Draws the frame as it came.
-   * @param like the canvas of the result, whose size it takes
+   * Draws the original frame.
+   * @param like the canvas of the result, which gives the size
    */
   draw(image: CanvasImageSource | null, like: HTMLCanvasElement, { scale, x, y }: Zoom) {
     if (!['beside', 'slider'].includes(this.store.state.view)) return;
@@ -88,7 +87,7 @@ export function backdropPanel({ store, viewer }: Pick<Page, 'store' | 'viewer'>)
   choice.addEventListener('change', () => {
     const name = choice.value as BackdropName;
     if (name === 'picture') file.click();
-    // Without a picture it stays as it was.
+    // Keeps the backdrop until a picture is picked.
     if (name === 'picture' && !store.state.backdrop.picture) choice.value = store.state.backdrop.name;
     else store.set({ backdrop: { ...store.state.backdrop, name } });
   });
@@ -113,7 +112,7 @@ export function backdropPanel({ store, viewer }: Pick<Page, 'store' | 'viewer'>)
   });
 }
 
-/** Draws the frame's objects that are kept on their ground. */
+/** Draws the shown objects on the backdrop. */
 export function drawCutoutView(ctx: CanvasRenderingContext2D, { image, mask }: LayerView, backdrop: Backdrop) {
   const edged = mask();
   if (!image || !edged) return;

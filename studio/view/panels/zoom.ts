@@ -1,20 +1,20 @@
-// Looking closer: by wheel, by two fingers, by keys and buttons; moving about; filling the screen.
+// Zoom and pan by wheel, touch, keys and buttons; full screen.
 
 import { byId } from '../dom.js';
 import { SCALE_STEP } from '../../model/zoom.js';
 import type { Page } from '../page.js';
 import type { Viewer } from '../viewer.js';
 
-/** Wheels that scroll turn so far for a notch, in CSS pixels. */
+/** Scroll distance of a wheel notch, in CSS pixels, as in Chromium. */
 const NOTCH_PX = 100;
 
-/** A press that moves by less is a click, in CSS pixels. */
+/** Shorter drags are clicks, in CSS pixels; chosen by eye. */
 const CLICK_PX = 4;
 
-/** What an arrow key moves, in parts of what is shown. */
+/** Distance of an arrow key, as a share of the visible part; chosen by eye. */
 const PAN_SHARE = 0.1;
 
-/** In narrow windows the page scrolls: there the wheel is its own, unless a key is held. */
+/** Narrow windows, where the wheel scrolls the page unless Ctrl is held. */
 const NARROW = matchMedia('(max-width: 899px)');
 
 export function zoomPanel({ store, viewer, keys }: Pick<Page, 'store' | 'viewer' | 'keys'>) {
@@ -53,9 +53,9 @@ export function zoomPanel({ store, viewer, keys }: Pick<Page, 'store' | 'viewer'
 }
 
 class ZoomPanel {
-  /** Where a press that moves the picture was last. */
+  /** Last position of a drag. */
   drag: { x: number; y: number; moved: boolean } | null = null;
-  /** Two fingers, in CSS pixels of the canvas. */
+  /** Distance and centre of two fingers, in CSS pixels of the canvas. */
   pinch: { distance: number; x: number; y: number } | null = null;
 
   constructor(readonly viewer: Viewer) {
@@ -64,7 +64,7 @@ class ZoomPanel {
     canvas.addEventListener('pointerdown', (event) => this.begin(event));
     canvas.addEventListener('pointermove', (event) => this.pull(event));
     for (const end of ['pointerup', 'pointercancel']) canvas.addEventListener(end, () => this.end());
-    // What was a movement is no click on an object.
+    // A drag is not a click on an object.
     canvas.addEventListener('click', (event) => this.drag?.moved && event.stopImmediatePropagation(), true);
     for (const name of ['touchstart', 'touchmove'] as const)
       canvas.addEventListener(name, (event) => this.touch(event), { passive: false });
@@ -75,7 +75,7 @@ class ZoomPanel {
     if (NARROW.matches && !event.ctrlKey) return;
     event.preventDefault();
     const pixels = event.deltaMode === WheelEvent.DOM_DELTA_PIXEL ? event.deltaY : event.deltaY * 33;
-    // Two fingers on a pad come as a wheel with the control key, in small steps.
+    // Pinching a touchpad sends small wheel steps with Ctrl.
     const notches = -pixels / (event.ctrlKey ? NOTCH_PX / 4 : NOTCH_PX);
     const { clientWidth, clientHeight } = this.viewer.canvas;
     this.viewer.zoomTo(
@@ -104,7 +104,7 @@ class ZoomPanel {
     viewer.pan(x / viewer.canvas.clientWidth, y / viewer.canvas.clientHeight);
   }
 
-  /** The click that belongs to a press comes after it. */
+  /** Ends a drag after its click event. */
   end() {
     setTimeout(() => (this.drag = null));
   }
@@ -127,7 +127,7 @@ class ZoomPanel {
     this.viewer.zoomTo((zoom.scale * now.distance) / before.distance, now.x / box.width, now.y / box.height);
   }
 
-  /** Fills the screen with picture and timeline, or gives it back. */
+  /** Enters or leaves full screen. */
   toggleFullScreen() {
     if (document.fullscreenElement) document.exitFullscreen();
     else
