@@ -91,11 +91,11 @@ export class App {
   /** Opens a saved project: frames are read again, masks and corrections are restored. */
   async openProject(name: string, read: () => Promise<{ files: File[]; about: ProjectInfo; project: Project }>) {
     let opened: Awaited<ReturnType<typeof read>> | null = null;
-    const fetched = import('./saved-job.js');
+    const savedJobModule = import('./saved-job.js');
     await this.open(
       name,
       async () => {
-        [opened] = await Promise.all([read(), fetched]);
+        [opened] = await Promise.all([read(), savedJobModule]);
         return this.platform.openFiles(opened.files);
       },
       async () => {
@@ -108,7 +108,7 @@ export class App {
         });
         const { visit, trim } = this.store.state;
         const options = sessionOptions(this.store.state);
-        const { SavedJob } = await fetched;
+        const { SavedJob } = await savedJobModule;
         const job = new SavedJob(
           [source, { ...trim }, options, SavedJob.stagesFor(), this.platform.createImages()],
           project,

@@ -4,7 +4,7 @@ import type { InterruptedRun } from '../model/interrupted-runs.js';
 import type { SavedProject } from '../model/saved-projects.js';
 
 const DATABASE = 'tracecut';
-const TABLE = 'work';
+const STORE = 'work';
 
 export async function put(record: SavedProject | InterruptedRun) {
   await request('readwrite', (table) => table.put(record, record.id));
@@ -32,15 +32,15 @@ export async function remove(id: string) {
 async function request<T>(mode: IDBTransactionMode, ask: (table: IDBObjectStore) => IDBRequest<T>): Promise<T> {
   const database = await new Promise((resolve: (opened: IDBDatabase) => void, reject) => {
     const opening = indexedDB.open(DATABASE, 1);
-    opening.onupgradeneeded = () => opening.result.createObjectStore(TABLE);
+    opening.onupgradeneeded = () => opening.result.createObjectStore(STORE);
     opening.onsuccess = () => resolve(opening.result);
     opening.onerror = () => reject(opening.error);
     opening.onblocked = () => reject(new Error('another tab holds the storage'));
   });
   try {
     return await new Promise((resolve, reject) => {
-      const transaction = database.transaction(TABLE, mode);
-      const request = ask(transaction.objectStore(TABLE));
+      const transaction = database.transaction(STORE, mode);
+      const request = ask(transaction.objectStore(STORE));
       transaction.oncomplete = () => resolve(request.result);
       transaction.onerror = () => reject(transaction.error);
       transaction.onabort = () => reject(transaction.error);

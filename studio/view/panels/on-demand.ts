@@ -21,19 +21,19 @@ function onDemand(
   importDialog: () => Promise<{ open: () => void }>,
   isWanted: () => boolean = () => true,
 ): (() => Promise<void>) & { prepare: () => Promise<unknown> } {
-  let fetched: Promise<{ open: () => void }> | undefined;
-  const prepare = () => (fetched ??= fetch(PROBE, { cache: 'no-store' }).then(importDialog));
+  let loading: Promise<{ open: () => void }> | undefined;
+  const prepare = () => (loading ??= fetch(PROBE, { cache: 'no-store' }).then(importDialog));
   const open = async () => {
     try {
       await prepare();
     } catch {
-      fetched = undefined;
+      loading = undefined;
       if (!isWanted()) return;
       store.set({ notice: 'You’re offline. Try again when you’re connected.' });
     }
-    (await fetched)?.open();
+    (await loading)?.open();
   };
-  return Object.assign(open, { prepare: () => prepare().catch(() => void (fetched = undefined)) });
+  return Object.assign(open, { prepare: () => prepare().catch(() => void (loading = undefined)) });
 }
 
 export function correctPanel(page: Pick<Page, 'app' | 'store' | 'viewer' | 'keys' | 'selection'>) {

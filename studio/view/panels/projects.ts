@@ -21,14 +21,14 @@ import type { Page } from '../page.js';
 /** A notice with actions. */
 type Notice = { text: string; action?: () => unknown; actionText?: string; discard?: () => unknown; hasList: boolean };
 
-let fetched: Promise<RunMemory> | undefined;
+let loading: Promise<RunMemory> | undefined;
 
 /** Loads the memory of interrupted runs. */
 export function runMemory() {
-  fetched ??= import('../../model/interrupted-runs.js').then(
+  loading ??= import('../../model/interrupted-runs.js').then(
     ({ RunMemory }) => new RunMemory(storage, navigator.locks),
   );
-  return fetched;
+  return loading;
 }
 
 export class Projects {

@@ -5,11 +5,11 @@ import type { Page } from '../page.js';
 import type { Projects } from './projects.js';
 
 export function savedPanel(page: Pick<Page, 'store' | 'app'>) {
-  let fetched: Promise<Projects> | undefined;
+  let loading: Promise<Projects> | undefined;
   const loadProjects = () =>
-    (fetched ??= import('./start-autosave.js').then(({ startAutosave }) => startAutosave(page)));
+    (loading ??= import('./start-autosave.js').then(({ startAutosave }) => startAutosave(page)));
   page.store.watch(['source'], ({ source }) => {
-    if (source?.files) loadProjects().catch(() => (fetched = undefined));
+    if (source?.files) loadProjects().catch(() => (loading = undefined));
   });
   storage.list().then(async (records) => records.length > 0 && (await loadProjects()).offer());
 }
