@@ -27,14 +27,14 @@ export const TASKS = {
   node: [
     'The motion between two pictures',
     'Points followed through a clip',
-    "Masks from trajectories of one's own",
-    'Why a pixel has its label, and how sure that is',
+    'Masks from your own tracker',
+    'Why a pixel has its label, and how confident it is',
     'Where each object is, how large, how fast',
     'Many single pictures',
     'Video files in Node',
     'Several clips in one stream',
     'Uncompressed video from a stream',
-    'A server that answers meanwhile',
+    'A server that stays responsive',
   ],
   browser: ['Effects: blurred, dimmed or other backgrounds'],
 };
