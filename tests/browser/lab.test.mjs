@@ -131,8 +131,8 @@ describe('the lab', () => {
     assert.match(await text(page, '#status'), / in 12 frames\.$/);
     await openStage(page, 'frames');
     await runsAgain(page, async () => {
-      await page.fill('.take [name=maxFrames]', '8');
-      await page.locator('.take [name=maxFrames]').blur();
+      await page.fill('.selection [name=maxFrames]', '8');
+      await page.locator('.selection [name=maxFrames]').blur();
     });
     assert.match(await text(page, '#status'), / in 8 of 12 frames\.$/);
   });
