@@ -278,7 +278,7 @@ test('frames may be larger than their masks, of any kind, and come one by one', 
   }
 });
 
-test('an abort ends it, and the source of the frames is told', async () => {
+test('an abort ends it, and the frame source is notified', async () => {
   const { page } = shared;
   const outcome = await page.evaluate(async () => {
     const { encodeVideo: encode, masks, frames } = globalThis.kit;

@@ -29,7 +29,7 @@ async function right(t, made, options) {
   await gives(t, site.browser, await served(t, made), expected, options);
 }
 
-test('what is compared is a segmentation', () => {
+test('only segmentations are compared', () => {
   assert.equal(expected.objects, 3);
   assert.ok(expected.overlap > 0.85, `${expected.overlap}`);
   assert.deepEqual(expected.decoded, [1, 1]);

@@ -5,7 +5,7 @@ import { test } from 'node:test';
 import { Session } from '../../dist/session/session.js';
 import { untilCollected } from './support.mjs';
 
-test('what is forgotten is closed: a session without anyone who could ask it', async () => {
+test('a session without references is closed', async () => {
   const counting = () => {
     const engine = { closed: 0, close: () => (engine.closed += 1) };
     return engine;

@@ -107,7 +107,7 @@ test('every block of JavaScript in README and guide is run by some test', () => 
   assert.deepEqual([...code.keys()].sort(), Object.values(RUN).flat().sort());
 });
 
-test('the blocks for Node do what they say', async (t) => {
+test('the blocks for Node work as described', async (t) => {
   const folder = installed(t);
   mkdirSync(join(folder, 'frames'));
   (await framesOf(SCENE)).forEach((frame, k) => writeFileSync(join(folder, 'frames', `${k}.png`), png(frame)));
@@ -177,7 +177,7 @@ test('every block of the tasks is run by some test', () => {
   assert.deepEqual([...taskCode.keys()].sort(), Object.values(TASKS).flat().sort());
 });
 
-test('the tasks for Node do what they say', async (t) => {
+test('the tasks for Node work as described', async (t) => {
   const folder = await project(t);
   prints(folder, 'The motion between two pictures', /^the pixel at 100, 60 moves by -?\d+\.\d+, -?\d+\.\d+\n$/);
   prints(folder, 'Points followed through a clip', /^\d{3,} points, the first at [\d.]+, [\d.]+ in frame 0\n$/);

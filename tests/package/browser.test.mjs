@@ -144,7 +144,7 @@ async function denseHashes() {
   return { run: whole(result), ofFrame, ofImage };
 }
 
-test('an abort is answered at once and a second run goes on; closing ends a run', async () => {
+test('an abort takes effect at once and a second run continues; closing ends a run', async () => {
   const { page } = shared;
   const outcome = await page.evaluate(async () => {
     const { createSession, fingerprint, frames, segment, failure, synthClip } = globalThis.kit;
