@@ -5,7 +5,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, describe, test } from 'node:test';
 import { ensureClips } from '../intake/clips.mjs';
-import { withFfmpeg } from './film.mjs';
+import { withFfmpeg } from './video-clips.mjs';
 import {
   accessibilityFaults,
   bytesOf,

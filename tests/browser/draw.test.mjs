@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { useServerAndBrowser } from '../site.mjs';
-import { useEmptyPage } from './empty.mjs';
+import { useEmptyPage } from './empty-page.mjs';
 
 const site = useServerAndBrowser();
 const KINDS = ['HTMLCanvasElement', 'OffscreenCanvas'];

@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { createSession, encodeVideo, synthClip } from '../../dist/node.js';
 import { useServerAndBrowser } from '../site.mjs';
-import { emptyPage, useEmptyPage } from './empty.mjs';
+import { emptyPage, useEmptyPage } from './empty-page.mjs';
 
 const site = useServerAndBrowser();
 

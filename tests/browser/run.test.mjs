@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict';
 import { beforeEach, describe, test } from 'node:test';
-import { WIDE, fiveObjects } from './five.mjs';
+import { WIDE, fiveObjects } from './five-objects.mjs';
 import {
   SMALL,
   accessibilityFaults,

@@ -6,7 +6,7 @@ import { existsSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, describe, test } from 'node:test';
 import { CLIP, ensureClips } from '../intake/clips.mjs';
-import { FILM, H264, useFilms, withFfmpeg } from './film.mjs';
+import { FILM, H264, useFilms, withFfmpeg } from './video-clips.mjs';
 import { openSample, run, text, useSite } from './support.mjs';
 import { giveFile, useLibrary } from './video-support.mjs';
 

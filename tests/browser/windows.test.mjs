@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict';
 import { before, describe, test } from 'node:test';
-import { UPRIGHT, WIDE, fiveObjects, pictureBox } from './five.mjs';
+import { UPRIGHT, WIDE, fiveObjects, pictureBox } from './five-objects.mjs';
 import {
   accessibilityFaults,
   ended,

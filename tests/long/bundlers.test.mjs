@@ -8,7 +8,7 @@ import { after, before, test } from 'node:test';
 import * as vite from 'vite';
 import webpack from 'webpack';
 import { outcome } from '../package/app/segment.js';
-import { gives } from '../package/found.mjs';
+import { gives } from '../package/browser-results.mjs';
 import { installed, served } from '../package/installed.mjs';
 import { project, recipe } from '../package/project.mjs';
 import { codeOf } from '../readme.mjs';

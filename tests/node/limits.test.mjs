@@ -9,7 +9,7 @@ import { runInNewContext } from 'node:vm';
 import { createSession, parameters, segmentVideo, synthClip, videoFrames } from 'tracecut';
 import { boundaries } from 'tracecut/stages';
 import { root } from '../../scripts/tools.mjs';
-import { withMemory, withTrap } from '../trap.mjs';
+import { withMemory, withTrap } from '../faulty-wasm.mjs';
 import { fingerprint, framesOf, open, plain, png, ready, rejects, segment, SMALL, watchMemories } from './support.mjs';
 
 test('a run without frames says that motion needs two', async (t) => {
@@ -376,7 +376,7 @@ test('and in this thread', () => {
   const code = `
     import { readFileSync } from 'node:fs';
     import { createSession, segmentVideo } from 'tracecut';
-    import { withTrap } from './tests/trap.mjs';
+    import { withTrap } from './tests/faulty-wasm.mjs';
     const decoder = withTrap(new Uint8Array(readFileSync('dist/decoder_bg.wasm')), 'decode');
     const session = await createSession({ decoder });
     const frame = (t) => ({ data: new Uint8Array(4 * 64).map((_, b) => 7 * b + 9 * t), width: 8, height: 8 });

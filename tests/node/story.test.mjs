@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict';
 import { after, test } from 'node:test';
-import * as api from '../whole.mjs';
+import * as api from '../entries.mjs';
 import { play, prepare } from '../story.mjs';
 
 const WAYS = [{}, { worker: true }, { threads: 2 }, { worker: true, threads: 2 }];

@@ -3,8 +3,8 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { emptyPage, useEmptyPage } from '../browser/empty.mjs';
-import * as inNode from '../whole.mjs';
+import { emptyPage, useEmptyPage } from '../browser/empty-page.mjs';
+import * as inNode from '../entries.mjs';
 import { fingerprint, fnv1a } from '../fingerprint.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 

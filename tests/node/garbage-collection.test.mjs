@@ -1,4 +1,4 @@
-// In a process of its own: on a busy machine, one that has run clips before may never be told what was collected.
+// In a separate process: on a busy machine, a process that has run clips before may never be notified of collected objects.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
