@@ -4,12 +4,12 @@ use crate::{Error, order};
 
 /// A symmetric `n × n` matrix in compressed rows.
 ///
-/// Law: row `i` has the entries `offset[i]..offset[i + 1]`; `offset.len() == n + 1`; the columns of a row increase;
+/// Invariants: row `i` has the entries `offset[i]..offset[i + 1]`; `offset.len() == n + 1`; the columns of a row increase;
 /// every entry `(i, j)` has its mirror `(j, i)` of the same value; all values are finite. Values are stored in single
-/// precision, which halves the time of a product (it waits for memory); all sums are made in double precision.
+/// precision, which halves the time of a product (it is bound by memory); sums are in double precision.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SymCsr {
-    /// Where each row begins; `n + 1` numbers.
+    /// Start of each row; `n + 1` numbers.
     pub offset: Vec<u32>,
     /// Column of each entry.
     pub column: Vec<u32>,
@@ -18,7 +18,7 @@ pub struct SymCsr {
 }
 
 impl SymCsr {
-    /// From the entries above the diagonal (`i < j`, in any order, no duplicates); mirrors are added.
+    /// Builds the matrix from its entries above the diagonal (`i < j`, in any order, no duplicates).
     pub fn from_upper(n: usize, entries: &[(u32, u32, f32)]) -> Self {
         let mut offset = vec![0_u32; n + 1];
         for &(i, j, _) in entries {
@@ -33,9 +33,9 @@ impl SymCsr {
         let mut value = vec![0.0; 2 * entries.len()];
         let mut sorted = std::borrow::Cow::Borrowed(entries);
         if !entries.is_sorted_by_key(|&(i, j, _)| (i, j)) {
-            order::sort_by_key(sorted.to_mut(), |&(i, j, _)| order::pair(i, j));
+            order::sort_by_key(sorted.to_mut(), |&(i, j, _)| order::pair_key(i, j));
         }
-        // Lower mirrors first: rows then receive their small columns before their large ones, each in order.
+        // Lower mirrors first: rows then receive their columns in increasing order.
         for (row, col, w) in sorted.iter().map(|e| (e.1, e.0, e.2)).chain(sorted.iter().map(|e| (e.0, e.1, e.2))) {
             let slot = next[row as usize] as usize;
             (column[slot], value[slot]) = (col, w);
@@ -44,51 +44,51 @@ impl SymCsr {
         Self { offset, column, value }
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn len(&self) -> usize {
         self.offset.len().saturating_sub(1)
     }
 
     #[doc(hidden)]
-    /// Whether the matrix has no rows.
+    /// Returns true if the matrix has no rows.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Columns and values of row `i`.
+    /// Returns columns and values of row `i`.
     pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let range = self.offset[i] as usize..self.offset[i + 1] as usize;
         self.column[range.clone()].iter().zip(&self.value[range]).map(|(&j, &w)| (j as usize, f64::from(w)))
     }
 
-    /// `out_r = scale_r Σ_j A_ij x_j` with `i = rows_r`, for `B` vectors at once, `x_j` being their entries `j`.
+    /// Computes `out_r = scale_r Σ_j A_ij x_j` with `i = rows_r`, for `B` vectors at once, `x_j` being their entries `j`.
     ///
-    /// Uses the widest instructions of the machine; the order of the sums does not depend on which those are.
+    /// Uses the widest instructions of the machine; the order of the sums is the same for all.
     pub(crate) fn multiply<const B: usize>(&self, rows: &[u32], scale: &[f64], x: &[[f64; B]], out: &mut [[f64; B]]) {
         pulp::Arch::new().dispatch(Product { matrix: self, rows, scale, x, out });
     }
 
     #[doc(hidden)]
-    /// Row sums: the degrees `D_ii` of the graph.
+    /// Computes the row sums, the degrees `D_ii` of the graph.
     pub fn degrees(&self) -> Vec<f64> {
         (0..self.len()).map(|i| self.row(i).map(|(_, w)| w).sum()).collect()
     }
 
-    /// The connected component of each node and their number; components are numbered by their first node.
+    /// Labels the connected components: the component of each node, and their number, in the order of their first nodes.
     pub(crate) fn components(&self) -> (Vec<u32>, usize) {
-        const UNSEEN: u32 = u32::MAX;
-        let mut component = vec![UNSEEN; self.len()];
+        const UNVISITED: u32 = u32::MAX;
+        let mut component = vec![UNVISITED; self.len()];
         let mut count = 0;
         let mut stack = Vec::new();
         for start in 0..self.len() {
-            if component[start] != UNSEEN {
+            if component[start] != UNVISITED {
                 continue;
             }
             component[start] = count;
             stack.push(start);
             while let Some(i) = stack.pop() {
                 for (j, _) in self.row(i) {
-                    if component[j] == UNSEEN {
+                    if component[j] == UNVISITED {
                         component[j] = count;
                         stack.push(j);
                     }
@@ -100,7 +100,7 @@ impl SymCsr {
     }
 
     #[doc(hidden)]
-    /// Checks the law of the type.
+    /// Checks the invariants of the type.
     ///
     /// # Errors
     /// [`Error::Data`] naming the first breach.
@@ -147,8 +147,8 @@ impl<const B: usize> pulp::WithSimd for Product<'_, B> {
         let SymCsr { offset, column, value } = self.matrix;
         for ((&i, &s), out) in self.rows.iter().zip(self.scale).zip(self.out) {
             let row = offset[i as usize] as usize..offset[i as usize + 1] as usize;
-            // Two entries at a time, each into its own sum: additions to one sum would wait for each other. On wasm32,
-            // where one entry fills several registers, that has been measured to be slower.
+            // Two entries at a time into two sums, as additions to one sum wait for each other. Measured to be slower on
+            // wasm32, where one entry fills several registers.
             let paired = if cfg!(target_arch = "wasm32") { 0 } else { row.len() & !1 };
             let (columns, last_column) = column[row.clone()].split_at(paired);
             let (values, last_value) = value[row].split_at(paired);

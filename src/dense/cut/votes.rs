@@ -72,7 +72,7 @@ pub fn labels_for(
         labelled.alive(t).filter(|&(i, ..)| voters(i)).for_each(|(i, x, y)| grid.add(i as u32, x, y));
         for (i, x, y) in asking.alive(t).filter(|&(i, ..)| asks_in(asking, i, t)) {
             let votes = &mut votes[i * num_labels..(i + 1) * num_labels];
-            for (j, distance_sq) in grid.around(x, y).filter(|&(_, d_sq)| d_sq <= radius_sq) {
+            for (j, distance_sq) in grid.nearby(x, y).filter(|&(_, d_sq)| d_sq <= radius_sq) {
                 let j = j as usize;
                 if let Some(m_sq) = motion_difference_sq(asking, i, labelled, j, t) {
                     let near = libm::expf(-4.0 * distance_sq / radius_sq);

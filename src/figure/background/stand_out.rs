@@ -134,7 +134,7 @@ fn alike(tracks: &Trajectories, salient: &[bool], reach: f32) -> DisjointSets {
         let here: Vec<_> = tracks.alive(t).filter(|&(i, ..)| salient.get(i) == Some(&true)).collect();
         here.iter().for_each(|&(i, x, y)| grid.add(i as u32, x, y));
         for &(i, x, y) in &here {
-            for (j, _) in grid.around(x, y).filter(|&(j, d_sq)| j as usize > i && d_sq <= reach * reach) {
+            for (j, _) in grid.nearby(x, y).filter(|&(j, d_sq)| j as usize > i && d_sq <= reach * reach) {
                 let difference_sq = motion_difference_sq(tracks, i, tracks, j as usize, t);
                 if difference_sq.is_some_and(|sq| sq < VOTE_MOTION * VOTE_MOTION) {
                     sets.join(i, j as usize);

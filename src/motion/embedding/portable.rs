@@ -10,7 +10,7 @@
 //! Cost: about `9 n³` operations, `2 n²` numbers. Limits: meant for a few hundred rows.
 
 use super::operator::DenseEigen;
-use crate::order::{double, sort_by_key};
+use crate::order::{f64_key, sort_by_key};
 
 /// Sweeps per eigenvalue after which the iteration is given up; two are usual.
 const MAX_SWEEPS: usize = 40;
@@ -26,7 +26,7 @@ pub(super) fn symmetric_eigen(matrix: &[f64], n: usize) -> Option<DenseEigen> {
     let (mut d, mut e, mut rows) = tridiagonalize(&mut a, n);
     diagonalize(&mut d, &mut e, &mut rows)?;
     let mut order: Vec<usize> = (0..n).collect();
-    sort_by_key(&mut order, |&i| !double(d[i]));
+    sort_by_key(&mut order, |&i| !f64_key(d[i]));
     let vectors = order.iter().flat_map(|&c| &rows[c * n..(c + 1) * n]).copied().collect();
     Some(DenseEigen { values: order.iter().map(|&c| d[c]).collect(), vectors })
 }

@@ -4,7 +4,7 @@ use super::params::TrajectoryParams;
 use super::trajectories::Trajectories;
 use crate::flow::FlowField;
 use crate::grid::Grid;
-use crate::image::{Plane, Spot, sample_bilinear};
+use crate::image::{BilinearPoint, Plane, sample_bilinear};
 use crate::order;
 use serde::{Deserialize, Serialize};
 
@@ -215,16 +215,16 @@ impl Tracker {
         let min_length = self.params.min_length_for(self.found.frame + 1);
         let long = self.found.ended.iter().chain(&self.found.live).filter(|t| t.present().len() >= min_length);
         let mut kept: Vec<&Live> = long.collect();
-        order::sort_by_key(&mut kept, |t| u64::from(order::single(t.present()[0].0)));
-        order::sort_by_key(&mut kept, |t| order::pair(t.start as u32, order::single(t.present()[0].1)));
+        order::sort_by_key(&mut kept, |t| u64::from(order::f32_key(t.present()[0].0)));
+        order::sort_by_key(&mut kept, |t| order::pair_key(t.start as u32, order::f32_key(t.present()[0].1)));
         kept
     }
 }
 
 /// The flow at a place.
 fn at(field: &FlowField, x: f32, y: f32) -> (f32, f32) {
-    let spot = Spot::new((field.u.width(), field.u.height()), x, y);
-    (spot.of(&field.u), spot.of(&field.v))
+    let point = BilinearPoint::new((field.u.width(), field.u.height()), x, y);
+    (point.sample(&field.u), point.sample(&field.v))
 }
 
 /// Where the point goes, or `None` when it leaves the image, fails the forward–backward check or lies on a motion
