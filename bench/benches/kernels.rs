@@ -23,7 +23,7 @@ use tracecut::contour::{boundary_map, contour_segments};
 use tracecut::cut::{Expansion, Potts};
 use tracecut::discontinuity::{discontinuities, neighborhoods};
 use tracecut::discretize::{Known, discretize};
-use tracecut::embedding::{EigenInfo, EigenParams, EmbeddingParams, embed, embed_within, largest_eigenpairs};
+use tracecut::embedding::{EigenInfo, EigenParams, EmbeddingParams, embed, embed_with_tolerance, largest_eigenpairs};
 use tracecut::flow::{FlowParams, FlowPyramid, FlowScratch, flow_between, flow_between_with, local_flow_variation};
 use tracecut::image::{Frame, Plane, gaussian_blur};
 use tracecut::mask::refine;
@@ -301,7 +301,7 @@ fn time_eigen(files: &[String]) {
         }
         let solve = |tolerance| {
             let params = EmbeddingParams { min_dimensions: K, ..EmbeddingParams::default() };
-            let embedding = embed_within(tolerance, &a, &params, 0);
+            let embedding = embed_with_tolerance(tolerance, &a, &params, 0);
             (embedding.info, embedding.eigenvalues)
         };
         report(&format!("radius {radius}"), &a, solve);

@@ -8,7 +8,7 @@
 //! the density there.
 
 use crate::contour::{ORIENTATIONS, normals};
-use crate::discontinuity::drop_below;
+use crate::discontinuity::discontinuity;
 
 /// `d` of the cracks to the right of each pixel and below it; 0 on those to the outside.
 ///
@@ -44,11 +44,11 @@ pub(super) fn cracks(part: &Part) -> Cracks {
     let density = densities(&right, &below, w);
     for (sums, density) in right.chunks_exact_mut(w).zip(density.chunks_exact(w)) {
         for (s, pair) in sums.iter_mut().zip(density.windows(2)) {
-            *s = drop_below(*s, pair[0].max(pair[1]));
+            *s = discontinuity(*s, pair[0].max(pair[1]));
         }
     }
     for ((s, a), b) in below.iter_mut().zip(&density).zip(&density[w..]) {
-        *s = drop_below(*s, a.max(*b));
+        *s = discontinuity(*s, a.max(*b));
     }
     Cracks { right, below }
 }

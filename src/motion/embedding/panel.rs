@@ -1,25 +1,25 @@
-//! Panels: four vectors that go through the sparse product together, and the few operations on them that Lanczos needs.
+//! Panels of four vectors that go through the sparse product together, and the operations on them that Lanczos needs.
 //!
-//! A panel is stored column by column, like the basis it joins, except on its way through the operator: there the four
-//! numbers of a row stand side by side, so that one pass over a sparse matrix serves four vectors.
+//! A panel is stored column by column, like the basis, and row by row for the operator, so that one pass over a sparse
+//! matrix serves four vectors.
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// Vectors in a panel.
+/// Number of vectors in a panel; see `eigen` for the measurement.
 pub(super) const WIDTH: usize = 4;
 /// A `4 × 4` matrix by columns: entry `(i, j)` is `[j][i]`.
 pub(super) type Square = [[f64; WIDTH]; WIDTH];
 
-/// The identity.
+/// The identity matrix.
 pub(super) const IDENTITY: Square =
     [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
 
-/// `a b`.
-pub(super) fn multiply(a: &Square, b: &Square) -> Square {
+/// Computes `a b`.
+pub(super) fn multiply_squares(a: &Square, b: &Square) -> Square {
     b.map(|column| std::array::from_fn(|i| (0..WIDTH).map(|k| a[k][i] * column[k]).sum()))
 }
 
-/// The columns of length `n`, row by row.
+/// Converts columns of length `n` to storage row by row.
 pub(super) fn to_rows(columns: &[f64], n: usize) -> Vec<f64> {
     let count = columns.len() / n;
     let mut rows = vec![0.0; columns.len()];
@@ -29,7 +29,7 @@ pub(super) fn to_rows(columns: &[f64], n: usize) -> Vec<f64> {
     rows
 }
 
-/// The `count` columns of what is stored row by row.
+/// Converts `count` columns stored row by row to storage column by column.
 pub(super) fn to_columns(rows: &[f64], count: usize) -> Vec<f64> {
     let mut columns = Vec::with_capacity(rows.len());
     for c in 0..count {
@@ -38,7 +38,7 @@ pub(super) fn to_columns(rows: &[f64], count: usize) -> Vec<f64> {
     columns
 }
 
-/// The lengths of the columns of a panel.
+/// Computes the lengths of a panel's columns.
 pub(super) fn lengths(w: &[f64], n: usize) -> [f64; WIDTH] {
     std::array::from_fn(|c| length(&w[c * n..(c + 1) * n]))
 }
@@ -48,13 +48,15 @@ fn length(x: &[f64]) -> f64 {
 }
 
 /// Makes the vectors of `w` orthonormal by modified Gram-Schmidt and returns the upper triangular `s` with
-/// `w_before = w s`. A vector no longer than `negligible` is replaced through `random`; its row of `s` is zero, and it
-/// is neither orthogonal to the others nor of length one, so that the caller must come back.
+/// `w_before = w s`.
+///
+/// A vector not longer than `negligible` is replaced by numbers from `random`; its row of `s` is zero. As it is neither
+/// orthogonal to the others nor of length one, the caller must orthonormalise again.
 pub(super) fn orthonormalize(w: &mut [f64], n: usize, negligible: f64, random: &mut dyn FnMut() -> f64) -> Square {
     let mut s = Square::default();
     for c in 0..WIDTH {
-        let (done, later) = w.split_at_mut((c + 1) * n);
-        let column = &mut done[c * n..];
+        let (head, tail) = w.split_at_mut((c + 1) * n);
+        let column = &mut head[c * n..];
         let length = length(column);
         if length <= negligible {
             column.iter_mut().for_each(|x| *x = random());
@@ -62,16 +64,17 @@ pub(super) fn orthonormalize(w: &mut [f64], n: usize, negligible: f64, random: &
         }
         s[c][c] = length;
         column.iter_mut().for_each(|x| *x /= length);
-        for (d, other) in (c + 1..).zip(later.chunks_exact_mut(n)) {
-            let overlap = dot(column, other);
+        for (d, later) in (c + 1..).zip(tail.chunks_exact_mut(n)) {
+            let overlap = dot(column, later);
             s[d][c] = overlap;
-            other.iter_mut().zip(&*column).for_each(|(y, x)| *y -= overlap * x);
+            later.iter_mut().zip(&*column).for_each(|(y, x)| *y -= overlap * x);
         }
     }
     s
 }
 
-/// `xᵀ y`, with the widest instructions of the machine; the order of the sums, and so the result, is the same on all.
+/// Computes `xᵀ y` with the widest instructions of the machine. The order of the sums, and so the result, is the same on
+/// all machines.
 fn dot(x: &[f64], y: &[f64]) -> f64 {
     Arch::new().dispatch(Dot(x, y))
 }

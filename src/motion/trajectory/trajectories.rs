@@ -79,21 +79,6 @@ impl Trajectories {
         self.offset.push(self.x.len() as u32);
     }
 
-    /// All trajectories from number `first` on.
-    pub(crate) fn beginning_with(&self, first: usize) -> Self {
-        let first = first.min(self.len());
-        let point = self.offset[first] as usize;
-        Self {
-            num_frames: self.num_frames,
-            size: self.size,
-            start_frame: self.start_frame[first..].to_vec(),
-            offset: self.offset[first..].iter().map(|&o| o - point as u32).collect(),
-            x: self.x[point..].to_vec(),
-            y: self.y[point..].to_vec(),
-            variation: self.variation[point..].to_vec(),
-        }
-    }
-
     /// Index and position of every trajectory alive in `frame`, by index.
     pub fn alive(&self, frame: usize) -> impl Iterator<Item = (usize, f32, f32)> + '_ {
         (0..self.len()).filter_map(move |i| self.at(i, frame).map(|(x, y)| (i, x, y)))
