@@ -84,7 +84,7 @@ pub mod tracks;
 #[cfg(all(target_arch = "wasm32", feature = "wasm"))]
 pub mod wasm;
 
-// Folders group files for readers; paths leave them out, inside and outside the crate, except those of `session`.
+// Paths leave the folders out, inside and outside the crate, except in `session`.
 use base::{delaunay, error, grid, order};
 pub use base::{image, params, sparse};
 #[doc(hidden)]

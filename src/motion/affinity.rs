@@ -89,7 +89,7 @@ pub(crate) struct AffinityRows {
     radius: f32,
     seed: u32,
     /// Number of rows done.
-    num_done: usize,
+    pub(crate) num_done: usize,
     upper: Vec<(u32, u32, f32)>,
 }
 
@@ -132,11 +132,6 @@ impl AffinityRows {
             num_done: 0,
             upper: Vec::new(),
         }
-    }
-
-    /// Returns the number of rows done.
-    pub(crate) fn num_done(&self) -> usize {
-        self.num_done
     }
 
     /// Compares the next `rows` trajectories with all later ones. Returns true while rows are left.

@@ -232,8 +232,8 @@ fn nearest(a: usize, b: usize) -> (usize, bool) {
 /// `exp(-Pb / σ)` on the cracks to the right of each pixel and below it; 1 on the frame border.
 ///
 /// ```text
-///   ┌──      A pixel's own cracks join those of the pixels beside it on a line, but for the one to its lower right: there
-///   │ ┌──    the line goes on along the crack between, below the upper pixel.
+///   ┌──      The cracks of neighbouring pixels on a thin line connect, except from a pixel to its lower right neighbour:
+///   │ ┌──    there the crack below the upper pixel closes the gap.
 ///     │
 /// ```
 struct CrackAffinities {

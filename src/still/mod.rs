@@ -102,7 +102,7 @@ pub struct ImageDiscontinuities {
 /// ```
 #[must_use]
 pub fn image_discontinuities(frame: &Frame, params: &StillParams, seed: u32) -> ImageDiscontinuities {
-    let (w, h) = fit_within((frame.width(), frame.height()), params.max_side as usize);
+    let (w, h) = fit_within(frame.width(), frame.height(), params.max_side as usize);
     let strengths = strengths_of(&frame.resized(w, h));
     let pb = from_strengths(&strengths, (w, h), OF_PB);
     if pb.thin.data().iter().all(|&v| v <= MIN_PB) {

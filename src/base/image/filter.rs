@@ -71,7 +71,7 @@ fn add_two_pairs(out: &mut [f32], pairs: [&[f32]; 4], v: f32, w: f32) {
 
 /// Interpolates `plane` bilinearly at `(x, y)`; coordinates outside are clamped to the border.
 pub fn sample_bilinear(plane: &Plane<f32>, x: f32, y: f32) -> f32 {
-    BilinearPoint::new((plane.width(), plane.height()), x, y).sample(plane)
+    BilinearPoint::new(plane.width(), plane.height(), x, y).sample(plane)
 }
 
 /// A position between pixels, to sample several planes of one size.
@@ -89,7 +89,7 @@ pub(crate) struct BilinearPoint {
 
 impl BilinearPoint {
     /// Locates `(x, y)` in planes of a size; coordinates outside are clamped to the border.
-    pub(crate) fn new((width, height): (usize, usize), x: f32, y: f32) -> Self {
+    pub(crate) fn new(width: usize, height: usize, x: f32, y: f32) -> Self {
         let ((x, fraction_x), (y, fraction_y)) = (split(x, width), split(y, height));
         let right = usize::from(x + 1 < width);
         let below = if y + 1 < height { width } else { 0 };

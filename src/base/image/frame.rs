@@ -141,7 +141,7 @@ impl Frame {
 }
 
 /// Reduces a size in proportion until its longer side is at most `max_side`, rounded to at least 1 pixel a side.
-pub(crate) fn fit_within((width, height): (usize, usize), max_side: usize) -> (usize, usize) {
+pub(crate) fn fit_within(width: usize, height: usize, max_side: usize) -> (usize, usize) {
     let long = width.max(height);
     let side = |side: usize| if long > max_side { ((side * max_side + long / 2) / long).max(1) } else { side };
     (side(width), side(height))

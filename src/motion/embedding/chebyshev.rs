@@ -15,9 +15,8 @@
 //! eigenvectors that the given vectors do not contain stay missing.
 
 use super::dense::{add_combination, project, symmetric_eigen};
-use super::eigen::{EigenInfo, Eigenpairs};
+use super::eigen::{EigenInfo, Eigenpairs, WIDTH, to_columns, to_rows};
 use super::operator::SymmetricOperator;
-use super::panel::{WIDTH, to_columns, to_rows};
 
 /// Smallest eigenvalue of the Gram matrix, relative to the largest, that counts towards the rank. Far above rounding
 /// (1e-16), chosen by eye.

@@ -20,7 +20,6 @@ mod dense;
 mod eigen;
 mod normalize;
 mod operator;
-mod panel;
 #[cfg(any(test, target_arch = "wasm32"))]
 mod portable;
 #[cfg(not(target_arch = "wasm32"))]

@@ -137,7 +137,7 @@ impl FlowPyramid {
 
     /// Builds the pyramid of a frame, reduced to a longest side of `max_side` pixels if it is larger.
     pub fn from_frame(frame: &Frame, max_side: u32) -> Self {
-        let (width, height) = fit_within((frame.width(), frame.height()), max_side as usize);
+        let (width, height) = fit_within(frame.width(), frame.height(), max_side as usize);
         Self::new(&frame.resized(width, height).luma())
     }
 

@@ -209,7 +209,7 @@ impl Tracker {
 
 /// Samples the flow at `(x, y)`.
 fn sample_flow(field: &FlowField, x: f32, y: f32) -> (f32, f32) {
-    let point = BilinearPoint::new((field.u.width(), field.u.height()), x, y);
+    let point = BilinearPoint::new(field.u.width(), field.u.height(), x, y);
     (point.sample(&field.u), point.sample(&field.v))
 }
 

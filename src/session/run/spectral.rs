@@ -26,7 +26,7 @@ impl AffinityWork {
 
     /// The number of the block that is next.
     fn block(&self) -> usize {
-        self.0.num_done() / AFFINITY_BLOCK
+        self.0.num_done / AFFINITY_BLOCK
     }
 
     fn take_rows(&self, clip: &mut Clip, tracked: &Tracked) -> Option<Piece> {
@@ -48,7 +48,7 @@ impl StageWork for AffinityWork {
             Some(Made::Affinities(entries)) => self.0.accept(entries, AFFINITY_BLOCK),
             _ => self.0.advance(tracks, AFFINITY_BLOCK),
         };
-        let turn = Turn::new(Stage::Affinities, blocks(self.0.num_done()), blocks(tracks.len()));
+        let turn = Turn::new(Stage::Affinities, blocks(self.0.num_done), blocks(tracks.len()));
         if !is_more {
             outputs.affinities = self.0.finish()?;
         }
