@@ -89,13 +89,14 @@ pub(crate) fn camera_of(
     tells: &mut dyn FnMut(usize, Ways) -> Option<(Forward, bool)>,
 ) -> Option<Camera> {
     let motions = outputs.salient.as_ref()?.maps.motions();
-    let travel = (settings.judge && settings.rigid).then(|| Travel::by(&outputs.tracked.tracks, tells)).flatten();
+    let travel =
+        (settings.enabled && settings.rigid_scene).then(|| Travel::by(&outputs.tracked.tracks, tells)).flatten();
     Some(Camera::new(motions, frames, travel))
 }
 
 /// What the background tells, `None` unless clips are judged by it.
 pub(crate) fn background_of(camera: Camera, outputs: &Outputs, clip: &Clip) -> Option<Background> {
-    if !clip.params.background.judge {
+    if !clip.params.background.enabled {
         return None;
     }
     let densest = outputs.tracked.denser.as_ref().unwrap_or(&outputs.tracked.tracks);
