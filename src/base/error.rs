@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Longest accepted side of a frame, in pixels: twice the width of an 8K frame, rounded up.
+/// Longest accepted side of a frame, in pixels: twice the width of an 8K frame, rounded up to a power of two.
 pub const MAX_SIDE: usize = 16_384;
 /// Largest accepted number of pixels of one frame unless `clip.maxPixels` sets another: twice an 8K frame.
 pub const MAX_PIXELS: usize = 1 << 26;

@@ -277,13 +277,13 @@ const MAX_COARSEST_PIXELS: usize = 12_000;
 /// as many change F by 0.002, see the module's limits).
 const FILTER_DEGREE: u32 = 10;
 /// Residual at which an eigenpair of the coarsest level counts as converged. Chosen by eye. Lower is slower.
-const RESIDUAL_TOLERANCE: f64 = 1e-3;
+const COARSEST_TOLERANCE: f64 = 1e-3;
 /// Largest number of products with one vector on the coarsest level. Chosen by eye.
-const MAX_PRODUCTS: f64 = 4000.0;
+const MAX_COARSEST_PRODUCTS: f64 = 4000.0;
 /// Largest number of multiplications on the coarsest level: about two seconds.
-const MAX_WORK: f64 = 8e9;
+const MAX_COARSEST_WORK: f64 = 8e9;
 /// Multiplications per pixel and product for orthogonalisation, estimated as in `embedding`.
-const BASIS_WORK_PER_ROW: f64 = 300.0;
+const BASIS_WORK_PER_PIXEL: f64 = 300.0;
 
 /// Leading eigenvectors of `P = D^-1 W`.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -309,7 +309,7 @@ pub(super) fn embed_pixels(pb: &Plane<f32>, params: &StillParams, seed: u32) -> 
 fn solve(pb: &Plane<f32>, params: &StillParams, seed: u32) -> PixelEmbedding {
     let graph = PixelGraph::new(pb, params.radius, params.sigma);
     let settings =
-        EigenParams { tolerance: RESIDUAL_TOLERANCE, max_products: max_products(&graph), multiplicity: 0, seed };
+        EigenParams { tolerance: COARSEST_TOLERANCE, max_products: max_products(&graph), multiplicity: 0, seed };
     let pairs = largest_eigenpairs(&graph, params.dimensions as usize, &settings);
     to_embedding(&graph, pairs)
 }
@@ -317,8 +317,8 @@ fn solve(pb: &Plane<f32>, params: &StillParams, seed: u32) -> PixelEmbedding {
 /// Limits the number of products by their cost, which grows with the radius.
 fn max_products(graph: &PixelGraph) -> u32 {
     let neighbours = 2 * graph.offsets.len();
-    let work_per_product = (neighbours as f64 + BASIS_WORK_PER_ROW) * graph.scale.len() as f64;
-    (MAX_WORK / work_per_product).min(MAX_PRODUCTS) as u32
+    let work_per_product = (neighbours as f64 + BASIS_WORK_PER_PIXEL) * graph.scale.len() as f64;
+    (MAX_COARSEST_WORK / work_per_product).min(MAX_COARSEST_PRODUCTS) as u32
 }
 
 fn refine(pb: &Plane<f32>, coarse: &PixelEmbedding, params: &StillParams) -> PixelEmbedding {
@@ -329,7 +329,7 @@ fn refine(pb: &Plane<f32>, coarse: &PixelEmbedding, params: &StillParams) -> Pix
         // U = D^1/2 V.
         start.extend(large.iter().zip(&graph.scale).map(|(v, &s)| if s > 0.0 { f64::from(v / s) } else { 0.0 }));
     }
-    match refine_eigenpairs(&graph, start, FILTER_DEGREE, RESIDUAL_TOLERANCE) {
+    match refine_eigenpairs(&graph, start, FILTER_DEGREE, COARSEST_TOLERANCE) {
         Some(pairs) => to_embedding(&graph, pairs),
         None => PixelEmbedding { width: pb.width(), height: pb.height(), ..PixelEmbedding::default() },
     }

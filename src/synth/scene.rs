@@ -6,7 +6,7 @@ use crate::flow::FlowField;
 use crate::image::{Frame, Plane};
 
 /// Longest side of a scene in pixels, to bound its memory; longer ones are clamped. Chosen by eye.
-pub(super) const MAX_SIDE: usize = 4096;
+const MAX_SIDE: usize = 4096;
 
 /// A clip with known masks and flow.
 #[derive(Debug, Clone)]

@@ -2,8 +2,10 @@
 
 use super::affine::Affine;
 use super::brush::{Colour, Noise, disc, shade};
-use super::scene::{MAX_SIDE, Scene, Sprite};
+use super::scene::{Scene, Sprite};
 
+/// Largest displacement of a plane, in pixels, to bound its memory. Chosen by eye.
+const MAX_REACH_PX: f64 = 4096.0;
 /// Colours of the background and the object, chosen by eye.
 const PLANE_COLOURS: [Colour; 2] = [[150.0, 140.0, 120.0], [110.0, 130.0, 160.0]];
 
@@ -23,7 +25,7 @@ impl Scene {
         let middle = 0.5 * (num_frames as f64 - 1.0);
         let reach =
             (middle + 1.0) * [back.0, back.1, front.0, front.1].map(f64::abs).iter().copied().fold(0.0, f64::max);
-        let reach = reach.min(MAX_SIDE as f64) as f32 + 2.0;
+        let reach = reach.min(MAX_REACH_PX) as f32 + 2.0;
         let bounds = [-reach, -reach, scene.size().0 as f32 + reach, scene.size().1 as f32 + reach];
         let edge = 0.5 * scene.size().0 as f32 - 0.25;
         for (k, (u, v)) in [back, front].into_iter().enumerate() {

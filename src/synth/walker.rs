@@ -7,6 +7,7 @@ use super::affine::{Affine, sin_turns};
 use super::brush::{Colour, Noise, bar, blend, disc, ramp, rounded_box, shade};
 use super::scene::{Scene, Sprite};
 
+// Lengths of limbs.
 const THIGH: f32 = 32.0;
 const SHIN: f32 = 31.0;
 const UPPER_ARM: f32 = 23.0;

@@ -89,7 +89,7 @@ pub fn envelope(curve: &[Errors]) -> Vec<Errors> {
     sorted
 }
 
-/// How the lower envelopes of two curves compare.
+/// A comparison of the lower envelopes of two curves.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Comparison {
@@ -109,7 +109,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Whether it lies below at every rate that both reach.
+    /// Returns true if the curve lies below at every rate that both reach.
     pub fn holds(&self) -> bool {
         self.above == 0 && self.equal == 0
     }
@@ -127,15 +127,15 @@ pub fn compare(curve: &[Errors], other: &[Errors]) -> Option<Comparison> {
     let mut result =
         Comparison { from, below: 0, equal: 0, above: 0, margin: f64::INFINITY, reach: first - other_first };
     for rate in [from].into_iter().chain(ours.iter().chain(&theirs).map(|e| e.missed).filter(|&m| m > from)) {
-        let (own, others) = (at(&ours, rate), at(&theirs, rate));
-        if own < others || own <= 0.0 {
+        let (our_count, their_count) = (at(&ours, rate), at(&theirs, rate));
+        if our_count < their_count || our_count <= 0.0 {
             result.below += 1;
-        } else if own > others {
+        } else if our_count > their_count {
             result.above += 1;
         } else {
             result.equal += 1;
         }
-        result.margin = result.margin.min(others - own);
+        result.margin = result.margin.min(their_count - our_count);
     }
     Some(result)
 }

@@ -16,7 +16,7 @@ use tracecut::Error;
 use tracecut::image::Plane;
 use tracecut::trajectory::Trajectories;
 
-/// How the foreground of one shot matches the truth; each in `0.0..=1.0`.
+/// Agreement of the foreground of one shot with the truth; each in `0.0..=1.0`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct ForegroundScores {
@@ -62,7 +62,7 @@ pub fn score(
         }
     }
     let [[_, missed], [wrong, right]] = counts;
-    let share = |part: u64, whole: u64, of_none: f64| if whole == 0 { of_none } else { part as f64 / whole as f64 };
+    let share = |part: u64, total: u64, of_none: f64| if total == 0 { of_none } else { part as f64 / total as f64 };
     Ok(ForegroundScores {
         iou: share(right, right + wrong + missed, 1.0),
         recall: share(right, right + missed, 1.0),

@@ -24,7 +24,7 @@ use tracecut::Error;
 use tracecut::image::Plane;
 use tracecut::sets::DisjointSets;
 
-/// What a pixel truly is.
+/// The truth of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Truth {
     /// On no object.
@@ -35,7 +35,7 @@ pub enum Truth {
     Ignored,
 }
 
-/// How good masks are, in a frame or on average; `None` where nothing says.
+/// Scores of masks, of a frame or on average; `None` if undefined.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct MaskScores {
@@ -55,8 +55,8 @@ impl MaskScores {
     /// Mean of each number over those that have it.
     pub fn mean_of(all: &[Self]) -> Self {
         let over = |value: fn(&Self) -> Option<f64>| {
-            let known: Vec<f64> = all.iter().filter_map(value).collect();
-            (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
+            let values: Vec<f64> = all.iter().filter_map(value).collect();
+            (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
         };
         Self {
             j: over(|s| s.j),
@@ -68,7 +68,7 @@ impl MaskScores {
     }
 }
 
-/// What of a clip was found.
+/// Counts of objects and labels of a clip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Census {
@@ -110,16 +110,16 @@ fn scores_of(counts: &Counts, labels: &Plane<u8>, truth: &Plane<Truth>) -> Resul
     let labelled = |kind: usize| counts[1..].iter().map(|c| c[kind]).sum::<u64>();
     let (wrong, right) = (labelled(0), labelled(1));
     let (background, object) = (wrong + counts[0][0], right + counts[0][1]);
-    let share = |part: u64, whole: u64| part as f64 / whole.max(1) as f64;
+    let share = |part: u64, total: u64| part as f64 / total.max(1) as f64;
     let false_share = Some(share(wrong, background));
     if object == 0 {
         return Ok(MaskScores { j: Some(1.0 - share(wrong, background)), false_share, ..MaskScores::default() });
     }
     let similarity = |c: &[u64; 2]| share(c[1], c[0] + object);
-    let (mask, sought) = (scored_mask(labels, truth), truth.map(|t| t == Truth::Object));
+    let (mask, objects) = (scored_mask(labels, truth), truth.map(|t| t == Truth::Object));
     Ok(MaskScores {
         j: Some(similarity(&[wrong, right])),
-        f: Some(boundary_measure(&mask, &sought)?),
+        f: Some(boundary_measure(&mask, &objects)?),
         best: Some(counts[1..].iter().map(similarity).fold(0.0, f64::max)),
         recall: Some(share(right, object)),
         false_share,
@@ -168,7 +168,7 @@ impl ClipScorer {
         &self.frames
     }
 
-    /// What was found in the frames so far.
+    /// Counts of the frames so far.
     pub fn census(&self) -> Census {
         let is_false: Vec<bool> = self.counts.iter().map(|[background, object]| background > object).collect();
         let is_seen = |label: &usize| self.counts[*label] != [0, 0];
@@ -208,21 +208,21 @@ impl Pieces {
     fn add(&mut self, labels: &Plane<u8>, objects: &Plane<bool>) {
         let mut sets = connected(objects);
         let mut piece_of_root: BTreeMap<usize, usize> = BTreeMap::new();
-        let mut here = vec![None; objects.data().len()];
-        for i in (0..here.len()).filter(|&i| objects.data()[i]) {
+        let mut pieces = vec![None; objects.data().len()];
+        for i in (0..pieces.len()).filter(|&i| objects.data()[i]) {
             let piece = *piece_of_root.entry(sets.root(i)).or_insert_with(|| {
                 self.all.push(Piece::default());
                 self.all.len() - 1
             });
             self.all[piece].pixels += 1;
             *self.all[piece].labels.entry(labels.data()[i]).or_default() += 1;
-            here[i] = Some(piece);
+            pieces[i] = Some(piece);
         }
-        let overlaps = self.last.iter().zip(&here).filter_map(|(before, now)| Some(((*before)?, (*now)?)));
+        let overlaps = self.last.iter().zip(&pieces).filter_map(|(before, now)| Some(((*before)?, (*now)?)));
         self.links.extend(overlaps);
         self.links.sort_unstable();
         self.links.dedup();
-        self.last = here;
+        self.last = pieces;
     }
 
     /// How many objects there are, and of how many at least half of the pixels have a label that `counts`.
@@ -248,12 +248,12 @@ fn connected(plane: &Plane<bool>) -> DisjointSets {
     let mut sets = DisjointSets::new(width * height);
     for y in 0..height {
         for x in (0..width).filter(|&x| plane[(x, y)]) {
-            let here = y * width + x;
+            let pixel = y * width + x;
             if x > 0 && plane[(x - 1, y)] {
-                sets.join(here - 1, here);
+                sets.join(pixel - 1, pixel);
             }
             for above in (x.saturating_sub(1)..(x + 2).min(width)).filter(|&a| y > 0 && plane[(a, y - 1)]) {
-                sets.join((y - 1) * width + above, here);
+                sets.join((y - 1) * width + above, pixel);
             }
         }
     }

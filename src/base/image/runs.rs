@@ -46,12 +46,6 @@ impl<T: Copy + PartialEq> Runs<T> {
         &self.runs
     }
 
-    /// Returns length and value of each run.
-    pub(crate) fn lengths(&self) -> impl Iterator<Item = (u32, T)> {
-        let mut begin = 0;
-        self.runs.iter().map(move |&(end, value)| (end - std::mem::replace(&mut begin, end), value))
-    }
-
     /// Returns the runs of each row: row, columns, value.
     pub(crate) fn rows(&self) -> impl Iterator<Item = (usize, Range<usize>, T)> {
         let (width, mut begin) = (self.width.max(1), 0);
@@ -88,7 +82,6 @@ mod tests {
                 let plane = Plane::from_fn(w, h, |x, y| ((x * 3 + y * y) / stride % 4) as u8);
                 let runs = Runs::from_plane(&plane);
                 assert_eq!(runs.to_plane(), plane);
-                assert_eq!(runs.lengths().map(|(length, _)| length as usize).sum::<usize>(), w * h);
                 let mut seen = 0;
                 for (y, columns, value) in runs.rows() {
                     assert_eq!(y * w + columns.start, seen);

@@ -82,7 +82,7 @@ impl Superpixels {
     /// Number of pixels of each superpixel.
     pub(crate) fn areas(&self) -> Vec<u32> {
         let mut areas = vec![0; self.count];
-        self.runs.lengths().for_each(|(length, p)| areas[p as usize] += length);
+        self.runs.rows().for_each(|(_, columns, p)| areas[p as usize] += columns.len() as u32);
         areas
     }
 }

@@ -470,7 +470,7 @@ fn blend(warped: &mut [f32], corners: [&mut [f32]; 4], fraction_x: &[f32], fract
 // All pixels of one colour in a row are then neighbours in memory, and so are the pixels to the left of them, to the
 // right, above and below: a sweep over one colour is a loop over slices of equal length, [`LANES`] numbers at a time.
 
-/// Numbers in a vector of the kernels; the cells of a half row are a multiple of it.
+/// Numbers in a vector of the kernels: eight `f32` fill 256 bits. The cells of a half row are a multiple of it.
 const LANES: usize = 8;
 type Lanes = [f32; LANES];
 

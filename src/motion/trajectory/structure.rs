@@ -3,7 +3,7 @@
 use crate::image::{Plane, gaussian_blur};
 
 /// Standard deviation of the blur before the gradient, in pixels (published tracker).
-const PRE_SMOOTHING_PX: f32 = 0.8;
+const GRADIENT_SMOOTHING_PX: f32 = 0.8;
 /// Standard deviation of the blur of the tensor, in pixels (published tracker).
 const TENSOR_SMOOTHING_PX: f32 = 3.0;
 
@@ -28,7 +28,7 @@ const TENSOR_SMOOTHING_PX: f32 = 3.0;
 /// ```
 #[must_use]
 pub fn structure(luma: &Plane<f32>) -> Plane<f32> {
-    let image = gaussian_blur(luma, PRE_SMOOTHING_PX);
+    let image = gaussian_blur(luma, GRADIENT_SMOOTHING_PX);
     let (w, h) = (image.width(), image.height());
     let (half_w, half_h) = (w.div_ceil(2), h.div_ceil(2));
     let mut tensor = [(); 3].map(|()| Plane::filled(half_w, half_h, 0.0));
