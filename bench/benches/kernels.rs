@@ -2,10 +2,10 @@
 //!
 //! - `flow`: one pyramid and one flow field, on smoothed noise that moves by (-3, 2) pixels. For the error against true
 //!   flow see `bench flow`.
-//! - `cut`: alpha-expansion on problems like those of real clips. Nodes are a grid in each of 30 frames, joined to three
+//! - `cut`: alpha-expansion on problems that resemble real clips. Nodes are a grid in each of 30 frames, joined to three
 //!   neighbours in the frame and three in the next; each favours the label of the blob that it lies in, a fifth of them a
 //!   wrong one, and a third have no opinion. In the hard problem more are wrong and edges are dearer.
-//! - `eigen [FOLDER | FILE.mtx...]`: the eigensolver on graphs like those of real clips. With a folder, the normalised
+//! - `eigen [FOLDER | FILE.mtx...]`: the eigensolver on graphs that resemble real clips. With a folder, the normalised
 //!   matrices are written there as MatrixMarket, to time other solvers on the same input. With MatrixMarket files, such as
 //!   `dump/affinity.mtx` of `tracecut segment --dump`, those are solved instead.
 //! - `stages`: every other kernel, on the sample scene. A kernel of a frame is timed on one frame, a kernel of the clip on

@@ -212,7 +212,7 @@ fn of_seeds(outcome: &Outcome) -> Scores {
     let runs: Vec<Scores> = outcome.runs.iter().map(|run| run.scores.clone()).collect();
     let count = runs.len().max(1) as f64;
     let mean = mean(&runs);
-    // Of the visible regions one is the background.
+    // One of the visible regions is the background.
     let objects = (mean.visible / count - 1.0).max(0.0);
     Scores { extracted: mean.extracted / count, visible: objects, labeled: mean.labeled / count, ..mean }
 }

@@ -21,11 +21,11 @@ struct Point {
 const NONE: u32 = u32::MAX;
 
 impl Grid {
-    /// Creates an empty grid over a frame of `size` pixels. `side` is the side of a cell in pixels, which is the largest
+    /// Creates an empty grid over a frame of `width × height` pixels. `side` is the side of a cell in pixels, which is the largest
     /// radius of a query.
-    pub(crate) fn new(size: (usize, usize), side: f32) -> Self {
+    pub(crate) fn new(width: usize, height: usize, side: f32) -> Self {
         let cells = |length: usize| (length as f32 / side) as usize + 1;
-        let (columns, rows) = (cells(size.0), cells(size.1));
+        let (columns, rows) = (cells(width), cells(height));
         Self { side, columns, rows, cells: vec![(NONE, NONE); columns * rows], points: Vec::new() }
     }
 
@@ -84,15 +84,13 @@ mod tests {
     use super::*;
     use crate::rng::Rng;
 
-    const SIZE: (usize, usize) = (100, 80);
-
     #[test]
     fn the_grid_finds_what_comparing_all_finds() {
         let mut rng = Rng::for_stage(1, "votes");
         let points: Vec<_> =
             (0..300).map(|i| (i, rng.range(-2.0, 102.0) as f32, rng.range(-2.0, 82.0) as f32)).collect();
         for side in [0.5_f32, 7.0, 16.0, 500.0] {
-            let mut grid = Grid::new(SIZE, side);
+            let mut grid = Grid::new(100, 80, side);
             grid.add(7, 1.0, 1.0);
             grid.clear();
             points.iter().for_each(|&(i, x, y)| grid.add(i, x, y));

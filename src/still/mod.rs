@@ -118,12 +118,11 @@ pub fn image_discontinuities(frame: &Frame, params: &StillParams, seed: u32) -> 
     }
     let embedding = embed_pixels(&pb.thin, params, seed);
     let Changes { d, spectral } = changes(&embedding, params.grouping);
-    let combined = combine(&strengths, &d, (w, h), params.weight);
+    let combined = combine(&strengths, &d, w, h, params.weight);
     let PixelEmbedding { eigenvalues, vectors, info, .. } = embedding;
     let eigenvectors = vectors.into_iter().filter_map(|v| Plane::from_vec(w, h, v)).collect();
-    let d = strength_map(&d, (w, h), |s| s.clamp(0.0, 1.0));
-    let spectral =
-        strength_map(&spectral, (w, h), |s| s * s / (s * s + HALF_STRENGTH_GRADIENT * HALF_STRENGTH_GRADIENT));
+    let d = strength_map(&d, w, h, |s| s.clamp(0.0, 1.0));
+    let spectral = strength_map(&spectral, w, h, |s| s * s / (s * s + HALF_STRENGTH_GRADIENT * HALF_STRENGTH_GRADIENT));
     ImageDiscontinuities { pb, d, spectral, combined, eigenvalues, eigenvectors, info }
 }
 
@@ -140,8 +139,13 @@ const LOGISTIC_FLATTENING: f32 = 1.333;
 const LOGISTIC_SHIFT: f32 = 0.5;
 
 /// Combines changes along all directions to a map whose values are mapped by `scaled`.
-fn strength_map(changes: &[Vec<f32>; ORIENTATIONS], size: (usize, usize), scaled: impl Fn(f32) -> f32) -> StrengthMap {
-    let (strength, thin) = strongest(changes, size);
+fn strength_map(
+    changes: &[Vec<f32>; ORIENTATIONS],
+    width: usize,
+    height: usize,
+    scaled: impl Fn(f32) -> f32,
+) -> StrengthMap {
+    let (strength, thin) = strongest(changes, (width, height));
     StrengthMap { strength: strength.map(&scaled), thin: thin.map(&scaled) }
 }
 
@@ -149,7 +153,8 @@ fn strength_map(changes: &[Vec<f32>; ORIENTATIONS], size: (usize, usize), scaled
 fn combine(
     pb: &[Vec<f32>; ORIENTATIONS],
     d: &[Vec<f32>; ORIENTATIONS],
-    size: (usize, usize),
+    width: usize,
+    height: usize,
     weight: f32,
 ) -> BoundaryMap {
     let d_weight = weight * DISCONTINUITY_WEIGHT;
@@ -158,5 +163,5 @@ fn combine(
         slope: OF_PB.slope / (1.0 + weight * LOGISTIC_FLATTENING),
         centre: OF_PB.centre + weight * LOGISTIC_SHIFT,
     };
-    from_strengths(&sums, size, logistic)
+    from_strengths(&sums, (width, height), logistic)
 }

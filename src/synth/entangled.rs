@@ -5,8 +5,8 @@
 
 use super::affine::{Affine, sin_turns};
 use super::brush::{Colour, Noise, blend, ramp, shade};
+use super::person::{Gait, LEG, Person};
 use super::scene::{Scene, Sprite};
-use super::walker::{Gait, LEG, Walker};
 
 /// Width of the board, in units.
 const BOARD_WIDTH: f64 = 320.0;
@@ -38,7 +38,7 @@ impl Scene {
             ([[58.0, 104.0, 186.0], [240.0, 214.0, 96.0]], [98.0, 78.0, 60.0]),
         ];
         for (k, (jumper, trousers)) in clothes.into_iter().enumerate() {
-            let player = Walker {
+            let player = Person {
                 jumper,
                 trousers,
                 hat: shade(jumper[1], -0.25),

@@ -6,8 +6,8 @@
 
 use super::affine::{Affine, sin_turns};
 use super::brush::{Colour, Noise, bar, blend, disc, lerp, ramp, rounded_box, shade};
+use super::person::{Gait, LEG, Person};
 use super::scene::{Scene, Sprite};
-use super::walker::{Gait, LEG, Walker};
 
 /// Width of the board, in units.
 const BOARD_WIDTH: f64 = 480.0;
@@ -38,7 +38,7 @@ impl Scene {
         board.add_backdrop(&mut scene);
         board.add_balloon(&mut scene);
         board.add_van(&mut scene);
-        let hiker = Walker {
+        let hiker = Person {
             jumper: [[216.0, 78.0, 60.0], [246.0, 226.0, 196.0]],
             trousers: [64.0, 82.0, 120.0],
             hat: [196.0, 152.0, 84.0],
@@ -64,7 +64,7 @@ impl Scene {
             ([[70.0, 110.0, 180.0], [236.0, 200.0, 90.0]], [110.0, 92.0, 70.0]),
         ];
         for (k, (jumper, trousers)) in clothes.into_iter().enumerate() {
-            let walker = Walker {
+            let walker = Person {
                 jumper,
                 trousers,
                 hat: shade(jumper[1], -0.3),

@@ -14,7 +14,7 @@
 //! ```
 //!
 //! Affine maps suffice: a ground plane seen by a camera that moves sideways is a sheared layer, a walking person a chain of
-//! rotated layers (`walker`).
+//! rotated layers (`person`).
 //!
 //! The bytes are the same on every target: they depend on sums, products, square roots and integer hashes only (see
 //! `affine::sin_turns`). **Cost**: O(area of the layers) per frame, 16 bytes of memory per texel. **Limits**: no shadows, no
@@ -24,8 +24,8 @@ mod affine;
 mod brush;
 mod entangled;
 mod landscape;
+mod person;
 mod scene;
 mod toys;
-mod walker;
 
 pub use scene::Scene;

@@ -110,7 +110,7 @@ impl Scene {
     fn visit_layers(&self, t: usize, visit: &mut dyn FnMut(usize, usize, usize, Colour, f32)) {
         for (index, layer) in self.layers.iter().enumerate() {
             let sprite = &self.sprites[layer.sprite];
-            layer.visit_pixels(sprite, t, self.size, index == 0, &mut |x, y, colour, coverage| {
+            layer.visit_pixels(sprite, t, self.size.0, self.size.1, index == 0, &mut |x, y, colour, coverage| {
                 visit(index, x, y, colour, coverage);
             });
         }
@@ -188,13 +188,14 @@ impl Layer {
         self.poses[t.min(last)].inverse().then(&self.poses[(t + 1).min(last)])
     }
 
-    /// Calls `visit(x, y, colour, coverage)` for every pixel of a frame of `size` that the layer covers at frame `t`, at least
-    /// in part. A backdrop covers every pixel in full.
+    /// Calls `visit(x, y, colour, coverage)` for every pixel of a frame of `width × height` pixels that the layer covers at
+    /// frame `t`, at least in part. A backdrop covers every pixel in full.
     fn visit_pixels(
         &self,
         sprite: &Sprite,
         t: usize,
-        size: (usize, usize),
+        width: usize,
+        height: usize,
         is_backdrop: bool,
         visit: &mut dyn FnMut(usize, usize, Colour, f32),
     ) {
@@ -202,7 +203,7 @@ impl Layer {
         let to_texels = pose.inverse().then(&sprite.to_texels);
         let pixels_per_unit = pose.determinant().abs().sqrt() as f32;
         let (columns, rows) =
-            if is_backdrop { (0..size.0, 0..size.1) } else { extent(&to_texels.inverse(), sprite, size) };
+            if is_backdrop { (0..width, 0..height) } else { extent(&to_texels.inverse(), sprite, width, height) };
         let origin = to_texels.apply(0.0, 0.0);
         let right = to_texels.apply(1.0, 0.0);
         let (step_x, step_y) = ((right.0 - origin.0) as f32, (right.1 - origin.1) as f32);
@@ -220,11 +221,12 @@ impl Layer {
     }
 }
 
-/// Returns the columns and rows of a frame of `size` pixels that a sprite can cover.
+/// Returns the columns and rows of a frame of `width × height` pixels that a sprite can cover.
 fn extent(
     from_texels: &Affine,
     sprite: &Sprite,
-    size: (usize, usize),
+    width: usize,
+    height: usize,
 ) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
     let (right, bottom) = ((sprite.texels.width() - 1) as f64, (sprite.texels.height() - 1) as f64);
     let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)].map(|(x, y)| from_texels.apply(x, y));
@@ -234,5 +236,5 @@ fn extent(
         // Casts saturate, so that a sprite outside the frame gives an empty range.
         (low.ceil().max(0.0) as usize)..((high.floor() + 1.0).max(0.0) as usize).min(end)
     };
-    (range(&|c| c.0, size.0), range(&|c| c.1, size.1))
+    (range(&|c| c.0, width), range(&|c| c.1, height))
 }

@@ -161,7 +161,7 @@ fn average(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-/// How many pixels of each label lie on the true foreground and on the background, over the frames of a clip.
+/// Pixels of each label on the true foreground and on the background, over the frames of a clip.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LabelTally {
     /// Label by label: pixels on the background, on the foreground.
@@ -190,8 +190,8 @@ impl LabelTally {
         Ok(())
     }
 
-    /// For each label whether more than half of its pixels are truly foreground: the choice of one who knows the truth.
-    /// Of all choices it has the fewest wrong pixels, which need not be the one with the best region similarity.
+    /// Marks the labels with more than half of their pixels on the true foreground. This choice minimises wrong pixels, and
+    /// need not maximise region similarity.
     pub fn oracle_foreground(&self) -> Vec<bool> {
         self.counts.iter().map(|[background, foreground]| foreground > background).collect()
     }

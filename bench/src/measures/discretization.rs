@@ -93,18 +93,18 @@ pub fn envelope(curve: &[Errors]) -> Vec<Errors> {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Comparison {
-    /// The least rate of misses that both reach.
+    /// The smallest rate of misses that both reach.
     pub from: f64,
-    /// Of the rates at which either envelope has a step: those at which the one curve lies below the other, or has no
-    /// over-segmentation at all, where nothing could be below.
+    /// Number of rates, among the steps of both envelopes, at which the curve lies below the other or has no
+    /// over-segmentation.
     pub below: usize,
-    /// Those at which both are equal.
+    /// Number of rates at which both are equal.
     pub equal: usize,
-    /// Those at which it lies above.
+    /// Number of rates at which it lies above.
     pub above: usize,
-    /// The smallest margin by which it lies below, negative where it lies above, among all these rates.
+    /// Smallest margin by which it lies below at these rates; negative if it lies above.
     pub margin: f64,
-    /// By how much the least rate of misses of the other is lower; negative where this one's is.
+    /// Difference of the smallest rates of misses, this curve's less the other's.
     pub reach: f64,
 }
 
@@ -115,8 +115,8 @@ impl Comparison {
     }
 }
 
-/// Where `curve` lies to `other`; `None` if either has no points. Envelopes are constant between their steps, so that
-/// the steps are all there is to look at.
+/// Compares `curve` with `other` at the steps of their envelopes, which are constant in between; `None` if either has no
+/// points.
 pub fn compare(curve: &[Errors], other: &[Errors]) -> Option<Comparison> {
     let (ours, theirs) = (envelope(curve), envelope(other));
     let (first, other_first) = (ours.first()?.missed, theirs.first()?.missed);

@@ -31,7 +31,7 @@ use tracecut::discretize::Clusters;
 use tracecut::image::Plane;
 use tracecut::trajectory::Trajectories;
 
-/// What Table 1 has of a sequence; all but the over-segmentation and the number of objects in percent.
+/// Scores of a sequence as in the paper's Table 1, in percent but for the over-segmentation and the number of objects.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Scores {
@@ -195,7 +195,7 @@ fn occupied(labelled: &[(usize, &Plane<u8>)], tracks: &Trajectories) -> u64 {
     count
 }
 
-/// Of each object the pixels near points of its own clusters, over all frames, and its pixels in each frame.
+/// Counts each object's pixels near points of its clusters, over all frames, and its pixels in each frame.
 fn cover(
     labelled: &[(usize, &Plane<u8>)],
     tracks: &Trajectories,

@@ -7,8 +7,8 @@
 //! (its grey value is 0, the one that unnamed grey values count as). All others are foreground, things that stand in
 //! front of an object included.
 //!
-//! Each trajectory alive in a labelled frame is one point, at its nearest pixel; those of all labelled frames of a shot
-//! are counted together, so that a frame counts by how many trajectories it has.
+//! Each trajectory alive in a labelled frame is one point, at its nearest pixel; the points of all labelled frames of
+//! a shot are counted together, so that a frame's weight is its number of trajectories.
 
 use super::definition::Definition;
 use serde::Serialize;

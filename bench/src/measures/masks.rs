@@ -5,7 +5,7 @@
 //!
 //! Pixels that the truth ignores count nowhere. In a frame with an object
 //!
-//! - J and F are those of [`davis`](super::davis), of all labels other than 0 together;
+//! - J and F are computed as in [`davis`](super::davis), for all labels other than 0 together;
 //! - best is the J of the one label that has the most of it: below J an object is in parts, or many objects are apart;
 //! - recall is the labelled share of the true objects' pixels, the false share the labelled share of the background's.
 //!
@@ -78,7 +78,7 @@ pub struct Census {
     pub false_objects: usize,
     /// True objects.
     pub true_objects: usize,
-    /// Of these, those of which labels that are not false have at least half.
+    /// True objects with at least half of their pixels in labels that are not false.
     pub found_objects: usize,
 }
 
@@ -172,7 +172,8 @@ impl ClipScorer {
     pub fn census(&self) -> Census {
         let is_false: Vec<bool> = self.counts.iter().map(|[background, object]| background > object).collect();
         let is_seen = |label: &usize| self.counts[*label] != [0, 0];
-        let (true_objects, found_objects) = self.pieces.found(|label| label != 0 && !is_false[usize::from(label)]);
+        let (true_objects, found_objects) =
+            self.pieces.count_objects(|label| label != 0 && !is_false[usize::from(label)]);
         Census {
             labels: (1..256).filter(is_seen).count(),
             false_objects: (1..256).filter(|&l| is_false[l]).count(),
@@ -193,7 +194,7 @@ struct Piece {
     pixels: u64,
 }
 
-/// The pieces of all frames so far; those of neighbouring frames that overlap are one object.
+/// Connected pieces of all frames so far; pieces of neighbouring frames that overlap are one object.
 #[derive(Debug, Default)]
 struct Pieces {
     all: Vec<Piece>,
@@ -225,8 +226,8 @@ impl Pieces {
         self.last = pieces;
     }
 
-    /// How many objects there are, and of how many at least half of the pixels have a label that `counts`.
-    fn found(&self, counts: impl Fn(u8) -> bool) -> (usize, usize) {
+    /// Counts the objects, and the objects with at least half of their pixels in labels that `counts`.
+    fn count_objects(&self, counts: impl Fn(u8) -> bool) -> (usize, usize) {
         let mut sets = DisjointSets::new(self.all.len());
         self.links.iter().for_each(|&(a, b)| sets.join(a, b));
         let least = (LEAST_SHARE * self.last.len() as f64).ceil() as u64;
@@ -242,7 +243,7 @@ impl Pieces {
     }
 }
 
-/// The true pixels, joined with those of their eight neighbours that are true.
+/// Joins each true pixel with its true neighbours among eight.
 fn connected(plane: &Plane<bool>) -> DisjointSets {
     let (width, height) = (plane.width(), plane.height());
     let mut sets = DisjointSets::new(width * height);
@@ -357,7 +358,7 @@ mod tests {
             let objects = plane(rows);
             pieces.add(&objects.map(|_| 0), &objects);
         }
-        pieces.found(|_| true).0
+        pieces.count_objects(|_| true).0
     }
 
     #[test]
@@ -379,11 +380,11 @@ mod tests {
         // 80 x 100 pixels: an object has 4 at least.
         let objects = Plane::from_fn(80, 100, |x, y| y == 0 && (x < 3 || (10..14).contains(&x)));
         pieces.add(&Plane::from_fn(80, 100, |x, _| u8::from(x >= 12) + u8::from(x < 3)), &objects);
-        assert_eq!(pieces.found(|label| label == 1), (1, 1));
-        assert_eq!(pieces.found(|label| label == 2), (1, 0));
+        assert_eq!(pieces.count_objects(|label| label == 1), (1, 1));
+        assert_eq!(pieces.count_objects(|label| label == 2), (1, 0));
         let fewer = Plane::from_fn(80, 100, |x, y| u8::from(y == 0 && x == 13));
         let mut pieces = Pieces::default();
         pieces.add(&fewer, &objects);
-        assert_eq!(pieces.found(|label| label == 1), (1, 0));
+        assert_eq!(pieces.count_objects(|label| label == 1), (1, 0));
     }
 }

@@ -64,7 +64,7 @@ pub fn labels_for(
 ) -> Vec<u32> {
     let mut votes = vec![0.0_f32; asking.len() * num_labels];
     let mut nearness = vec![0.0_f32; asking.len()];
-    let mut grid = Grid::new(labelled.size, radius);
+    let mut grid = Grid::new(labelled.size.0, labelled.size.1, radius);
     let radius_sq = radius * radius;
     for t in 0..asking.num_frames.min(labelled.num_frames) {
         let voters = |i: usize| label.get(i).is_some_and(|&l| (l as usize) < num_labels);

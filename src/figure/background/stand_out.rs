@@ -128,7 +128,7 @@ impl Life {
 /// chain of such pairs leads to.
 fn alike(tracks: &Trajectories, salient: &[bool], reach: f32) -> DisjointSets {
     let mut sets = DisjointSets::new(tracks.len());
-    let mut grid = Grid::new(tracks.size, reach);
+    let mut grid = Grid::new(tracks.size.0, tracks.size.1, reach);
     for t in 0..tracks.num_frames {
         grid.clear();
         let here: Vec<_> = tracks.alive(t).filter(|&(i, ..)| salient.get(i) == Some(&true)).collect();

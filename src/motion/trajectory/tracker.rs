@@ -95,7 +95,7 @@ impl Tracker {
     pub fn seed(&mut self, structure: &Plane<f32>) {
         let mean = structure.data().iter().sum::<f32>() / structure.data().len().max(1) as f32;
         let step = self.params.grid_step;
-        let mut occupied = Grid::new(self.size, step);
+        let mut occupied = Grid::new(self.size.0, self.size.1, step);
         for track in &self.state.live {
             if let Some(&(x, y, _)) = track.points.last() {
                 occupied.add(track.number, x, y);

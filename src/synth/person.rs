@@ -1,6 +1,6 @@
 //! A walking person: a chain of rotated limbs, all of one object.
 //!
-//! Lengths are in the walker's own units, in which it is about 140 high; the hip is the origin, x points forward. All sizes
+//! Lengths are in the person's own units, in which it is about 140 high; the hip is the origin, x points forward. All sizes
 //! and colours were chosen by eye.
 
 use super::affine::{Affine, sin_turns};
@@ -17,9 +17,9 @@ const SHOULDER: f32 = 42.0;
 /// Distance from the hip to the sole of a straight leg.
 pub(super) const LEG: f32 = THIGH + SHIN + 5.0;
 
-/// The appearance of a walker.
+/// The appearance of a walking person.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Walker {
+pub(crate) struct Person {
     /// Main and second colour of the striped jumper.
     pub jumper: [Colour; 2],
     /// Colour of the trousers.
@@ -34,7 +34,7 @@ pub(crate) struct Walker {
     pub seed: u64,
 }
 
-/// The motion of a walker's limbs.
+/// The motion of the limbs.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Gait {
     /// Frames of two steps.
@@ -45,8 +45,8 @@ pub(crate) struct Gait {
     pub swing: f64,
 }
 
-impl Walker {
-    /// Adds the walker to a scene as object `label`. `hip(t)` is the pose of its hip at frame `t`; `reach(t)` stretches both
+impl Person {
+    /// Adds the person to a scene as object `label`. `hip(t)` is the pose of its hip at frame `t`; `reach(t)` stretches both
     /// arms, from 0, swinging with the gait, to 1, forward at shoulder height.
     pub(crate) fn add_to(
         &self,
