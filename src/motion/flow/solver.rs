@@ -165,8 +165,8 @@ impl Refiner {
     }
 
     /// Steps 3 and 4 as one wavefront. Pixels whose column and row have an even sum are red; black runs one row behind red.
-    /// The equations of row `y` are set up before any sweep of that iteration reaches row `y + 1`, and [`LAG_ROWS`] behind
-    /// the iteration before. `u` and `v` are the initial flow.
+    /// The equations of row `y` are set up before any sweep of their iteration reaches row `y`, and after all sweeps of the
+    /// previous iteration, [`LAG_ROWS`] ahead, have passed row `y + 1`. `u` and `v` are the initial flow.
     fn solve(&mut self, u: &Plane<f32>, v: &Plane<f32>, params: &FlowParams) {
         let height = self.mean.height;
         let fixed_points = params.fixed_points as usize;
