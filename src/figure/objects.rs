@@ -89,7 +89,7 @@ pub fn number_objects(tracks: &Trajectories, clusters: &Clusters, is_object: &[b
 
 /// Labels by falling area for the clusters `found`.
 fn numbered(census: &Census, mut found: Vec<usize>) -> Objects {
-    order::sort_by_key(&mut found, |&c| !order::double(census.cells[c]));
+    order::sort_by_key(&mut found, |&c| !order::f64_key(census.cells[c]));
     found.truncate(255);
     let mut of_cluster = vec![0; census.cells.len()];
     for (label, &c) in (1..=255).zip(&found) {

@@ -1,7 +1,7 @@
 //! Strength of the change at each pixel across each of eight directions, over channels and scales.
 
 use super::thin::{ORIENTATIONS, normals};
-use crate::image::{Frame, weigh};
+use crate::image::{Frame, convolve_symmetric};
 use crate::order::larger;
 use std::ops::Range;
 
@@ -391,13 +391,15 @@ impl Blur {
             pad(row, radius, &mut self.padded);
             let span = wider(span, radius, width);
             let from = |k: isize| (span.start + radius).wrapping_add_signed(k);
-            weigh(&mut out[span.clone()], &self.kernel, |k| &self.padded[from(k)..][..span.len()]);
+            convolve_symmetric(&mut out[span.clone()], &self.kernel, |k| &self.padded[from(k)..][..span.len()]);
         }
         *spans = widened(spans, radius, width);
         for (y, out) in image.chunks_exact_mut(width).enumerate() {
             let span = &spans[y];
             let row = |k: isize| mirror(y as isize + k, height) * width;
-            weigh(&mut out[span.clone()], &self.kernel, |k| &self.across[row(k) + span.start..][..span.len()]);
+            convolve_symmetric(&mut out[span.clone()], &self.kernel, |k| {
+                &self.across[row(k) + span.start..][..span.len()]
+            });
         }
     }
 }

@@ -71,7 +71,7 @@ impl Superpixels {
 
     /// The superpixel of each pixel; made anew with each call.
     pub fn label(&self) -> Plane<u32> {
-        self.runs.plane()
+        self.runs.to_plane()
     }
 
     /// The same in little memory.
@@ -82,7 +82,7 @@ impl Superpixels {
     /// Number of pixels of each superpixel.
     pub(crate) fn areas(&self) -> Vec<u32> {
         let mut areas = vec![0; self.count];
-        self.runs.lengths().for_each(|(length, p)| areas[p as usize] += length);
+        self.runs.rows().for_each(|(_, columns, p)| areas[p as usize] += columns.len() as u32);
         areas
     }
 }
@@ -90,7 +90,7 @@ impl Superpixels {
 /// A partition made elsewhere, which keeps the law; without borders nothing parts its superpixels.
 impl From<&Plane<u32>> for Superpixels {
     fn from(label: &Plane<u32>) -> Self {
-        Self::new(Runs::of(label), Vec::new(), Vec::new())
+        Self::new(Runs::from_plane(label), Vec::new(), Vec::new())
     }
 }
 
@@ -234,7 +234,7 @@ fn partition(
             edge.kind = EdgeKind::Deleted;
         }
     }
-    Superpixels::new(Runs::of(&label), borders(parts), edges)
+    Superpixels::new(Runs::from_plane(&label), borders(parts), edges)
 }
 
 /// Replaces faces by the numbers of their regions, in the order of first occurrence; returns the number of each region.
@@ -255,7 +255,7 @@ fn number(regions: &mut Regions, label: &mut Plane<u32>, num_faces: usize) -> Ve
 
 /// One border for each pair, from its parts.
 fn borders(mut parts: Vec<Border>) -> Vec<Border> {
-    order::sort_by_key(&mut parts, |p| order::pair(p.a, p.b));
+    order::sort_by_key(&mut parts, |p| order::pair_key(p.a, p.b));
     let mut borders = Vec::with_capacity(parts.len());
     for group in parts.chunk_by(|p, q| (p.a, p.b) == (q.a, q.b)) {
         let length: f32 = group.iter().map(|p| p.length).sum();

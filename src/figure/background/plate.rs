@@ -163,7 +163,7 @@ fn median(values: &[u8]) -> u8 {
 
 /// The noise of the pixel in the middle, when all are ordered by it.
 fn clip_noise(noise: &Plane<f32>) -> f32 {
-    order::nth(noise.data(), noise.data().len() / 2).max(LEAST_NOISE)
+    order::nth_smallest(noise.data(), noise.data().len() / 2).max(LEAST_NOISE)
 }
 
 /// The largest value of the 3×3 pixels around each: beside what moves a little the plate is not sure either.

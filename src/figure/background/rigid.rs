@@ -77,7 +77,7 @@ fn strays(travel: &Travel, count: usize) -> Vec<bool> {
     let goings: Vec<Vec<Going>> = travel.pairs.iter().map(Pair::goings).collect();
     let pairs = || travel.pairs.iter().zip(&goings);
     let mut slopes: Vec<f64> = pairs().filter_map(|(pair, goings)| ground(pair, goings, travel.units)).collect();
-    order::sort_by_key(&mut slopes, |&slope| order::double(slope));
+    order::sort_by_key(&mut slopes, |&slope| order::f64_key(slope));
     let slope = slopes.get(slopes.len() / 2).copied();
     let mut votes = vec![0_i32; count];
     for (pair, goings) in pairs() {
@@ -207,7 +207,7 @@ fn is_carrier(tracks: &Trajectories, members: &[usize], (margin, units): (f32, U
         ways.push((tracks.x[last] - tracks.x[first]).abs().max((tracks.y[last] - tracks.y[first]).abs()) / unit);
         is_at_rim |= tracks.y[first] + margin > tracks.size.1 as f32;
     }
-    order::sort_by_key(&mut ways, |&way| u64::from(order::single(way)));
+    order::sort_by_key(&mut ways, |&way| u64::from(order::f32_key(way)));
     is_at_rim && f64::from(ways[ways.len() / 2]) < CARRIED
 }
 

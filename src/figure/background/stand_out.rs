@@ -128,13 +128,13 @@ impl Life {
 /// chain of such pairs leads to.
 fn alike(tracks: &Trajectories, salient: &[bool], reach: f32) -> DisjointSets {
     let mut sets = DisjointSets::new(tracks.len());
-    let mut grid = Grid::new(tracks.size, reach);
+    let mut grid = Grid::new(tracks.size.0, tracks.size.1, reach);
     for t in 0..tracks.num_frames {
         grid.clear();
         let here: Vec<_> = tracks.alive(t).filter(|&(i, ..)| salient.get(i) == Some(&true)).collect();
         here.iter().for_each(|&(i, x, y)| grid.add(i as u32, x, y));
         for &(i, x, y) in &here {
-            for (j, _) in grid.around(x, y).filter(|&(j, d_sq)| j as usize > i && d_sq <= reach * reach) {
+            for (j, _) in grid.nearby(x, y).filter(|&(j, d_sq)| j as usize > i && d_sq <= reach * reach) {
                 let difference_sq = motion_difference_sq(tracks, i, tracks, j as usize, t);
                 if difference_sq.is_some_and(|sq| sq < VOTE_MOTION * VOTE_MOTION) {
                     sets.join(i, j as usize);

@@ -124,7 +124,7 @@ impl CameraPath {
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
-    order::sort_by_key(&mut values, |&v| order::double(v));
+    order::sort_by_key(&mut values, |&v| order::f64_key(v));
     values[values.len() / 2]
 }
 
@@ -164,7 +164,7 @@ impl Edges {
         let [first, second] = [first, second].map(Slopes::of);
         let (w, h) = (first.x.width(), first.x.height());
         let steep = Plane::from_fn(w, h, |x, y| first.steepness_sq(x, y));
-        let bound = order::nth(steep.data(), ((1.0 - STEEPEST) * (w * h - 1) as f64) as usize);
+        let bound = order::nth_smallest(steep.data(), ((1.0 - STEEPEST) * (w * h - 1) as f64) as usize);
         let bound = bound.max(LEAST_SLOPE * LEAST_SLOPE);
         let places = (0..h).flat_map(|y| (0..w).map(move |x| (x, y)));
         let steep = places.map(|(x, y)| (x, y, steep[(x, y)])).filter(|&(.., steep)| steep >= bound).collect();

@@ -31,7 +31,7 @@ impl Borders {
                 seen.extend([(i, q), (j, p)]);
             }
         }
-        order::sort_by_key(&mut seen, |&(i, q)| order::pair(i, q));
+        order::sort_by_key(&mut seen, |&(i, q)| order::pair_key(i, q));
         seen.dedup();
         for (i, q) in seen {
             borders.witnesses[label[i as usize] as usize * k + q as usize] += 1;

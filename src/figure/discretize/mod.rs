@@ -267,7 +267,7 @@ fn spread_labels(label: &mut [u32], discontinuities: &Discontinuities) {
         if votes.is_empty() {
             break;
         }
-        order::sort_by_key(&mut votes, |&(i, known)| order::pair(i, known));
+        order::sort_by_key(&mut votes, |&(i, known)| order::pair_key(i, known));
         for ballot in votes.chunk_by(|a, b| a.0 == b.0) {
             let winner = ballot.chunk_by(|a, b| a == b).rev().max_by_key(|same| same.len()).map_or(0, |same| same[0].1);
             label[ballot[0].0 as usize] = winner;

@@ -1,7 +1,7 @@
 //! The log-odds that two neighbouring clusters are one thing.
 
 use super::weights::{OBJECT, OBJECT_BEFORE_PLATE, PAIR};
-use crate::affinity::{AffinityParams, Motions};
+use crate::affinity::{AffinityParams, Velocities};
 use crate::camera::DominantMotion;
 use crate::connectedness::Separation;
 use crate::discontinuity::Discontinuities;
@@ -133,8 +133,8 @@ struct Summary {
 impl Summary {
     fn of_clusters(label: &[u32], count: usize, known: &Known) -> Vec<Self> {
         let tracks = known.tracks;
-        let velocities = Motions::new(tracks, known.affinity);
-        let horizon = velocities.horizon();
+        let velocities = Velocities::new(tracks, known.affinity);
+        let horizon = velocities.horizon;
         let blank = || Self { size: 0.0, motion: vec![AffineSums::default(); tracks.num_frames], strange: (0.0, 0.0) };
         let mut clusters: Vec<Self> = (0..count).map(|_| blank()).collect();
         let half = [tracks.size.0, tracks.size.1].map(|side| side as f64 / 2.0);

@@ -197,7 +197,7 @@ impl Outputs {
         self.corrections.before.push(Snapshot {
             clusters: self.clusters.clone(),
             cut: self.cut.clone(),
-            masks: self.masks.iter().map(Runs::of).collect(),
+            masks: self.masks.iter().map(Runs::from_plane).collect(),
             held: self.corrections.held.clone(),
         });
     }
@@ -206,7 +206,7 @@ impl Outputs {
     pub(crate) fn restore(&mut self) -> bool {
         let Some(Snapshot { clusters, cut, masks, held }) = self.corrections.before.pop() else { return false };
         (self.clusters, self.cut, self.corrections.held) = (clusters, cut, held);
-        self.masks = masks.iter().map(Runs::plane).collect();
+        self.masks = masks.iter().map(Runs::to_plane).collect();
         true
     }
 }

@@ -49,24 +49,24 @@ crate::params! {
 impl ClipParams {
     /// Refuses frames with too many pixels; `size` is that of a [`crate::image::Frame`], or has been checked.
     pub(crate) fn check_pixels(&self, (width, height): (usize, usize)) -> Result<(), Error> {
-        Error::unless(width * height, self.max_pixels, "pixels in a frame", "clip.maxPixels")
+        Error::check_limit(width * height, self.max_pixels, "pixels in a frame", "clip.maxPixels")
     }
 
     /// Refuses more frames at once.
     pub(crate) fn check_frames(&self, count: usize) -> Result<(), Error> {
-        Error::unless(count, self.max_frames, "frames in a session", "clip.maxFrames")
+        Error::check_limit(count, self.max_frames, "frames in a session", "clip.maxFrames")
     }
 
     /// Refuses more trajectories.
     pub(crate) fn check_trajectories(&self, count: usize) -> Result<(), Error> {
-        Error::unless(count, self.max_trajectories, "trajectories", "clip.maxTrajectories")
+        Error::check_limit(count, self.max_trajectories, "trajectories", "clip.maxTrajectories")
     }
 
     /// Refuses trajectories from outside that are too much.
     pub(crate) fn check_given(&self, tracks: &Trajectories) -> Result<(), Error> {
         self.check_frames(tracks.num_frames)?;
         self.check_trajectories(tracks.start_frame.len())?;
-        Error::unless(tracks.x.len(), self.max_points, "points of trajectories", "clip.maxPoints")
+        Error::check_limit(tracks.x.len(), self.max_points, "points of trajectories", "clip.maxPoints")
     }
 }
 

@@ -16,7 +16,7 @@ pub(crate) struct Scale {
 impl Scale {
     /// Reduces the long side to `max_side` where it is longer.
     pub(crate) fn new(input: (usize, usize), max_side: usize) -> Self {
-        Self { input, working: fit_within(input, max_side) }
+        Self { input, working: fit_within(input.0, input.1, max_side) }
     }
 
     /// Input pixels per working pixel, horizontally.

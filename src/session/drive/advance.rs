@@ -143,7 +143,7 @@ impl Clip {
         let dropped = self.dropped_by(overlap);
         let Some(windows) = &mut self.windows else { return };
         if let Some(first) = windows.held.take() {
-            windows.first_number = windows.trackers.take().map_or(windows.first_number, |t| t.tracks.next_number());
+            windows.first_number = windows.trackers.take().map_or(windows.first_number, |t| t.tracks.state.next_number);
             windows.overlap = 0;
             windows.identities.forget_looks();
             self.frames = vec![first];

@@ -9,7 +9,7 @@ use crate::image::Frame;
 use crate::session::jobs::{Forward, Seen};
 use crate::session::run::{Clip, Phase, Session, Trackers};
 use crate::session::window::{Identities, Plan, Thumbnail};
-use crate::trajectory::Found;
+use crate::trajectory::TrackerState;
 use serde::{Deserialize, Serialize};
 
 /// Where the next window of a clip begins, with all that it needs but the frames; see [`Windows::resume`].
@@ -53,8 +53,8 @@ pub(crate) struct Carried {
     overlap: usize,
     first_number: u32,
     identities: Identities,
-    /// Of the trackers; of the one for masks where there is one.
-    found: Option<(Found, Option<Found>)>,
+    /// States of the tracker and, with dense masks, of the denser tracker.
+    trackers: Option<(TrackerState, Option<TrackerState>)>,
 }
 
 impl Session {
@@ -62,12 +62,12 @@ impl Session {
     pub(crate) fn carried(&self) -> Option<Carried> {
         let Phase::Frames(clip) = &self.phase else { return None };
         let windows = clip.windows.as_ref()?;
-        let found = |t: &Trackers| (t.tracks.found().clone(), t.masks.as_ref().map(|masks| masks.found().clone()));
+        let states = |t: &Trackers| (t.tracks.state.clone(), t.masks.as_ref().map(|masks| masks.state.clone()));
         Some(Carried {
             overlap: windows.overlap,
             first_number: windows.first_number,
             identities: windows.identities.clone(),
-            found: windows.trackers.as_ref().map(found),
+            trackers: windows.trackers.as_ref().map(states),
         })
     }
 
@@ -86,10 +86,10 @@ impl Session {
 impl Clip {
     fn go_on(&mut self, carried: Carried) {
         self.flows = (1..carried.overlap).map(|t| self.flow_before(t)).collect();
-        let trackers = carried.found.map(|(tracks, masks)| {
+        let trackers = carried.trackers.map(|(tracks, masks)| {
             let mut trackers = Trackers::new(carried.first_number, self.scale.working, &self.params);
-            trackers.tracks.go_on(tracks);
-            trackers.masks.iter_mut().zip(masks).for_each(|(tracker, found)| tracker.go_on(found));
+            trackers.tracks.state = tracks;
+            trackers.masks.iter_mut().zip(masks).for_each(|(tracker, state)| tracker.state = state);
             trackers
         });
         let last = self.frames.last().map(Thumbnail::new);

@@ -4,7 +4,7 @@
 //! yet they make themselves, so nothing depends on who does the work, and a piece that never comes back is only late.
 
 use super::pair::PairFlow;
-use crate::affinity::Rows;
+use crate::affinity::AffinityBlock;
 use crate::background::{Accounts, Sought};
 use crate::camera::{Forward, Ways};
 use crate::delaunay::delaunay_edges;
@@ -75,7 +75,7 @@ pub(crate) enum Work {
     Mask(Frame, Plane<u8>),
     Saliency(Asked),
     Graph(Vec<(f32, f32)>),
-    Affinities(Box<Rows>),
+    Affinities(Box<AffinityBlock>),
     Ways(Ways),
     Rotation(RowsOf),
     Accounts(Sought),

@@ -11,7 +11,7 @@
 
 use super::pair::PairFlow;
 use super::piece::{Made, Piece, PieceId, PieceKind, Work};
-use crate::affinity::{AffinityParams, Rows};
+use crate::affinity::{AffinityBlock, AffinityParams};
 use crate::background::{Lattice, Other, Sought};
 use crate::camera::{Forward, Ways};
 use crate::discretize::RowsOf;
@@ -65,7 +65,7 @@ impl Piece {
             }
             Work::Graph(points) => put_points(&mut words, points),
             Work::Affinities(rows) => {
-                let Rows { tracks, first, count, params, radius, seed } = rows.as_ref();
+                let AffinityBlock { tracks, first, count, params, radius, seed } = rows.as_ref();
                 let AffinityParams { lambda, noise_floor, variation_weight, local_radius, .. } = *params;
                 words.extend([tracks.num_frames, tracks.len(), *first, *count].map(|n| n as u32));
                 words.extend([*seed, params.horizon, params.far_sampling, params.min_overlap]);
@@ -284,7 +284,7 @@ impl<'a> Reader<'a> {
         Some(self.take(count)?.iter().map(|&w| float(w)).collect())
     }
 
-    fn rows(&mut self) -> Option<Rows> {
+    fn rows(&mut self) -> Option<AffinityBlock> {
         let [num_frames, len, first, count] = self.array()?.map(|n| n as usize);
         let [seed, horizon, far_sampling, min_overlap] = self.array()?;
         let [lambda, noise_floor, variation_weight, local_radius, radius] = self.array()?.map(float);
@@ -295,7 +295,7 @@ impl<'a> Reader<'a> {
         let tracks = Trajectories { num_frames, size: self.size, start_frame, offset, x, y, variation };
         let params =
             AffinityParams { lambda, horizon, noise_floor, variation_weight, local_radius, far_sampling, min_overlap };
-        Some(Rows { tracks, first, count, params, radius, seed })
+        Some(AffinityBlock { tracks, first, count, params, radius, seed })
     }
 
     fn sought(&mut self) -> Option<Sought> {

@@ -88,6 +88,8 @@ impl Trackers {
     /// For frames of `size` pixels; trajectories are numbered from `first` on.
     pub(crate) fn new(first: u32, size: (usize, usize), params: &Params) -> Self {
         let masks = params.clip.dense.then(|| Tracker::new(size, &params.trajectory.for_masks()));
-        Self { tracks: Tracker::numbering_from(first, size, &params.trajectory), masks, is_given: false }
+        let mut tracks = Tracker::new(size, &params.trajectory);
+        tracks.state.next_number = first;
+        Self { tracks, masks, is_given: false }
     }
 }

@@ -12,7 +12,7 @@ use crate::cut::{CutInput, CutParams, GabrielCut, Region, add_appearance, pixel_
 use crate::evidence::Known;
 use crate::judge::{Observations, cluster_doubts, judge_clusters};
 use crate::objects::{Objects, find_objects, number_objects};
-use crate::order::{pair, sort_by_key};
+use crate::order::{pair_key, sort_by_key};
 use crate::session::base::{Cut, CutGround, CutRegion, Outputs, Stage};
 use crate::session::jobs::{Ledger, Made, Piece, PieceKind, Work};
 use crate::session::window::portraits;
@@ -254,7 +254,7 @@ impl Recut {
             };
             under.extend(of_stroke.chunk_by(|a, b| a == b).filter(good).map(|pixels| (pixels[0], held.label)));
         }
-        sort_by_key(&mut under, |&(s, l)| pair(s, l.into()));
+        sort_by_key(&mut under, |&(s, l)| pair_key(s, l.into()));
         under.dedup();
         under.chunk_by(|a, b| a.0 == b.0).filter(|labels| labels.len() == 1).map(|labels| labels[0]).collect()
     }

@@ -6,7 +6,7 @@ use crate::Error;
 use crate::affinity::AffinityRows;
 use crate::camera::{Travel, Ways};
 use crate::delaunay::delaunay_edges;
-use crate::discontinuity::{discontinuities, neighborhoods_by, points_in};
+use crate::discontinuity::{alive_points, discontinuities, neighborhoods_from_edges};
 use crate::embedding::embed;
 use crate::session::base::{Outputs, Stage, Tracked};
 use crate::session::jobs::{Ledger, Made, Piece, PieceKind, Work};
@@ -26,14 +26,14 @@ impl AffinityWork {
 
     /// The number of the block that is next.
     fn block(&self) -> usize {
-        self.0.done() / AFFINITY_BLOCK
+        self.0.num_done / AFFINITY_BLOCK
     }
 
     fn take_rows(&self, clip: &mut Clip, tracked: &Tracked) -> Option<Piece> {
         let tracks = tracked.with_past();
         clip.params.clip.check_trajectories(tracks.len()).ok()?;
         let id = clip.ledger.take(PieceKind::Affinities, self.block()..tracks.len().div_ceil(AFFINITY_BLOCK))?;
-        let rows = self.0.rows(tracks, id.t as usize * AFFINITY_BLOCK, AFFINITY_BLOCK);
+        let rows = self.0.block(tracks, id.t as usize * AFFINITY_BLOCK, AFFINITY_BLOCK);
         Some(Piece { id, work: Work::Affinities(Box::new(rows)) })
     }
 }
@@ -48,7 +48,7 @@ impl StageWork for AffinityWork {
             Some(Made::Affinities(entries)) => self.0.accept(entries, AFFINITY_BLOCK),
             _ => self.0.advance(tracks, AFFINITY_BLOCK),
         };
-        let turn = Turn::new(Stage::Affinities, blocks(self.0.done()), blocks(tracks.len()));
+        let turn = Turn::new(Stage::Affinities, blocks(self.0.num_done), blocks(tracks.len()));
         if !is_more {
             outputs.affinities = self.0.finish()?;
         }
@@ -88,9 +88,9 @@ impl StageWork for DiscontinuityWork {
         let tracks = &outputs.tracked.tracks;
         let mut graph = |t: usize| match clip.ledger.collect(PieceKind::Graph, t) {
             Some(Made::Graph(edges)) => edges,
-            _ => delaunay_edges(&points_in(tracks, t)),
+            _ => delaunay_edges(&alive_points(tracks, t)),
         };
-        let near = neighborhoods_by(tracks, &mut graph);
+        let near = neighborhoods_from_edges(tracks, &mut graph);
         outputs.discontinuities = discontinuities(near, &outputs.embedding, &clip.params.discontinuity);
         Ok(Turn::new(Stage::Discontinuities, 1, 1))
     }
@@ -108,7 +108,7 @@ impl StageWork for DiscontinuityWork {
 fn take_ahead(tracked: &Tracked, clip: &mut Clip) -> Option<Piece> {
     let tracks = &tracked.tracks;
     if let Some(id) = clip.ledger.take(PieceKind::Graph, 0..tracks.num_frames) {
-        return Some(Piece { id, work: Work::Graph(points_in(tracks, id.t as usize)) });
+        return Some(Piece { id, work: Work::Graph(alive_points(tracks, id.t as usize)) });
     }
     let settings = &clip.params.background;
     let is_asked = clip.params.clip.dense && settings.enabled && settings.rigid_scene && !clip.frames.is_empty();

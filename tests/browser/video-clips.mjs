@@ -1,4 +1,4 @@
-// Video files made by ffmpeg: a red square goes over a still ground, so that each picture says which one it is.
+// Video files made with ffmpeg: a red square moves over a still background, so that each picture can be identified.
 
 import { execFileSync, spawnSync } from 'node:child_process';
 import { existsSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';

@@ -1,4 +1,4 @@
-// A project of a clip with five objects, made in the page: opened at once, without a run.
+// A project of a synthetic clip with five objects, made in the page: opens without a run.
 
 /** Runs in the page: the video and its project, of this size, as bytes. */
 async function makeFive({ width, height, frames, parts = 0 }) {

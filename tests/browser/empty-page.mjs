@@ -1,4 +1,4 @@
-// An empty page of the server, for tests of the package alone.
+// An empty page of the server, for tests of the package without the studio.
 
 import { before } from 'node:test';
 import { fileURLToPath } from 'node:url';

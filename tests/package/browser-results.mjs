@@ -1,4 +1,4 @@
-// What a page with the application of this folder finds, compared with what Node finds.
+// Compares the results of a page with the application of this folder with the results in Node.
 
 import assert from 'node:assert/strict';
 

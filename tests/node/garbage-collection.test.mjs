@@ -1,11 +1,11 @@
-// In a process of its own: on a busy machine, one that has run clips before may never be told what was collected.
+// In a separate process: on a busy machine, a process that has run clips before may never be notified of collected objects.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Session } from '../../dist/session/session.js';
 import { untilCollected } from './support.mjs';
 
-test('what is forgotten is closed: a session without anyone who could ask it', async () => {
+test('a session without references is closed', async () => {
   const counting = () => {
     const engine = { closed: 0, close: () => (engine.closed += 1) };
     return engine;

@@ -1,4 +1,4 @@
-// Wasm modules with a fault in them, to see what an internal error does, or with little memory. Runs in Node and in pages.
+// Wasm modules with a fault, to test internal errors, or with little memory. Runs in Node and in pages.
 
 /**
  * The bytes of a module in which the exported function `name` is nothing but `unreachable`.

@@ -1,4 +1,4 @@
-// All entries of the package in Node as one.
+// All entries of the package in Node, as one module.
 
 export * from 'tracecut';
 export * from 'tracecut/draw';
