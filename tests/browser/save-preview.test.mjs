@@ -89,7 +89,7 @@ describe('the preview of what is saved', () => {
       assert.deepEqual([seen[id].width, seen[id].height], [WIDE.width, WIDE.height]);
       await screenshot(page, `preview-${id}`);
     }
-    assert.match(await page.innerText('#export-preview-text'), /^Saved at 480 × 270$/);
+    assert.match(await page.innerText('#export-preview-text'), /^Output: 480 × 270$/);
     assert.deepEqual(await accessibilityFaults(page), []);
     for (const [k, id] of CHOICES.entries()) {
       const coming = page.waitForEvent('download');

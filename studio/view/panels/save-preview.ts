@@ -107,7 +107,7 @@ export class SavePreview {
     this.box.dataset.shows = choice.id;
     this.box.replaceChildren(element);
     element.style.setProperty('--true', `${width / devicePixelRatio}px`);
-    byId('export-preview-text').textContent = `Saved at ${width} × ${height}`;
+    byId('export-preview-text').textContent = `Output: ${width} × ${height}`;
   }
 
   /**
