@@ -90,16 +90,16 @@ export class App {
 
   /** Opens a saved project: frames are read again, masks and corrections are restored. */
   async openProject(name: string, read: () => Promise<{ files: File[]; about: ProjectInfo; project: Project }>) {
-    let opened: Awaited<ReturnType<typeof read>> | null = null;
+    let savedProject: Awaited<ReturnType<typeof read>> | null = null;
     const savedJobModule = import('./saved-job.js');
     await this.open(
       name,
       async () => {
-        [opened] = await Promise.all([read(), savedJobModule]);
-        return this.platform.openFiles(opened.files);
+        [savedProject] = await Promise.all([read(), savedJobModule]);
+        return this.platform.openFiles(savedProject.files);
       },
       async () => {
-        const { about, project } = opened!;
+        const { about, project } = savedProject!;
         const { source } = this.store.state;
         if (!source) return;
         this.store.set({

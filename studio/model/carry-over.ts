@@ -36,7 +36,7 @@ export async function carryOver(
   const last = corrections.masks;
   const match = hidden.size > 0 && last ? await matchObjects(last, job, to).catch(() => null) : null;
   for (const object of hidden) {
-    const newObject = object === 0 ? 0 : (match?.of(object) ?? null);
+    const newObject = object === 0 ? 0 : (match?.newLabelOf(object) ?? null);
     if (newObject !== null) newHidden.add(newObject);
     else if (match?.isThere(object)) dropped.push(`removing ${objectName(object)}`);
   }
@@ -54,7 +54,7 @@ async function applyEdit(edit: Edit, old: MaskEditor, from: ClipJob, to: ClipJob
   if (edit.kind === 'merge') return join(corrections, match, edit.into, edit.others);
   if (edit.kind === 'paint') return repaint(edit, to, match, mapping);
   if (edit.kind === 'split') {
-    const label = match.of(edit.label);
+    const label = match.newLabelOf(edit.label);
     const at = edit.at && mapping.at(edit.at);
     if (label === null || at === null) return false;
     await corrections.split(label, at);
@@ -62,7 +62,7 @@ async function applyEdit(edit: Edit, old: MaskEditor, from: ClipJob, to: ClipJob
   }
   const strokes = edit.strokes.map((stroke) => mapping.stroke(stroke));
   const objects = await Promise.all(
-    edit.strokes.map(async (stroke) => match.of(largestLabel(await old.labelsUnder(stroke)))),
+    edit.strokes.map(async (stroke) => match.newLabelOf(largestLabel(await old.labelsUnder(stroke)))),
   );
   if (objects.includes(null) || strokes.includes(null)) return false;
   if (edit.kind === 'apart') await corrections.splitStrokes(strokes as Stroke[]);
@@ -71,9 +71,9 @@ async function applyEdit(edit: Edit, old: MaskEditor, from: ClipJob, to: ClipJob
 }
 
 async function join(corrections: Corrections, match: ObjectMatch, into: number, others: readonly number[]) {
-  const target = match.of(into);
+  const target = match.newLabelOf(into);
   if (target === null) return false;
-  const matched = others.map((object) => match.of(object));
+  const matched = others.map((object) => match.newLabelOf(object));
   const sources = [...new Set(matched)].filter((object) => object !== null && object !== target);
   if (sources.length > 0) await corrections.join(target, sources as number[]);
   // Objects already inside the target need no join.
@@ -88,8 +88,8 @@ async function repaint(
 ) {
   const { corrections } = to;
   const isNew = label > 0 && !match.isThere(label);
-  const newLabel = isNew ? corrections.newLabel() : match.of(label);
-  const targets = over?.map((object) => match.of(object));
+  const newLabel = isNew ? corrections.newLabel() : match.newLabelOf(label);
+  const targets = over?.map((object) => match.newLabelOf(object));
   const regions = [...parts].flatMap(([t, { region }]) => mapping.region(t, region));
   if (newLabel === null || targets?.includes(null) || regions.length === 0) return false;
   const [[t, region], ...otherRegions] = regions;
@@ -218,7 +218,7 @@ class ObjectMatch {
   }
 
   /** @returns the label of the best match; null if none overlaps enough */
-  of(label: number): number | null {
+  newLabelOf(label: number): number | null {
     if (label === 0) return 0;
     let [best, most] = [0, 0];
     for (let now = 1; now < 256; now++) {

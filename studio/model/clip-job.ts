@@ -192,8 +192,8 @@ export class ClipJob extends Job {
       return this.mark(stage, done, total);
     }
     const totalShare = STAGES.reduce((sum, { share }) => sum + share, 0);
-    const before = STAGES.slice(0, Math.max(0, at)).reduce((sum, { share }) => sum + share, 0);
-    const part = (before + ((STAGES[at]?.share ?? 0) * done) / Math.max(1, total)) / totalShare;
+    const shareBefore = STAGES.slice(0, Math.max(0, at)).reduce((sum, { share }) => sum + share, 0);
+    const part = (shareBefore + ((STAGES[at]?.share ?? 0) * done) / Math.max(1, total)) / totalShare;
     const expected = Math.max(window + 1, Math.ceil((this.trim.frames - OVERLAP) / (WINDOW - OVERLAP)));
     // The last step is marked when all windows are collected.
     this.mark('windows', Math.min(expected - 0.01, window + part), expected);

@@ -64,7 +64,7 @@ export class Corrections {
    * Applies a correction as one undo step.
    * @returns the changed frames; null for all
    */
-  async step(correct: (editor: MaskEditor) => Promise<Edit>): Promise<number[] | null> {
+  async applyStep(correct: (editor: MaskEditor) => Promise<Edit>): Promise<number[] | null> {
     const editor = this.openEditor;
     const before = editor.usesSession ? await editor.toResult() : null;
     const edit = await correct(editor);
@@ -87,7 +87,7 @@ export class Corrections {
 
   /** Joins objects into `into`. */
   join(into: number, others: number[]) {
-    return this.step((editor) => editor.merge(into, others));
+    return this.applyStep((editor) => editor.merge(into, others));
   }
 
   /**
@@ -175,17 +175,17 @@ export class Corrections {
   /** Splits an object. Without a session, the connected piece at a place becomes a new object. */
   async split(label: number, at?: Place) {
     if (!at && this.splitsAtPlace) throw new PageError('no-place');
-    return this.step((editor) => editor.split(label, at));
+    return this.applyStep((editor) => editor.split(label, at));
   }
 
   /** Separates the objects under the strokes. */
   splitStrokes(strokes: PackageStroke[]) {
-    return this.step((editor) => editor.apart(strokes));
+    return this.applyStep((editor) => editor.apart(strokes));
   }
 
   /** Joins the objects under the strokes. */
   joinStrokes(strokes: PackageStroke[]) {
-    return this.step((editor) => editor.together(strokes));
+    return this.applyStep((editor) => editor.together(strokes));
   }
 
   /**

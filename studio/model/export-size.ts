@@ -62,7 +62,7 @@ export function resizedFrames(
  * @returns seconds from the start of the first frame to the end of the last, which is taken to last as long as the
  *   one before if unknown
  */
-export function durationOf(
+export function computeDuration(
   { numFrames, times, end = null }: { numFrames: number; times: ArrayLike<number> | null; end?: number | null },
   fps: number,
 ): number {

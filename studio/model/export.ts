@@ -88,7 +88,7 @@ export function exportSource(state: State): ExportSource | null {
       numFrames,
       labels,
       times: timeline.times.seconds?.slice(0, numFrames) ?? null,
-      end: endOf(timeline, numFrames),
+      end: lastFrameEnd(timeline, numFrames),
       shots: splitShots(timeline, numFrames),
     },
     source: job.source,
@@ -109,7 +109,7 @@ export function splitShots({ cuts }: Timeline, numFrames: number): { first: numb
 }
 
 /** Returns the end of the last frame in seconds; null if unknown. */
-function endOf({ times }: Timeline, numFrames: number): number | null {
+function lastFrameEnd({ times }: Timeline, numFrames: number): number | null {
   return times.seconds?.[numFrames] ?? times.end;
 }
 

@@ -3,7 +3,7 @@
 import { type MaskSource, type Project, type VideoResult, editMasks, openProject, saveProject } from './library.js';
 import { fileStem } from './export.js';
 import { PageError } from './messages.js';
-import { viewSettingsOf } from './view-settings.js';
+import { toViewSettings } from './view-settings.js';
 import type { ClipJob } from './clip-job.js';
 import type { ProjectInfo, SavedProject } from './saved-projects.js';
 import type { State } from './store.js';
@@ -15,7 +15,7 @@ function projectInfo(state: State): ProjectInfo {
   const { changed, name } = state;
   const { trim, id, hasEarlierCorrections, corrections } = state.job as ClipJob;
   const correctsMasks = hasEarlierCorrections || corrections.changesResult;
-  return { name, trim, changed: [...changed], view: viewSettingsOf(state), run: id, correctsMasks };
+  return { name, trim, changed: [...changed], view: toViewSettings(state), run: id, correctsMasks };
 }
 
 /** Packs the current state; unchanged masks are packed once. */

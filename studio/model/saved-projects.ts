@@ -60,12 +60,12 @@ const MAX_TOTAL_BYTES = 2 ** 31;
 /** Saves a project. Returns false if only corrected projects could make room. */
 export async function saveProject(storage: ProjectStorage, saved: SavedProject): Promise<boolean> {
   const projects = await listProjects(storage);
-  const before = projects.find(({ id }) => id === saved.id);
-  const slot = before ? mergeVersions(before, saved) : saved;
+  const existing = projects.find(({ id }) => id === saved.id);
+  const slot = existing ? mergeVersions(existing, saved) : saved;
   const otherProjects = projects.filter(({ id }) => id !== saved.id);
   const evicted = chooseEvicted(slot, otherProjects);
   if (!evicted) return false;
-  const removable = otherProjects.filter((project) => !holdsCorrections(project) && !evicted.includes(project));
+  const removable = otherProjects.filter((project) => !hasCorrections(project) && !evicted.includes(project));
   for (;;) {
     try {
       await storage.put(slot);
@@ -101,19 +101,19 @@ function chooseEvicted(newProject: SavedProject, otherProjects: SavedProject[]):
   let [count, bytes] = [1, projectBytes(newProject)];
   const evicted: SavedProject[] = [];
   for (const project of [
-    ...otherProjects.filter(holdsCorrections),
-    ...otherProjects.filter((candidate) => !holdsCorrections(candidate)),
+    ...otherProjects.filter(hasCorrections),
+    ...otherProjects.filter((candidate) => !hasCorrections(candidate)),
   ]) {
     count += 1;
     bytes += projectBytes(project);
     if (count <= MAX_PROJECTS && bytes <= MAX_TOTAL_BYTES) continue;
-    if (holdsCorrections(project)) return null;
+    if (hasCorrections(project)) return null;
     evicted.push(project);
   }
   return evicted;
 }
 
-function holdsCorrections({ corrected, earlier }: SavedProject) {
+function hasCorrections({ corrected, earlier }: SavedProject) {
   return corrected || earlier.length > 0;
 }
 

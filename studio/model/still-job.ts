@@ -23,7 +23,7 @@ export class StillJob extends Job {
 
   pixels: ImageData | null = null;
   outputs: StillOutputs = {};
-  /** Computations under way, including those of a cancelled run. */
+  /** Running computations, also from a cancelled run. */
   pending = new Map<string, Promise<unknown>>();
 
   /**

@@ -34,7 +34,7 @@ const EDGE_RANGES: Record<keyof EdgeSettings, [min: number, max: number]> = {
 };
 const STORED_BACKDROPS: BackdropName[] = ['transparent', 'green', 'colour', 'blurred', 'desaturated', 'dimmed'];
 
-export function viewSettingsOf({
+export function toViewSettings({
   edges,
   hidden,
   backdrop: { name, colour },
@@ -72,7 +72,7 @@ export type BackdropName = 'transparent' | 'green' | 'colour' | 'blurred' | 'des
 
 export type View = 'overlay' | 'beside' | 'slider' | 'cutout';
 
-export function cutoutBackdrop({ name, colour, picture }: Backdrop): CutoutGround {
+export function toCutoutBackdrop({ name, colour, picture }: Backdrop): CutoutGround {
   if (name === 'green') return SCREEN_GREEN;
   if (name === 'colour') return colour;
   return name === 'picture' && picture ? picture : name;

@@ -53,7 +53,7 @@ async function renderBackground(subject: Subject, t: number, frame: ImageData) {
   const background = await plate(t);
   const { width, height } = frame;
   const canvas = new OffscreenCanvas(width, height);
-  const ctx = contextOf(canvas);
+  const ctx = get2dContext(canvas);
   ctx.putImageData(frame, 0, 0);
   ctx.globalCompositeOperation = 'destination-out';
   const [reachX, reachY] = [(MARGIN_PX * width) / background.width, (MARGIN_PX * height) / background.height];
@@ -62,7 +62,7 @@ async function renderBackground(subject: Subject, t: number, frame: ImageData) {
   ctx.globalCompositeOperation = 'destination-over';
   ctx.imageSmoothingQuality = 'high';
   const small = new OffscreenCanvas(background.width, background.height);
-  contextOf(small).putImageData(new ImageData(background.data, background.width, background.height), 0, 0);
+  get2dContext(small).putImageData(new ImageData(background.data, background.width, background.height), 0, 0);
   ctx.drawImage(small, 0, 0, width, height);
   return canvas.convertToBlob({ type: 'image/png' });
 }
@@ -72,10 +72,10 @@ function drawObjectShape(labels: Uint8Array, width: number, height: number) {
   const shape = new ImageData(width, height);
   labels.forEach((label, p) => (shape.data[4 * p + 3] = label > 0 ? 255 : 0));
   const canvas = new OffscreenCanvas(width, height);
-  contextOf(canvas).putImageData(shape, 0, 0);
+  get2dContext(canvas).putImageData(shape, 0, 0);
   return canvas;
 }
 
-function contextOf(canvas: OffscreenCanvas) {
+function get2dContext(canvas: OffscreenCanvas) {
   return canvas.getContext('2d')!;
 }

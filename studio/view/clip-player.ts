@@ -60,7 +60,7 @@ class VideoPlayer implements ClipPlayer {
         element.currentTime = from;
         element.play().catch(() => {});
       }
-      onFrame(frameAt(source, element.currentTime));
+      onFrame(findFrame(source, element.currentTime));
     };
     this.ticking = requestAnimationFrame(tick);
     element.play().catch(() => {});
@@ -138,7 +138,7 @@ class FramePlayer implements ClipPlayer {
 }
 
 /** @param time in seconds */
-function frameAt({ times, fps, count }: Source, time: number) {
+function findFrame({ times, fps, count }: Source, time: number) {
   if (!times) return Math.min(count - 1, Math.floor(time * fps));
   let [low, high] = [0, times.length - 1];
   while (low < high) {

@@ -43,7 +43,7 @@ export function icon(symbol: string): SVGSVGElement {
 }
 
 /** Creates an entry of a legend. */
-export function key(kind: 'dot' | 'line' | 'thin', color: string, text: string): HTMLElement {
+export function legendEntry(kind: 'dot' | 'line' | 'thin', color: string, text: string): HTMLElement {
   const mark = h('span', { class: `mark mark-${kind}`, 'aria-hidden': 'true' });
   mark.style.setProperty('--mark', color);
   return h('span', { class: 'key' }, mark, text);

@@ -107,7 +107,8 @@ function expose({ store, layers, viewer }: Page) {
     app,
     objectColor,
     get result() {
-      return resultOf(store.state.job);
+      const { job } = store.state;
+      return job && 'result' in job ? job.result : null;
     },
     get trim() {
       return store.state.job?.trim ?? null;
@@ -117,8 +118,4 @@ function expose({ store, layers, viewer }: Page) {
     },
   };
   Object.defineProperty(globalThis, 'tracecutStudio', { value });
-}
-
-function resultOf(job: object | null) {
-  return job && 'result' in job ? job.result : null;
 }

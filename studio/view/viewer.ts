@@ -81,11 +81,11 @@ export class Viewer {
 
   show(state: Readonly<State>) {
     const { picture, analysis, frame, view } = state;
-    const before = this.lastState;
+    const lastState = this.lastState;
     this.lastState = state;
     const { width, height, images } = picture;
-    const isOther = picture !== before.picture || analysis !== before.analysis;
-    if (isOther) for (const layer of this.layers) layer.reset?.();
+    const isNewPicture = picture !== lastState.picture || analysis !== lastState.analysis;
+    if (isNewPicture) for (const layer of this.layers) layer.reset?.();
     Object.assign(this.view, {
       segmentation: analysis?.segmentation ?? null,
       frameData: { ...NO_FRAME_DATA, ...analysis?.frameData },
@@ -94,8 +94,8 @@ export class Viewer {
       height,
     });
     images.onReady = () => this.redraw();
-    if (picture !== before.picture || view !== before.view) this.fit();
-    else if (isOther) this.draw();
+    if (picture !== lastState.picture || view !== lastState.view) this.fit();
+    else if (isNewPicture) this.draw();
     else this.redraw();
   }
 
@@ -116,9 +116,9 @@ export class Viewer {
     const { segmentation, frame, width, height } = this.view;
     const { edges, hidden, preview, smoothedMasks } = this.store.state;
     const coarse = segmentation ? null : preview?.labels(frame);
-    if (coarse) return this.maskCache.of(coarse, { width, height }, DEFAULT_EDGES, hidden);
+    if (coarse) return this.maskCache.adjust(coarse, { width, height }, DEFAULT_EDGES, hidden);
     const labels = smoothedMasks?.labels(frame) ?? segmentation?.mask(frame);
-    return segmentation && labels ? this.maskCache.of(labels, segmentation.result, edges, hidden) : null;
+    return segmentation && labels ? this.maskCache.adjust(labels, segmentation.result, edges, hidden) : null;
   }
 
   /** Draws once before the next screen refresh. */
@@ -235,7 +235,7 @@ class EdgedMaskCache {
   made: ReturnType<typeof adjustMask> | null = null;
 
   /** @param hidden objects to leave out */
-  of(
+  adjust(
     labels: Uint8Array,
     { width, height }: { width: number; height: number },
     choice: EdgeSettings,

@@ -5,7 +5,7 @@ import { test } from 'node:test';
 import { segmentVideo } from 'tracecut';
 import { editMasks, encodeRuns, openProject, saveProject } from 'tracecut/edit';
 import { clipsZip, cocoRle } from 'tracecut/export';
-import { viewSettingsOf, viewSettingsPatch } from '../../build/model/view-settings.js';
+import { toViewSettings, viewSettingsPatch } from '../../build/model/view-settings.js';
 import { framesOf, ready, rejects } from './support.mjs';
 
 test('a result and a video are opened again as they were, with edits, words and files', async (t) => {
@@ -112,7 +112,7 @@ test('what the page keeps of a look is taken as far as it is legal', () => {
   const picture = { name: 'picture', colour: '#010203', picture: {} };
   const edges = { smallest: 0.5, grow: -3, feather: 2, smooth: 1 };
   const state = { edges, hidden: new Set([2, 5]), backdrop: picture };
-  const look = JSON.parse(JSON.stringify(viewSettingsOf(state)));
+  const look = JSON.parse(JSON.stringify(toViewSettings(state)));
   const blank = { backdrop: { name: 'dimmed', colour: '#ffffff', picture: null } };
   assert.deepEqual(viewSettingsPatch(look, blank), {
     edges,

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { parameters } from 'tracecut';
 import { describeClip, lastFrame, describePart, describeTrim, trimFromInputs } from '../../build/model/clip-text.js';
-import { durationOf, exportSizes } from '../../build/model/export-size.js';
+import { computeDuration, exportSizes } from '../../build/model/export-size.js';
 import { colourName } from '../../build/model/palette.js';
 import { settingsLink, readLink } from '../../build/model/recipe.js';
 import { ESSENTIALS, Settings, sessionOptions } from '../../build/model/settings.js';
@@ -146,9 +146,9 @@ test('results are saved at sizes of the source, each once, and last as long as t
   assert.deepEqual(names(VIDEO, { width: 480, height: 270 }), ['source 1920', 'half 960', 'working 480', 'own 1920']);
   const small = { width: 480, height: 270 };
   assert.deepEqual(names({ ...VIDEO, ...small }, small), ['source 480', 'half 240', 'own 480']);
-  assert.equal(durationOf({ numFrames: 3, times: [1, 2, 4], end: 5 }, 25), 4);
-  assert.equal(durationOf({ numFrames: 3, times: [1, 2, 4] }, 25), 5);
-  assert.equal(durationOf({ numFrames: 50, times: null }, 25), 2);
+  assert.equal(computeDuration({ numFrames: 3, times: [1, 2, 4], end: 5 }, 25), 4);
+  assert.equal(computeDuration({ numFrames: 3, times: [1, 2, 4] }, 25), 5);
+  assert.equal(computeDuration({ numFrames: 50, times: null }, 25), 2);
 });
 
 test('where nothing was found, only what can change that is offered', () => {

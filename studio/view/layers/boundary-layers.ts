@@ -1,9 +1,9 @@
 // Layers of a still image: boundary probability, contours and superpixels.
 
 import { type DrawSuperpixelsOptions, drawBoundaries, drawSuperpixels } from '../../model/library.js';
-import { FrameCache, drawPicture, valueAt } from './frame-cache.js';
+import { FrameCache, drawPicture, readValue } from './frame-cache.js';
 import { type Layer, fromCorner, opacity, toggle } from './layer.js';
-import { key } from '../dom.js';
+import { legendEntry } from '../dom.js';
 import { EDGE_STYLES } from '../../model/palette.js';
 import type { Boundaries, Superpixels } from '../../model/frame-data.js';
 
@@ -11,8 +11,8 @@ export function boundaryLayer(): Layer {
   const thin = toggle('Ridges only', false);
   const maps = new FrameCache('boundaries', (map) => ({
     map,
-    pb: boundariesOf(map, 'pb'),
-    thin: boundariesOf(map, 'thin'),
+    pb: renderBoundaries(map, 'pb'),
+    thin: renderBoundaries(map, 'thin'),
   }));
   return {
     id: 'boundaries',
@@ -31,13 +31,13 @@ export function boundaryLayer(): Layer {
     },
     readout(view, spot) {
       const map = maps.get(view, view.frame)?.map;
-      const value = map && valueAt(map, map.pb, view, spot);
+      const value = map && readValue(map, map.pb, view, spot);
       return value === undefined ? '' : `Pb ${value.toFixed(2)}`;
     },
   };
 }
 
-function boundariesOf({ width, height, ...values }: Boundaries, of: 'pb' | 'thin') {
+function renderBoundaries({ width, height, ...values }: Boundaries, of: 'pb' | 'thin') {
   return drawPicture({ width, height }, (ctx) => drawBoundaries(ctx, { width, height, [of]: values[of] }, { of }));
 }
 
@@ -57,9 +57,9 @@ export function contourLayer(): Layer {
     isOn: false,
     settings: { opacity: opacity(), deleted },
     legend: () => [
-      key('line', EDGE_STYLES.Constraint.color, 'contours'),
-      key('line', EDGE_STYLES.Gabriel.color, 'Gabriel edges'),
-      key('thin', 'currentcolor', 'deleted Delaunay edges'),
+      legendEntry('line', EDGE_STYLES.Constraint.color, 'contours'),
+      legendEntry('line', EDGE_STYLES.Gabriel.color, 'Gabriel edges'),
+      legendEntry('thin', 'currentcolor', 'deleted Delaunay edges'),
     ],
     reset: () => regions.reset(),
     draw(ctx, view) {
@@ -102,7 +102,7 @@ export function superpixelLayer(): Layer {
       const superpixels = regions.get(view, view.frame);
       if (!superpixels) return;
       const key = `${view.frame} ${mean.value}`;
-      const canvas = pictures.get(key) ?? superpixelsOf(superpixels, mean.value > 0 ? view.image : null);
+      const canvas = pictures.get(key) ?? renderSuperpixels(superpixels, mean.value > 0 ? view.image : null);
       pictures.set(key, canvas);
       ctx.drawImage(canvas, -0.5, -0.5, view.width, view.height);
     },
@@ -110,7 +110,7 @@ export function superpixelLayer(): Layer {
 }
 
 /** @param image for mean colours */
-function superpixelsOf(superpixels: Superpixels, image: CanvasImageSource | null) {
+function renderSuperpixels(superpixels: Superpixels, image: CanvasImageSource | null) {
   const { width, height } = superpixels;
   return drawPicture({ width: PIXELS_PER_CELL * width, height: PIXELS_PER_CELL * height }, (ctx) => {
     ctx.scale(PIXELS_PER_CELL, PIXELS_PER_CELL);

@@ -1,7 +1,7 @@
 // Layer of boundaries from the embedding of a still image (section 2.2 and Figure 3(b) of the paper), dark on white.
 
 import { drawBoundaries } from '../../model/library.js';
-import { FrameCache, drawPicture, valueAt } from './frame-cache.js';
+import { FrameCache, drawPicture, readValue } from './frame-cache.js';
 import { type Layer, choice, opacity } from './layer.js';
 import type { ImageEdges } from '../../model/frame-data.js';
 
@@ -45,7 +45,7 @@ export function stillLayer(): Layer {
     readout(view, spot) {
       const { map } = maps.get(view, view.frame) ?? {};
       if (!map) return '';
-      const values = KINDS.map(([of, , word]) => [word, valueAt(map, map[of], view, spot)]);
+      const values = KINDS.map(([of, , word]) => [word, readValue(map, map[of], view, spot)]);
       return values
         .map(([word, value]) => (typeof value === 'number' ? `${word} ${value.toFixed(2)}` : ''))
         .filter(Boolean)

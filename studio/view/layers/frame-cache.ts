@@ -70,7 +70,7 @@ export function drawPicture(
  * @param size of the map, whose resolution may be lower than the clip's
  * @param place in clip pixels
  */
-export function valueAt(
+export function readValue(
   size: { width: number; height: number },
   values: Float32Array,
   clip: { width: number; height: number },

@@ -67,7 +67,7 @@ export class AboutDialog {
 
   add({ name, what, hash, expected, same }: SelftestCheck) {
     const comparison = same ? 'same' : `differs from ${expected}`;
-    // Names and descriptions are those of the command line.
+    // The command line prints the same names and descriptions.
     const term = h('dt');
     const title = h('code');
     title.textContent = name;

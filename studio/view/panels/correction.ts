@@ -177,7 +177,7 @@ export class Correction {
   selectTool(tool: Tool) {
     this.tool = tool;
     for (const radio of this.tools) radio.checked = radio.value === tool;
-    this.strokes.use(this.isOpen && tool !== 'pick' && tool !== 'add' ? tool : null);
+    this.strokes.selectTool(this.isOpen && tool !== 'pick' && tool !== 'add' ? tool : null);
     // A missing object is a new one.
     if (tool === 'add') this.object = NEW_OBJECT;
     this.listObjects();

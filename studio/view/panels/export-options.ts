@@ -3,7 +3,7 @@
 import { estimateVideoSize, soundInfo } from '../../model/library.js';
 import { byId, h } from '../dom.js';
 import { fitSize } from '../../model/library.js';
-import { MIN_SIDE_PX, durationOf, exportSizes } from '../../model/export-size.js';
+import { MIN_SIDE_PX, computeDuration, exportSizes } from '../../model/export-size.js';
 import { formatBytes, formatPlural } from '../../model/messages.js';
 import type { Subject } from '../../model/export.js';
 import type { SoundInfo, SoundOptions, VideoQuality } from '../../model/library.js';
@@ -77,7 +77,7 @@ export class ExportOptions {
     if (!source?.source.file || !source.masks.times || !withSound.checked || !sound?.formats.includes(format))
       return null;
     const start = source.masks.times[0];
-    return { source: source.source.file, start, end: start + durationOf(source.masks, source.fps) };
+    return { source: source.source.file, start, end: start + computeDuration(source.masks, source.fps) };
   }
 
   show() {
@@ -92,7 +92,7 @@ export class ExportOptions {
     const facts = [
       `${width} × ${height}`,
       formatPlural(numFrames, 'frame'),
-      `${durationOf(source.masks, source.fps).toFixed(1)}\u00a0s`,
+      `${computeDuration(source.masks, source.fps).toFixed(1)}\u00a0s`,
       `about ${formatBytes(size)} as video`,
     ];
     byId('export-facts').textContent = `${facts.join(', ')}.`;

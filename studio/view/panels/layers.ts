@@ -38,7 +38,9 @@ function layerRow(layer: Layer, onChange: () => void) {
     { class: 'layer-details' },
     h('p', { class: 'about' }, layer.about),
     legend,
-    ...Object.entries(layer.settings).map(([name, setting]) => controlOf(setting)(layer.id, name, setting, onChange)),
+    ...Object.entries(layer.settings).map(([name, setting]) =>
+      chooseControl(setting)(layer.id, name, setting, onChange),
+    ),
   );
   legend.hidden = layer.legend().length === 0;
   const refresh = () => (details.hidden = !layer.isOn);
@@ -54,7 +56,7 @@ function layerRow(layer: Layer, onChange: () => void) {
   return { layer, box, element };
 }
 
-function controlOf(setting: Setting) {
+function chooseControl(setting: Setting) {
   if (setting.choices) return selectBox;
   return setting.toggle ? miniSwitch : slider;
 }

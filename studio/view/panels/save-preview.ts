@@ -69,7 +69,7 @@ export class SavePreview {
   show(choice: Choice) {
     this.choice = choice;
     const element = this.previews.get(choice);
-    if (element !== undefined) return this.put(choice, element);
+    if (element !== undefined) return this.showElement(choice, element);
     this.box.toggleAttribute('data-waits', true);
     if (!this.abort) void this.makePreviews((this.abort = new AbortController()));
   }
@@ -78,7 +78,7 @@ export class SavePreview {
   async makePreviews(abort: AbortController) {
     const subject = this.subject();
     const frameSubject = subject && singleFrame(subject);
-    for (let next = this.choice; frameSubject && next; next = this.next()) {
+    for (let next = this.choice; frameSubject && next; next = this.nextChoice()) {
       const element = await createPreview(next, frameSubject, abort.signal).catch((error) => {
         // Saving reports the error.
         if (!abort.signal.aborted) console.info('There is no preview.', error);
@@ -86,24 +86,24 @@ export class SavePreview {
       });
       if (abort.signal.aborted) return element && URL.revokeObjectURL(element.src);
       this.previews.set(next, element);
-      if (next === this.choice) this.put(next, element);
+      if (next === this.choice) this.showElement(next, element);
     }
     if (this.abort === abort) this.abort = null;
   }
 
   /** Returns the next choice without a preview. */
-  next(): Choice | null {
+  nextChoice(): Choice | null {
     return [this.choice, ...this.choices].find((choice) => choice && !this.previews.has(choice)) ?? null;
   }
 
-  put(choice: Choice, element: PreviewElement | null) {
+  showElement(choice: Choice, element: PreviewElement | null) {
     this.box.toggleAttribute('data-waits', false);
     if (!element) {
       this.box.replaceChildren();
       byId('export-preview-text').textContent = 'No preview.';
       return;
     }
-    const { width, height } = sizeOf(element);
+    const { width, height } = naturalSize(element);
     this.box.dataset.shows = choice.id;
     this.box.replaceChildren(element);
     element.style.setProperty('--true', `${width / devicePixelRatio}px`);
@@ -195,7 +195,7 @@ async function extractPicture(file: Blob) {
   return new Blob([files[name]], { type: 'image/png' });
 }
 
-function sizeOf(element: PreviewElement) {
+function naturalSize(element: PreviewElement) {
   return element instanceof HTMLVideoElement
     ? { width: element.videoWidth, height: element.videoHeight }
     : { width: element.naturalWidth, height: element.naturalHeight };

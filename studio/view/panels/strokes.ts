@@ -52,7 +52,7 @@ export class Strokes {
   }
 
   /** @param tool null to draw nothing */
-  use(tool: StrokeTool | null) {
+  selectTool(tool: StrokeTool | null) {
     if (tool !== this.tool) this.list = [];
     this.tool = tool;
     this.current = null;

@@ -93,7 +93,7 @@ class TimelinePanel {
   }
 
   play() {
-    let before = performance.now();
+    let lastTick = performance.now();
     /** Time that the current frame has been shown, in seconds. */
     let shownSeconds = 0;
     const tick = (now: number) => {
@@ -101,8 +101,8 @@ class TimelinePanel {
       const { timeline, frame } = this.store.state;
       const durationOf = (by: number) => timeline.times.durationOf((frame + by) % timeline.numFrames, timeline.fps);
       // Does not catch up after the page was in the background.
-      shownSeconds += Math.min((now - before) / 1000, Math.max(1, durationOf(0)));
-      before = now;
+      shownSeconds += Math.min((now - lastTick) / 1000, Math.max(1, durationOf(0)));
+      lastTick = now;
       let due = 0;
       for (; shownSeconds >= durationOf(due); due++) shownSeconds -= durationOf(due);
       if (due > 0) this.advance(due);

@@ -2,7 +2,7 @@
 
 import { byId } from '../dom.js';
 import { drawCutout } from '../../model/library.js';
-import { type BackdropName, type View, cutoutBackdrop } from '../../model/view-settings.js';
+import { type BackdropName, type View, toCutoutBackdrop } from '../../model/view-settings.js';
 import { type View as LayerView, fromCorner } from '../layers/layer.js';
 import { type Backdrop, type Store, errorPatch } from '../../model/store.js';
 import { PageError } from '../../model/messages.js';
@@ -15,7 +15,7 @@ const VIEWS: View[] = ['overlay', 'beside', 'slider', 'cutout'];
 const NARROW = matchMedia('(max-width: 599px)');
 
 export function comparePanel({ keys, viewer }: Pick<Page, 'keys' | 'viewer'>) {
-  keys.on('v', () => viewer.compare.next());
+  keys.on('v', () => viewer.compare.showNextView());
 }
 
 export class Compare {
@@ -39,7 +39,7 @@ export class Compare {
     for (const radio of this.radios) radio.checked = radio.value === view;
   }
 
-  next() {
+  showNextView() {
     const { view } = this.store.state;
     this.store.set({ view: VIEWS[(VIEWS.indexOf(view) + 1) % VIEWS.length] });
   }
@@ -116,5 +116,5 @@ export function backdropPanel({ store, viewer }: Pick<Page, 'store' | 'viewer'>)
 export function drawCutoutView(ctx: CanvasRenderingContext2D, { image, mask }: LayerView, backdrop: Backdrop) {
   const edged = mask();
   if (!image || !edged) return;
-  fromCorner(ctx, () => drawCutout(ctx, image, edged, { background: cutoutBackdrop(backdrop) }));
+  fromCorner(ctx, () => drawCutout(ctx, image, edged, { background: toCutoutBackdrop(backdrop) }));
 }

@@ -120,11 +120,11 @@ class ZoomPanel {
       x: (a.clientX + b.clientX) / 2 - box.left,
       y: (a.clientY + b.clientY) / 2 - box.top,
     };
-    const before = this.pinch;
+    const lastPinch = this.pinch;
     this.pinch = now;
-    if (!before) return;
-    this.viewer.pan((now.x - before.x) / box.width, (now.y - before.y) / box.height);
-    this.viewer.zoomTo((zoom.scale * now.distance) / before.distance, now.x / box.width, now.y / box.height);
+    if (!lastPinch) return;
+    this.viewer.pan((now.x - lastPinch.x) / box.width, (now.y - lastPinch.y) / box.height);
+    this.viewer.zoomTo((zoom.scale * now.distance) / lastPinch.distance, now.x / box.width, now.y / box.height);
   }
 
   /** Enters or leaves full screen. */
