@@ -160,7 +160,7 @@ impl Session {
             Stroke { t, points, radius }
         };
         let strokes = strokes.into_iter().map(stroke).collect();
-        self.correct(py, if apart { Correction::Apart(strokes) } else { Correction::Together(strokes) })
+        self.correct(py, if apart { Correction::SplitStrokes(strokes) } else { Correction::JoinStrokes(strokes) })
     }
 
     fn undo_correction(&self, py: Python<'_>) -> Result<()> {

@@ -4,14 +4,14 @@ use crate::error::Result;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tracecut::session::{LabelCost, SuperpixelLink, Voter};
-use tracecut::{Explanation, Source};
+use tracecut::{Explanation, LabelSource};
 
 /// The fields of `tracecut.Explanation` by their names; of lists of classes the fields in order.
 pub(crate) fn explanation<'py>(py: Python<'py>, why: &Explanation) -> Result<Bound<'py, PyDict>> {
     let source = match why.source {
-        Source::Superpixel => "superpixel",
-        Source::Border => "border",
-        Source::Stroke => "stroke",
+        LabelSource::Superpixel => "superpixel",
+        LabelSource::Border => "border",
+        LabelSource::Stroke => "stroke",
     };
     let cost = |c: &LabelCost| {
         (c.cluster, c.label, c.votes, c.trajectories, c.colours, c.evidence, c.links, c.forbidden, c.total)

@@ -1,4 +1,4 @@
-//! Why a pixel has its label: the terms of the cut, made again from what the session keeps, and what is behind them.
+//! Explanations of labels: the terms of the cut for one pixel, computed again from the outputs, and their origin.
 
 use super::results::missing_frame;
 use crate::Error;
@@ -7,54 +7,54 @@ use crate::session::base::{Outputs, Stage};
 use crate::session::run::{Clip, Session};
 use serde::{Serialize, Serializer};
 
-/// How many of a trajectory's affinities are told, the greatest first.
-const MOST_AFFINITIES: usize = 8;
+/// Number of a trajectory's affinities in an explanation, the largest ones; chosen by eye.
+const MAX_AFFINITIES: usize = 8;
 
-/// What gave a pixel its label.
+/// The origin of a pixel's label.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "camelCase")]
-pub enum Source {
-    /// Its superpixel, by the cut.
+pub enum LabelSource {
+    /// The cut of its superpixel.
     Superpixel,
-    /// The step after the cut, which moves borders by the colours on both sides (or, after a correction, leaves them).
+    /// The refinement of borders by colour after the cut.
     Border,
-    /// A stroke of the user's.
+    /// A stroke of the user.
     Stroke,
 }
 
-/// What speaks for an object, or against one where negative.
+/// Evidence for an object, or against one if negative.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Evidence {
-    /// What the background says.
+    /// Evidence of the background model.
     pub background: f32,
-    /// What objects and the ground near them look like.
+    /// Evidence of the appearance models of objects and their surroundings.
     pub looks: f32,
 }
 
-/// What a cluster would cost the superpixel, all else as it is.
+/// The cost of giving the superpixel to a cluster, with all other labels fixed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LabelCost {
     /// The cluster.
     pub cluster: u32,
     /// Its label in the masks.
     pub label: u8,
-    /// Its trajectories in the superpixel.
+    /// Number of its trajectories in the superpixel.
     pub votes: u32,
-    /// The cost by its trajectories.
+    /// Unary cost of trajectories.
     pub trajectories: f64,
-    /// The cost by colours, where no trajectory has a say.
+    /// Unary cost of colours, if the superpixel has no trajectory.
     pub colours: f64,
-    /// The cost by the background and the looks of objects.
+    /// Unary cost of background and appearance evidence.
     pub evidence: f64,
-    /// The cost of links to superpixels of other clusters.
+    /// Pairwise costs of links to superpixels of other clusters.
     pub links: f64,
-    /// The cost where a stroke forbids it.
+    /// Cost of a label that a stroke forbids.
     pub forbidden: f64,
     /// The sum of all costs.
     pub total: f64,
 }
 
-/// A superpixel that shares a border, or is of the frame before or after.
+/// A link to a superpixel beside it, or in the previous or the next frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SuperpixelLink {
     /// Its frame.
@@ -63,9 +63,9 @@ pub struct SuperpixelLink {
     pub superpixel: u32,
     /// Its cluster.
     pub cluster: u32,
-    /// Trajectories that both have.
+    /// Number of trajectories in both.
     pub tracks: u32,
-    /// The cost of having another cluster than that one.
+    /// The cost of differing from its cluster.
     pub cost: f64,
 }
 
@@ -76,10 +76,10 @@ pub struct Voter {
     pub x: f32,
     /// Row, in input pixels.
     pub y: f32,
-    /// Its cluster; `None` where that is not known.
-    #[serde(serialize_with = "or_less")]
+    /// Its cluster; `None` if it is unknown.
+    #[serde(serialize_with = "or_minus_one")]
     pub cluster: Option<u32>,
-    /// Whether it moves like nothing around it, and counts for all objects.
+    /// True if its motion differs from all clusters around it, so that it votes for all objects.
     pub stranger: bool,
 }
 
@@ -88,103 +88,103 @@ pub struct Voter {
 pub struct Affinity {
     /// The other trajectory.
     pub to: u32,
-    /// How alike both move.
+    /// The affinity of both.
     pub affinity: f64,
 }
 
-/// The least change of a superpixel's label that changes its object.
+/// The cheapest change of a superpixel's cluster that changes its mask label.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Flip {
-    /// The cluster that is cheapest among those of other mask labels.
+pub struct LabelFlip {
+    /// The cheapest cluster of another mask label.
     pub cluster: u32,
-    /// What it costs more.
+    /// Its extra cost.
     pub margin: f64,
-    /// How many more trajectories of that cluster would make it as cheap; `None` where no number would.
+    /// Number of additional trajectories of that cluster that would make it as cheap; `None` if no number would.
     #[serde(serialize_with = "or_infinity")]
     pub votes: Option<u32>,
 }
 
-/// The Delaunay edges of a frame between the pixel's object and that of the [`Flip`].
+/// The Delaunay edges of a frame between the pixel's object and the object of the [`LabelFlip`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Border {
-    /// Their number.
+pub struct ObjectBorder {
+    /// Number of edges.
     pub edges: u32,
-    /// Their mean discontinuity.
+    /// Mean discontinuity of the edges.
     pub mean: f64,
-    /// One trajectory of the edge with the greatest discontinuity.
+    /// One trajectory of the edge with the largest discontinuity.
     pub i: u32,
-    /// The other one.
+    /// The other trajectory of that edge.
     pub j: u32,
-    /// That discontinuity.
+    /// The largest discontinuity.
     #[serde(serialize_with = "narrowed")]
     pub d: f64,
 }
 
-/// Why a pixel has its label; made by [`Session::explain`].
+/// The explanation of a pixel's label; see [`Session::explain`].
 ///
-/// Costs are in units of the energy, in whole steps of 1/65536: sums and differences are exact.
+/// Costs are in units of the energy, in multiples of 1/65536, so that sums and differences are exact.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Explanation {
     /// The pixel's mask label.
     pub label: u8,
-    /// What gave it that. Where it is not [`Source::Superpixel`], costs are those of the superpixel all the same.
-    pub source: Source,
-    /// The superpixel that the pixel is in.
+    /// The origin of the label. Costs always belong to the superpixel.
+    pub source: LabelSource,
+    /// The superpixel of the pixel.
     pub superpixel: u32,
     /// The cluster that the cut gave the superpixel.
     pub cluster: u32,
-    /// How much its trajectories count, 0 where none has a say.
+    /// The weight of its trajectories, 0 if there are none.
     pub weight: f32,
-    /// What speaks for an object.
+    /// Evidence for an object.
     pub evidence: Evidence,
-    /// What each cluster would cost.
+    /// The cost of each cluster.
     pub costs: Vec<LabelCost>,
-    /// What binds the superpixel to others.
+    /// The pairwise terms of the superpixel.
     pub links: Vec<SuperpixelLink>,
-    /// The trajectories in it.
+    /// The trajectories in the superpixel.
     pub voters: Vec<Voter>,
-    /// The clustered trajectory nearest to the pixel; `None` where none is alive.
-    #[serde(serialize_with = "or_less")]
+    /// The nearest clustered trajectory; `None` if none is alive.
+    #[serde(serialize_with = "or_minus_one")]
     pub nearest: Option<u32>,
-    /// Its greatest affinities.
+    /// The largest affinities of that trajectory.
     pub affinities: Vec<Affinity>,
-    /// `None` where there is no other object, nor a background.
-    pub flip: Option<Flip>,
-    /// `None` where no edge joins the two.
-    pub border: Option<Border>,
+    /// `None` if there is no other mask label.
+    pub flip: Option<LabelFlip>,
+    /// `None` if no edge joins the two.
+    pub border: Option<ObjectBorder>,
 }
 
-/// JavaScript has -1 for what is not there,
-fn or_less<S: Serializer>(number: &Option<u32>, to: S) -> Result<S::Ok, S::Error> {
+/// Serializes a missing number as -1, for JavaScript.
+fn or_minus_one<S: Serializer>(number: &Option<u32>, to: S) -> Result<S::Ok, S::Error> {
     to.serialize_i64(number.map_or(-1, i64::from))
 }
 
-/// Infinity for what no number reaches,
+/// Serializes a missing number of votes as infinity, for JavaScript.
 fn or_infinity<S: Serializer>(number: &Option<u32>, to: S) -> Result<S::Ok, S::Error> {
     to.serialize_f64(number.map_or(f64::INFINITY, f64::from))
 }
 
-/// and discontinuities in single precision.
+/// Serializes a discontinuity in single precision, for JavaScript.
 fn narrowed<S: Serializer>(d: &f64, to: S) -> Result<S::Ok, S::Error> {
     to.serialize_f32(*d as f32)
 }
 
-/// Steps of the solver in units of cost.
+/// Converts the solver's integer costs to units of cost.
 fn units(steps: i64) -> f64 {
     steps as f64 / f64::from(STEPS_PER_UNIT)
 }
 
 impl Session {
-    /// Why the pixel `x`, `y` of frame `t` has its label; in input pixels, computed anew at each call.
+    /// Explains the label of the input pixel `x`, `y` of frame `t`.
     ///
-    /// Law: for any two clusters, the difference of [`LabelCost::total`] is that of the cut's energies with the pixel's
-    /// superpixel in the one and the other, all else as it is.
+    /// Invariant: for any two clusters, the difference of [`LabelCost::total`] is the difference of the cut's energies with the
+    /// pixel's superpixel in either, with all other labels fixed.
     ///
     /// # Errors
-    /// [`Error::State`] unless the session is done and has masks, or when there is no such frame; [`Error::Param`] when
-    /// the pixel is not in the frame.
+    /// [`Error::State`] unless the session is done and has masks, or if there is no such frame; [`Error::Param`] if the pixel
+    /// is not in the frame.
     pub fn explain(&self, t: usize, x: usize, y: usize) -> Result<Explanation, Error> {
-        let (Some(clip), Some(outputs)) = (self.clip(), self.after(Stage::Masks)) else {
+        let (Some(clip), Some(outputs)) = (self.clip(), self.outputs_after(Stage::Masks)) else {
             return Err(missing_frame("explanation", t, 0));
         };
         if t >= outputs.masks.len() {
@@ -196,31 +196,31 @@ impl Session {
                 return Err(Error::Param { name: name.to_owned(), value: value.to_string(), expected });
             }
         }
-        Ok(Asked { clip, outputs, t, pixel: clip.scale.working_pixel(x, y) }.explanation((x, y)))
+        Ok(PixelQuery { clip, outputs, t, pixel: clip.scale.working_pixel(x, y) }.explanation((x, y)))
     }
 }
 
-/// A pixel that is asked about, at working size.
-struct Asked<'a> {
+/// A pixel to be explained, at working size.
+struct PixelQuery<'a> {
     clip: &'a Clip,
     outputs: &'a Outputs,
     t: usize,
     pixel: (usize, usize),
 }
 
-impl Asked<'_> {
+impl PixelQuery<'_> {
     fn explanation(&self, at: (usize, usize)) -> Explanation {
         let Outputs { superpixels, cut, masks, .. } = self.outputs;
-        let (ground, params) = (&*cut.ground, &self.clip.params.cut);
+        let (context, params) = (&*cut.context, &self.clip.params.cut);
         let input = self.outputs.cut_input();
         let superpixel = superpixels[self.t].label()[self.pixel];
         let mut reasons = Reasons::of(&input, params, &cut.labels, self.t, superpixel);
-        let held = ground.region.iter().flat_map(|region| &region.held);
-        held.filter(|held| (held.0, held.1) == (self.t, superpixel)).for_each(|held| reasons.hold(&held.2));
+        let allowed = context.region.iter().flat_map(|region| &region.allowed);
+        allowed.filter(|entry| (entry.0, entry.1) == (self.t, superpixel)).for_each(|entry| reasons.hold(&entry.2));
         let node = superpixels[..self.t].iter().map(|s| s.count).sum::<usize>() + superpixel as usize;
-        let said = |by: &[f32]| by.get(node).copied().unwrap_or(0.0);
+        let at_node = |values: &[f32]| values.get(node).copied().unwrap_or(0.0);
         let runner_up =
-            reasons.runner_up(|cluster| self.outputs.label_of(cluster) != self.outputs.label_of(reasons.label));
+            reasons.runner_up(|cluster| self.outputs.mask_label(cluster) != self.outputs.mask_label(reasons.label));
         let (label, nearest) = (masks[self.t][self.pixel], self.nearest(at));
         let cost = |cluster| self.cost(&reasons, cluster);
         let link = |link: &Link| {
@@ -233,7 +233,10 @@ impl Asked<'_> {
             superpixel,
             cluster: reasons.label,
             weight: reasons.lambda,
-            evidence: Evidence { background: said(&ground.cues), looks: said(&ground.evidence) - said(&ground.cues) },
+            evidence: Evidence {
+                background: at_node(&context.cues),
+                looks: at_node(&context.evidence) - at_node(&context.cues),
+            },
             costs: (0..reasons.own.len() as u32).map(cost).collect(),
             links: reasons.links.iter().map(link).collect(),
             voters: self.voters(&input, &reasons),
@@ -241,20 +244,20 @@ impl Asked<'_> {
             affinities: nearest.map_or_else(Vec::new, |i| self.affinities(i)),
             flip: runner_up.map(|(cluster, margin)| {
                 let votes = reasons.votes_to_flip(cluster, params);
-                Flip { cluster, margin: units(margin), votes }
+                LabelFlip { cluster, margin: units(margin), votes }
             }),
             border: runner_up.and_then(|(cluster, _)| self.border(reasons.label, cluster)),
         }
     }
 
     fn cost(&self, reasons: &Reasons, cluster: u32) -> LabelCost {
-        let own = reasons.own[cluster as usize];
+        let unary = reasons.own[cluster as usize];
         let [trajectories, colours, evidence, forbidden] =
-            [own.trajectories, own.colours, own.evidence, own.forbidden].map(|steps| units(steps.into()));
+            [unary.trajectories, unary.colours, unary.evidence, unary.forbidden].map(|steps| units(steps.into()));
         let total = units(reasons.cost(cluster));
         LabelCost {
             cluster,
-            label: self.outputs.label_of(cluster),
+            label: self.outputs.mask_label(cluster),
             votes: reasons.votes[cluster as usize],
             trajectories,
             colours,
@@ -265,13 +268,13 @@ impl Asked<'_> {
         }
     }
 
-    fn source(&self, label: u8, cluster: u32) -> Source {
+    fn source(&self, label: u8, cluster: u32) -> LabelSource {
         let pixel = (self.pixel.1 * self.clip.scale.working.0 + self.pixel.0) as u32;
-        let held = &self.outputs.corrections.held;
-        if held.iter().any(|held| held.t == self.t && held.pixels.binary_search(&pixel).is_ok()) {
-            return Source::Stroke;
+        let constraints = &self.outputs.corrections.constraints;
+        if constraints.iter().any(|stroke| stroke.t == self.t && stroke.pixels.binary_search(&pixel).is_ok()) {
+            return LabelSource::Stroke;
         }
-        if label == self.outputs.label_of(cluster) { Source::Superpixel } else { Source::Border }
+        if label == self.outputs.mask_label(cluster) { LabelSource::Superpixel } else { LabelSource::Border }
     }
 
     fn voters(&self, input: &CutInput, reasons: &Reasons) -> Vec<Voter> {
@@ -279,52 +282,52 @@ impl Asked<'_> {
         let to_input = |v: f32, s: f64| ((f64::from(v) + 0.5) * s - 0.5) as f32;
         let voter = |&i: &u32| {
             let ((x, y), cluster) = (input.tracks.at(i as usize, self.t).unwrap_or_default(), input.label[i as usize]);
-            let known = (cluster as usize) < reasons.own.len();
+            let is_clustered = (cluster as usize) < reasons.own.len();
             Voter {
                 x: to_input(x, sx),
                 y: to_input(y, sy),
-                cluster: known.then_some(cluster),
+                cluster: is_clustered.then_some(cluster),
                 stranger: cluster == STRANGER,
             }
         };
         reasons.voters.iter().map(voter).collect()
     }
 
-    /// The clustered trajectory nearest to the pixel in input pixels, the first of equals.
+    /// Returns the clustered trajectory nearest to an input pixel, the first of equally near ones.
     fn nearest(&self, at: (usize, usize)) -> Option<u32> {
-        let away = |x: f32, y: f32| {
+        let distance_sq = |x: f32, y: f32| {
             let (dx, dy) = (f64::from(x) - at.0 as f64, f64::from(y) - at.1 as f64);
             dx * dx + dy * dy
         };
-        let tracks = &self.outputs.tracked.input;
-        let near = tracks.alive(self.t).map(|(i, x, y)| (i as u32, away(x, y)));
-        near.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
+        let tracks = &self.outputs.track_set.input;
+        let distances = tracks.alive(self.t).map(|(i, x, y)| (i as u32, distance_sq(x, y)));
+        distances.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
     }
 
-    /// The greatest affinities of trajectory `i`, the first of equals first.
+    /// Returns the largest affinities of trajectory `i`, the first of equal ones first.
     fn affinities(&self, i: u32) -> Vec<Affinity> {
         let row = self.outputs.affinities.row(i as usize);
-        let mut greatest: Vec<Affinity> = Vec::new();
+        let mut largest: Vec<Affinity> = Vec::new();
         for (j, affinity) in row.filter(|&(j, _)| j != i as usize) {
-            let place = greatest.partition_point(|known| known.affinity >= affinity);
-            greatest.insert(place, Affinity { to: j as u32, affinity });
-            greatest.truncate(MOST_AFFINITIES);
+            let rank = largest.partition_point(|entry| entry.affinity >= affinity);
+            largest.insert(rank, Affinity { to: j as u32, affinity });
+            largest.truncate(MAX_AFFINITIES);
         }
-        greatest
+        largest
     }
 
-    /// The edges of this frame between the objects of two clusters.
-    fn border(&self, own: u32, other: u32) -> Option<Border> {
+    /// Summarizes the edges of this frame between the objects of two clusters.
+    fn border(&self, cluster: u32, neighbour: u32) -> Option<ObjectBorder> {
         let Outputs { clusters, discontinuities: edges, .. } = self.outputs;
-        let [own, other] = [own, other].map(|cluster| self.outputs.label_of(cluster));
-        let label = |i: u32| self.outputs.label_of(clusters.label[i as usize]);
-        let mut border = Border { edges: 0, mean: 0.0, i: 0, j: 0, d: -1.0 };
+        let [inner, outer] = [cluster, neighbour].map(|cluster| self.outputs.mask_label(cluster));
+        let label = |i: u32| self.outputs.mask_label(clusters.label[i as usize]);
+        let mut border = ObjectBorder { edges: 0, mean: 0.0, i: 0, j: 0, d: -1.0 };
         for &edge in edges.neighborhoods.frame(self.t) {
             let ((i, j), d) = (edges.neighborhoods.pairs[edge as usize], edges.d[edge as usize]);
-            if [(own, other), (other, own)].contains(&(label(i), label(j))) {
+            if [(inner, outer), (outer, inner)].contains(&(label(i), label(j))) {
                 border.edges += 1;
                 border.mean += d;
-                border = if d > border.d { Border { i, j, d, ..border } } else { border };
+                border = if d > border.d { ObjectBorder { i, j, d, ..border } } else { border };
             }
         }
         border.mean /= f64::from(border.edges);
