@@ -29,8 +29,8 @@ pub(crate) fn explanation<'py>(py: Python<'py>, why: &Explanation) -> Result<Bou
     fields.set_item("links", why.links.iter().map(link).collect::<Vec<_>>())?;
     fields.set_item("voters", why.voters.iter().map(voter).collect::<Vec<_>>())?;
     fields.set_item("nearest", why.nearest)?;
-    fields.set_item("affinities", why.affinities.iter().map(|near| (near.to, near.affinity)).collect::<Vec<_>>())?;
-    fields.set_item("flip", why.flip.map(|other| (other.cluster, other.margin, other.votes)))?;
+    fields.set_item("affinities", why.affinities.iter().map(|entry| (entry.to, entry.affinity)).collect::<Vec<_>>())?;
+    fields.set_item("flip", why.flip.map(|flip| (flip.cluster, flip.margin, flip.votes)))?;
     fields.set_item("border", why.border.map(|border| (border.edges, border.mean, border.i, border.j, border.d)))?;
     Ok(fields)
 }
