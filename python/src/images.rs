@@ -55,7 +55,7 @@ pub(crate) fn image_discontinuities<'py>(
     fields.set_item("discontinuity", plane(py, image.d.strength))?;
     fields.set_item("spectral", plane(py, image.spectral.strength))?;
     fields.set_item("combined", plane(py, image.combined.pb))?;
-    fields.set_item("eigenvalues", arrays::list(py, found.eigenvalues))?;
+    fields.set_item("eigenvalues", arrays::list(py, image.eigenvalues))?;
     Ok(fields)
 }
 

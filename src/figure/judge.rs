@@ -74,7 +74,7 @@ pub fn judge_clusters(
         }
     };
     let label = observations.propagate_labels(&clusters);
-    if matches!(background, Background::Moving(_)) && params.stand_out && !is_object.contains(&true) {
+    if matches!(background, Background::Moving(_)) && params.salient_fallback && !is_object.contains(&true) {
         let Observations { known, denser, saliency, saliency_threshold, vote_radius, spacing, .. } = *observations;
         let salient: Vec<bool> = saliency.iter().map(|&s| f64::from(s) > saliency_threshold).collect();
         let before = Clustering { tracks: known.tracks, clusters: &clusters, radius: vote_radius };

@@ -53,22 +53,22 @@ crate::params! {
     /// The background.
     pub struct BackgroundParams {
         /// Whether clips are judged by their background. Not in the paper.
-        pub judge: bool = true, in 0..=1;
+        pub enabled: bool = true, in 0..=1;
         /// Where the camera stands still: motion that is as much object as background, in pixels a frame.
-        pub motion: f32 = 0.4, in 0.01..=100.0, expert;
+        pub neutral_motion: f32 = 0.4, in 0.01..=100.0, expert;
         /// Where the camera stands still: weight of the log-odds by the distance from the plate.
         pub plate_weight: f32 = 0.8, in 0.0..=100.0, expert;
         /// Where the camera stands still: weight of the log-odds by motion.
         pub motion_weight: f32 = 0.3, in 0.0..=100.0, expert;
         /// Where the camera moves: weight of which motion explains a superpixel in other frames, the scene's or the
         /// objects'.
-        pub account_weight: f32 = 2.5, in 0.0..=100.0, expert;
+        pub reprojection_weight: f32 = 2.5, in 0.0..=100.0, expert;
         /// Where the camera moves: what speaks against an object in each superpixel before anything is known.
-        pub doubt: f32 = 1.3, in 0.0..=100.0, expert;
+        pub prior_log_odds: f32 = 1.3, in 0.0..=100.0, expert;
         /// Where the camera goes forward: whether objects are what no rigid scene on a ground explains.
-        pub rigid: bool = true, in 0..=1, expert;
+        pub rigid_scene: bool = true, in 0..=1, expert;
         /// Where the camera moves and no cluster is an object: whether salient trajectories that move alike are some.
-        pub stand_out: bool = true, in 0..=1, expert;
+        pub salient_fallback: bool = true, in 0..=1, expert;
     }
 }
 
@@ -244,7 +244,7 @@ impl StillScene {
             let unknown = || vec![0.0; s.count];
             let by_plate = self.distance.get(t).map_or_else(unknown, |map| means(s, map));
             let flow = flows.get(t).or(flows.last());
-            let by_motion = flow.map_or_else(unknown, |flow| means(s, &motion(flow, params.motion)));
+            let by_motion = flow.map_or_else(unknown, |flow| means(s, &motion(flow, params.neutral_motion)));
             let sum = |(plate, motion)| params.plate_weight * log_odds(plate) + params.motion_weight * log_odds(motion);
             evidence.extend(by_plate.into_iter().zip(by_motion).map(sum));
         }
@@ -293,7 +293,7 @@ impl MovingScene {
             let shares = object_shares(s, t, labelled);
             evidence.extend(said.zip(shares).map(|(said, share)| {
                 let unseen = 1.0 - TRUST * share;
-                params.account_weight * said - params.doubt * unseen
+                params.reprojection_weight * said - params.prior_log_odds * unseen
             }));
         }
         evidence

@@ -83,7 +83,7 @@ crate::params! {
         pub min_gap: f64 = 0.02, in 0.0..=1.0, expert;
         /// With rotation-evidence: log-odds above which two pieces are joined, of which the smaller holds all trajectories; a
         /// smaller share asks less. Higher keeps more apart, lower makes fewer, larger clusters.
-        pub caution: f64 = 2.8, in 0.0..=20.0;
+        pub merge_log_odds: f64 = 2.8, in 0.0..=20.0;
         /// ρ of rotation-merge: clusters whose mean discontinuity along their common border is below it are merged
         /// (section 2.3: 0.4). Higher merges more.
         pub merge_threshold: f64 = 0.77, in 0.0..=1.0, expert;
@@ -174,7 +174,7 @@ fn pieces_of(embedding: &Embedding, count: usize, params: &DiscretizeParams, see
 /// neighbours.
 fn merged(mut label: Vec<u32>, known: &Known, params: &DiscretizeParams) -> Clusters {
     match params.method {
-        DiscretizeMethod::RotationEvidence => unite(&mut label, known, params.caution),
+        DiscretizeMethod::RotationEvidence => unite(&mut label, known, params.merge_log_odds),
         DiscretizeMethod::RotationMerge => merge_clusters(&mut label, known.found, params.merge_threshold),
         DiscretizeMethod::Rotation | DiscretizeMethod::KMeans => {}
     }

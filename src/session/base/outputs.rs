@@ -40,7 +40,7 @@ pub(crate) struct Outputs {
     pub(crate) superpixels: Vec<Superpixels>,
     /// `None` without flow.
     pub(crate) camera: Option<Camera>,
-    /// `None` with `background.judge` off.
+    /// `None` with `background.enabled` off.
     pub(crate) background: Option<Background>,
     /// Evidence per trajectory against its cluster being an object, although it was selected; may be empty.
     pub(crate) doubts: Vec<f32>,

@@ -89,14 +89,14 @@ pub(crate) fn estimate_camera(
     pair_motion: &mut dyn FnMut(usize, Ways) -> Option<(Forward, bool)>,
 ) -> Option<Camera> {
     let motions = outputs.saliency.as_ref()?.maps.motions();
-    let is_rigid = settings.judge && settings.rigid;
+    let is_rigid = settings.enabled && settings.rigid_scene;
     let travel = is_rigid.then(|| Travel::by(&outputs.track_set.tracks, pair_motion)).flatten();
     Some(Camera::new(motions, frames, travel))
 }
 
-/// Models the background of the clip; `None` with `background.judge` off.
+/// Models the background of the clip; `None` with `background.enabled` off.
 pub(crate) fn model_background(camera: Camera, outputs: &Outputs, clip: &Clip) -> Option<Background> {
-    if !clip.params.background.judge {
+    if !clip.params.background.enabled {
         return None;
     }
     Some(Background::new(&clip.frames, camera, outputs.track_set.densest(), clip.params.trajectory.mask_step))

@@ -112,7 +112,7 @@ fn take_ahead(track_set: &TrackSet, clip: &mut Clip) -> Option<Job> {
         return Some(Job { id, input: JobInput::Delaunay(points_in(tracks, id.index as usize)) });
     }
     let settings = &clip.params.background;
-    let is_needed = clip.params.clip.dense && settings.judge && settings.rigid && !clip.frames.is_empty();
+    let is_needed = clip.params.clip.dense && settings.enabled && settings.rigid_scene && !clip.frames.is_empty();
     let pairs = if is_needed { Travel::num_pairs(tracks) } else { 0 };
     let id = clip.pending_jobs.assign(JobKind::CameraMotion, 0..pairs)?;
     Some(Job { id, input: JobInput::CameraMotion(Ways::new(tracks, id.index as usize)) })
