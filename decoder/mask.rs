@@ -1,4 +1,4 @@
-//! What is known of masks once they are made: `src/mask` without what finds objects and their confidence.
+//! The files of `src/mask` that need nothing of the stages before.
 
 #[path = "../src/mask/coco.rs"]
 mod coco;

@@ -9,12 +9,12 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// Exit codes, for `--help`.
 pub(crate) const CODES: &str = "\
 Exit codes, of several inputs that failed the lowest:
-  0    all is done
+  0    success
   1    may succeed later: an input is missing or cannot be opened, there is no ffmpeg, results cannot be
        written, or a fault of the program
   2    wrong use: an option, a parameter, a folder that exists already
   3    bad input, now and later: no images or video, frames of different sizes, fewer than two frames;
-       damaged: results hold the frames before
+       damaged: results end before the damage
   4    out of memory, or frames too large
   130  interrupted (SIGINT), 143 ended (SIGTERM): what --resume needs stays in DIR.partial";
 

@@ -111,7 +111,7 @@ pub(crate) fn read_labels(folder: &Path, index: usize) -> Result<(Vec<u8>, usize
 /// The colour of a label in the palette that the VOC and DAVIS benchmarks share: the label's bits, three at a time from
 /// the lowest, become bits of red, green and blue from the highest. 0 is black, 1 (128, 0, 0), 2 (0, 128, 0), 3 (128,
 /// 128, 0), 4 (0, 0, 128).
-pub(crate) fn voc_colour(label: u8) -> [u8; 3] {
+fn voc_colour(label: u8) -> [u8; 3] {
     let bit = |index: usize| (u16::from(label) >> index & 1) as u8;
     std::array::from_fn(|channel| (0..3).map(|place| bit(3 * place + channel) << (7 - place)).sum())
 }

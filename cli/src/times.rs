@@ -13,19 +13,19 @@ pub(crate) struct FrameTimes {
 impl FrameTimes {
     /// Collects the timings of frames; `None` if a frame has none.
     pub(crate) fn collect(timings: impl IntoIterator<Item = Option<FrameTiming>>) -> Option<Self> {
-        timings.into_iter().try_fold(Self::default(), |mut joined, timing| {
-            joined.times.push(timing?.time);
-            joined.durations.push(timing?.duration);
-            Some(joined)
+        timings.into_iter().try_fold(Self::default(), |mut collected, timing| {
+            collected.times.push(timing?.time);
+            collected.durations.push(timing?.duration);
+            Some(collected)
         })
     }
 
     /// Joins the times of consecutive windows; `None` if a window has none.
     pub(crate) fn join<'a>(windows: impl IntoIterator<Item = Option<&'a Self>>) -> Option<Self> {
-        windows.into_iter().try_fold(Self::default(), |mut joined, window| {
-            joined.times.extend(&window?.times);
-            joined.durations.extend(&window?.durations);
-            Some(joined)
+        windows.into_iter().try_fold(Self::default(), |mut collected, window| {
+            collected.times.extend(&window?.times);
+            collected.durations.extend(&window?.durations);
+            Some(collected)
         })
     }
 

@@ -66,14 +66,14 @@ impl Stroke {
     }
 
     /// Returns the squared distance of a point to the centre line.
-    pub(crate) fn distance_sq(&self, (x, y): (f64, f64)) -> f64 {
+    fn distance_sq(&self, x: f64, y: f64) -> f64 {
         self.segments().map(|s| s.distance_sq(x, y)).fold(f64::INFINITY, f64::min)
     }
 
     fn segments(&self) -> impl Iterator<Item = Segment> + '_ {
         let last = self.points.len().saturating_sub(1);
         let ends = (0..self.points.len().max(1)).take(last.max(1)).map(move |k| (k, (k + 1).min(last)));
-        ends.filter_map(|(a, b)| Some(Segment::new(*self.points.get(a)?, *self.points.get(b)?)))
+        ends.filter_map(|(a, b)| Some(Segment::new([*self.points.get(a)?, *self.points.get(b)?])))
     }
 
     /// Returns the pixels of the core, increasing, in a frame reduced from `input` to `working` pixels, each with its squared
@@ -117,9 +117,9 @@ struct Segment {
 }
 
 impl Segment {
-    fn new(from: (f32, f32), to: (f32, f32)) -> Self {
-        let from = (f64::from(from.0), f64::from(from.1));
-        let along = (f64::from(to.0) - from.0, f64::from(to.1) - from.1);
+    fn new(ends: [(f32, f32); 2]) -> Self {
+        let [from, to] = ends.map(|(x, y)| (f64::from(x), f64::from(y)));
+        let along = (to.0 - from.0, to.1 - from.1);
         Self { from, along, length_sq: along.0 * along.0 + along.1 * along.1 }
     }
 
@@ -142,7 +142,7 @@ impl Segment {
 pub(crate) fn strokes_over_tracks(tracks: &Trajectories, strokes: &[Stroke], spacing: f64) -> Vec<Option<u8>> {
     let mut nearest = vec![(f64::INFINITY, None); tracks.len()];
     for (k, stroke) in (0..=u8::MAX).zip(strokes) {
-        let distance = |(i, x, y): (usize, f32, f32)| (i, stroke.distance_sq((x.into(), y.into())));
+        let distance = |(i, x, y): (usize, f32, f32)| (i, stroke.distance_sq(x.into(), y.into()));
         let max_sq = f64::from(stroke.radius).max(spacing).powi(2);
         let candidates: Vec<(usize, f64)> = tracks.alive(stroke.t).map(distance).filter(|d| d.1 <= max_sq).collect();
         let radius = f64::from(stroke.radius).max(spacing / 2.0);
@@ -182,11 +182,11 @@ mod tests {
     #[test]
     fn a_line_has_what_is_near_any_of_its_points_and_a_dot_what_is_near_it() {
         let line = stroke(0, &[(2.0, 5.0), (10.0, 5.0), (10.0, 9.0)], 1.0);
-        assert_eq!(line.distance_sq((6.0, 7.0)), 4.0);
-        assert_eq!(line.distance_sq((13.0, 13.0)), 25.0);
-        assert_eq!(stroke(0, &[(3.0, 4.0)], 1.0).distance_sq((0.0, 0.0)), 25.0);
+        assert_eq!(line.distance_sq(6.0, 7.0), 4.0);
+        assert_eq!(line.distance_sq(13.0, 13.0), 25.0);
+        assert_eq!(stroke(0, &[(3.0, 4.0)], 1.0).distance_sq(0.0, 0.0), 25.0);
         let twice = stroke(0, &[(3.0, 4.0), (3.0, 4.0)], 1.0);
-        assert_eq!(twice.distance_sq((0.0, 0.0)), 25.0);
+        assert_eq!(twice.distance_sq(0.0, 0.0), 25.0);
     }
 
     #[test]
@@ -203,7 +203,7 @@ mod tests {
                 let mut all = Vec::new();
                 for p in 0..working.0 * working.1 {
                     let centre = ((p % working.0) as f64, (p / working.0) as f64);
-                    let d = s.distance_sq(((centre.0 + 0.5) * sx - 0.5, (centre.1 + 0.5) * sy - 0.5));
+                    let d = s.distance_sq((centre.0 + 0.5) * sx - 0.5, (centre.1 + 0.5) * sy - 0.5);
                     all.extend((d <= radius * radius).then_some((p as u32, d)));
                 }
                 assert_eq!(s.core(input, working), all);

@@ -43,10 +43,10 @@ pub(super) fn opacity(inside: &Plane<bool>, picture: &Frame) -> Plane<u8> {
         for left in (0..w).step_by(tile) {
             let Some(border) = border_box(inside, widened(left, w), widened(top, h)) else { continue };
             // Only pixels within the reach of a window change.
-            let reached = |border: &Range<usize>, start: usize, end: usize| {
+            let clip = |border: &Range<usize>, start: usize, end: usize| {
                 start.max(border.start.saturating_sub(radius))..(start + tile).min(border.end + radius).min(end)
             };
-            let (columns, rows) = (reached(&border.0, left, w), reached(&border.1, top, h));
+            let (columns, rows) = (clip(&border.0, left, w), clip(&border.1, top, h));
             let (x, y) = (columns.start.saturating_sub(halo), rows.start.saturating_sub(halo));
             let size = ((columns.end + halo).min(w) - x, (rows.end + halo).min(h) - y);
             let soft = Patch::new(inside, picture, (x, y), size).opacity(radius);

@@ -278,7 +278,7 @@ impl Band {
                 if inside().all(|p| self.node[p] == OUTSIDE) {
                     continue;
                 }
-                models.fit(self, mask, frame, depth, (left, top));
+                models.fit(self, mask, frame, depth, left, top);
                 for p in inside().filter(|&p| self.node[p] != OUTSIDE) {
                     let costs = &mut unary[self.node[p] as usize * num_labels..][..num_labels];
                     let present = self.label_index[usize::from(mask.data()[p])] as usize;
@@ -374,7 +374,7 @@ impl ColourModels {
     }
 
     /// Fits the models to samples around the tile at `(left, top)`.
-    fn fit(&mut self, band: &Band, mask: &Plane<u8>, frame: &Frame, depth: &Plane<u32>, (left, top): (usize, usize)) {
+    fn fit(&mut self, band: &Band, mask: &Plane<u8>, frame: &Frame, depth: &Plane<u32>, left: usize, top: usize) {
         self.samples.clear();
         self.histograms.iter_mut().for_each(Histogram::clear);
         let mut count = 0;

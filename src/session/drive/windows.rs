@@ -107,7 +107,7 @@ where
         Self { remaining: Some(frames), ..self }
     }
 
-    /// Reads up to a window of frames ahead to find the end of the clip, for streams of unknown length. Results are those of
+    /// Reads up to a window of frames ahead to find the end of the clip, for streams of unknown length. Results are the same as with
     /// [`Windows::with_length`].
     #[must_use]
     pub fn with_look_ahead(self) -> Self {
@@ -193,7 +193,7 @@ where
 
     /// Resumes a clip from a checkpoint, with the same results as without an interruption. The parameters and the size of the
     /// windows must be the same, and the iterator of frames must begin with frame [`Checkpoint::first_frame`] of the clip; the
-    /// length, if set, is that of the whole clip.
+    /// length, if set, counts the whole clip.
     ///
     /// # Errors
     /// Those of the frames; [`Error::TooFewFrames`] if they end too early.

@@ -178,9 +178,9 @@ impl JobResult {
         let (width, height) = reader.size;
         let result = match id.kind {
             JobKind::PairFlow => {
-                let [fu, fv, bu, bv] = [(); 4].map(|()| reader.floats((width, height)));
+                let [fu, fv, bu, bv] = [(); 4].map(|()| reader.floats(width, height));
                 let (forward, backward) = (FlowField { u: fu?, v: fv? }, FlowField { u: bu?, v: bv? });
-                let [variation, structure] = [(); 2].map(|()| reader.floats((width.div_ceil(2), height.div_ceil(2))));
+                let [variation, structure] = [(); 2].map(|()| reader.floats(width.div_ceil(2), height.div_ceil(2)));
                 Self::PairFlow(Box::new(PairFlow { forward, backward, variation: variation?, structure: structure? }))
             }
             JobKind::Superpixels => {
@@ -265,7 +265,7 @@ impl<'a> Reader<'a> {
         Some(head)
     }
 
-    fn floats(&mut self, (width, height): (usize, usize)) -> Option<Plane<f32>> {
+    fn floats(&mut self, width: usize, height: usize) -> Option<Plane<f32>> {
         Plane::from_vec(width, height, self.read_floats(width * height)?)
     }
 
@@ -301,13 +301,13 @@ impl<'a> Reader<'a> {
 
     fn sought(&mut self) -> Option<Sought> {
         let picture = self.pixels()?;
-        let mut others = Vec::new();
+        let mut frames = Vec::new();
         while !self.rest.is_empty() {
             let (picture, scene, [has_object]) = (self.pixels()?, self.lattice()?, self.array()?);
             let object = if has_object == 1 { Some(self.lattice()?) } else { None };
-            others.push(Other { picture, scene, object });
+            frames.push(Other { picture, scene, object });
         }
-        Some(Sought { picture, others })
+        Some(Sought { picture, others: frames })
     }
 
     fn lattice(&mut self) -> Option<Lattice> {

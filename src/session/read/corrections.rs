@@ -118,7 +118,7 @@ impl CorrectionInput<'_> {
         let (tracks, clusters) = (&self.outputs.track_set.tracks, &self.outputs.clusters);
         let mut labels = self.trajectory_labels();
         let members: Vec<u32> = (0..labels.len() as u32).filter(|&i| labels[i as usize] == label).collect();
-        let at = at.map(|(t, x, y)| self.member_at(&members, label, t, (x, y))).transpose()?;
+        let at = at.map(|(t, x, y)| self.member_at(&members, label, t, x, y)).transpose()?;
         let mut free = free_labels(&self.outputs.cut.objects.of_cluster);
         let Some(new) = free.next() else {
             return Err(Error::Data { reason: NO_FREE_LABEL.to_owned() });
@@ -222,8 +222,8 @@ impl CorrectionInput<'_> {
     }
 
     /// Returns the index in `members` of the trajectory nearest to a point of frame `t`, in input pixels.
-    fn member_at(&self, members: &[u32], label: u8, t: usize, (x, y): (f32, f32)) -> Result<usize, Error> {
-        self.require_position(t, (x, y))?;
+    fn member_at(&self, members: &[u32], label: u8, t: usize, x: f32, y: f32) -> Result<usize, Error> {
+        self.require_position(t, x, y)?;
         let tracks = &self.outputs.track_set.input;
         let distance = |i: u32| tracks.at(i as usize, t).map(|(px, py)| (px - x).powi(2) + (py - y).powi(2));
         let distances = members.iter().enumerate().filter_map(|(k, &i)| distance(i).map(|d| (d, k)));
@@ -232,7 +232,7 @@ impl CorrectionInput<'_> {
         })
     }
 
-    fn require_position(&self, t: usize, (x, y): (f32, f32)) -> Result<(), Error> {
+    fn require_position(&self, t: usize, x: f32, y: f32) -> Result<(), Error> {
         let frames = self.clip.frames.len();
         if t >= frames {
             return Err(param("t", &t.to_string(), &format!("a frame, 0..{frames}")));

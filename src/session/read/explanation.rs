@@ -196,7 +196,7 @@ impl Session {
                 return Err(Error::Param { name: name.to_owned(), value: value.to_string(), expected });
             }
         }
-        Ok(PixelQuery { clip, outputs, t, pixel: clip.scale.working_pixel(x, y) }.explanation((x, y)))
+        Ok(PixelQuery { clip, outputs, t, pixel: clip.scale.working_pixel(x, y) }.explanation(x, y))
     }
 }
 
@@ -209,7 +209,7 @@ struct PixelQuery<'a> {
 }
 
 impl PixelQuery<'_> {
-    fn explanation(&self, at: (usize, usize)) -> Explanation {
+    fn explanation(&self, x: usize, y: usize) -> Explanation {
         let Outputs { superpixels, cut, masks, .. } = self.outputs;
         let (context, params) = (&*cut.context, &self.clip.params.cut);
         let input = self.outputs.cut_input();
@@ -221,7 +221,7 @@ impl PixelQuery<'_> {
         let at_node = |values: &[f32]| values.get(node).copied().unwrap_or(0.0);
         let runner_up =
             reasons.runner_up(|cluster| self.outputs.mask_label(cluster) != self.outputs.mask_label(reasons.label));
-        let (label, nearest) = (masks[self.t][self.pixel], self.nearest(at));
+        let (label, nearest) = (masks[self.t][self.pixel], self.nearest(x, y));
         let cost = |cluster| self.cost(&reasons, cluster);
         let link = |link: &Link| {
             let &Link { t, superpixel, label, cost, tracks } = link;
@@ -294,13 +294,13 @@ impl PixelQuery<'_> {
     }
 
     /// Returns the clustered trajectory nearest to an input pixel, the first of equally near ones.
-    fn nearest(&self, at: (usize, usize)) -> Option<u32> {
-        let distance_sq = |x: f32, y: f32| {
-            let (dx, dy) = (f64::from(x) - at.0 as f64, f64::from(y) - at.1 as f64);
+    fn nearest(&self, x: usize, y: usize) -> Option<u32> {
+        let distance_sq = |track_x: f32, track_y: f32| {
+            let (dx, dy) = (f64::from(track_x) - x as f64, f64::from(track_y) - y as f64);
             dx * dx + dy * dy
         };
         let tracks = &self.outputs.track_set.input;
-        let distances = tracks.alive(self.t).map(|(i, x, y)| (i as u32, distance_sq(x, y)));
+        let distances = tracks.alive(self.t).map(|(i, track_x, track_y)| (i as u32, distance_sq(track_x, track_y)));
         distances.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
     }
 

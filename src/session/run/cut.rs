@@ -193,7 +193,7 @@ impl CutTerms {
         let is_object: Vec<bool> = objects.of_cluster.iter().map(|&label| label > 0).collect();
         let mask_tracks = outputs.track_set.mask_tracks.as_ref();
         if let (Some(tracks), Some(labels), Some(recut)) = (mask_tracks, &mut mask_track_labels, recut) {
-            recut.vote(tracks, labels, superpixels[0].runs().size());
+            recut.vote(tracks, labels, &superpixels[0]);
         }
         let mut terms = Self { mask_track_labels, is_object, evidence: Vec::new() };
         if let Some(background) = &outputs.background {
@@ -239,7 +239,8 @@ impl Recut {
     }
 
     /// Gives mask trajectories under strokes the largest cluster of the stroke's label.
-    fn vote(&self, tracks: &Trajectories, label: &mut [u32], size: (usize, usize)) {
+    fn vote(&self, tracks: &Trajectories, label: &mut [u32], superpixels: &Superpixels) {
+        let size = superpixels.runs().size();
         for constraint in &self.constraints {
             let Some(cluster) = self.objects.of_cluster.iter().position(|&l| l == constraint.label) else { continue };
             for (i, x, y) in tracks.alive(constraint.t) {

@@ -11,7 +11,7 @@ use crate::trajectory::Trajectories;
 /// The segmentation of one clip, run stage by stage.
 ///
 /// Push frames (or set trajectories, or both), call [`Session::step`] until it returns [`Step::Done`], and read the results;
-/// those of a finished stage can be read while later ones still run. To cancel, stop stepping; stepping again later
+/// results of a finished stage can be read while later ones still run. To cancel, stop stepping; stepping again later
 /// continues and ends in the same result.
 #[derive(Debug, Clone)]
 pub struct Session {

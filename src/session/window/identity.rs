@@ -110,10 +110,10 @@ impl Identities {
     fn recognise(&self, appearances: &[(usize, Appearance)], new_labels: &mut [u8; 256], is_used: &mut [bool; 256]) {
         for &(new, ref appearance) in appearances {
             let mut best = (MIN_SIMILARITY, 0);
-            for (old, known) in
+            for (old, before) in
                 self.appearances.iter().enumerate().filter(|&(l, _)| new_labels[new] == 0 && !is_used[l])
             {
-                let similarity = known.as_ref().map_or(0.0, |known| known.similarity(appearance));
+                let similarity = before.as_ref().map_or(0.0, |before| before.similarity(appearance));
                 best = if similarity > best.0 { (similarity, old) } else { best };
             }
             if best.1 > 0 {

@@ -8,7 +8,7 @@ use std::ops::Range;
 /// Frames shared by neighbouring windows that have more frames than this; chosen by eye.
 const OVERLAP_FRAMES: usize = 10;
 
-/// A window of a long clip. Its results are those of [`Windows::session`] until the next window runs.
+/// A window of a long clip. [`Windows::session`] has its results until the next window runs.
 ///
 /// [`Windows::session`]: crate::Windows::session
 #[derive(Debug, Clone, PartialEq, Eq)]
