@@ -21,19 +21,19 @@ _LATER, _USAGE, _INPUT, _MEMORY, _INTERRUPTED = 1, 2, 3, 4, 130
 _EXIT_CODES = {"param": _USAGE, "frame-size": _MEMORY, "too-large": _MEMORY, "state": _LATER}
 
 _HELP = """\
-Results in the folder, which is there when all is done:
+Results in the folder, which is created at the end:
   00000.png ...  label of each pixel, 0 for the background, at the size of the frames
   result.json    sizes, objects, times of the frames, settings; where the clip is damaged
 
 Exit codes, of several clips that failed the lowest:
-  0    all is done
+  0    success
   1    may succeed later: a clip is missing or cannot be opened, there is no PyAV, results cannot be written, or a
        fault of the program
   2    wrong use: an option, a parameter, a folder that exists already
   3    bad input, now and later: no images or video, frames of different sizes, fewer than two frames; damaged: the
-       results hold the frames before
+       results end before the damage
   4    out of memory, or frames too large
-  130  interrupted (SIGINT), 143 ended (SIGTERM): nothing is written of the clip at work"""
+  130  interrupted (SIGINT), 143 ended (SIGTERM): the clip in progress is not written"""
 
 
 def main(words: Optional[list[str]] = None) -> int:

@@ -50,7 +50,7 @@ class FaultFinder:
 
     @property
     def lacks_data(self) -> bool:
-        """Whether the file ends too early, or a packet was not whole."""
+        """Returns whether the file ends too early, or a packet was not whole."""
         return self.is_cut_off or self._mark_is_due or len(self._torn) > 0
 
     def add_packet(self, packet: Any) -> None:
@@ -272,7 +272,7 @@ class Decoder:
 
     @property
     def lacks_data(self) -> bool:
-        """Whether the file ends too early, or a part of it cannot be read."""
+        """Returns whether the file ends too early, or a part of it cannot be read."""
         return self._faults.lacks_data or not self._has_packets
 
     def pictures(self) -> Iterator[Picture]:

@@ -1,4 +1,4 @@
-"""Where frames come from: arrays, image files, folders of them, videos."""
+"""Sources of frames: arrays, image files, folders of images, videos."""
 
 from __future__ import annotations
 

@@ -102,7 +102,7 @@ def mask_png(mask: U8) -> bytes:
 
 @dataclass(frozen=True)
 class Prompt:
-    """What tells a promptable model which object is meant.
+    """A prompt of an object for promptable models.
 
     The names are those of SAM 2's video predictor; places are in pixels of the masks.
 

@@ -42,7 +42,7 @@ class Bar:
 
 
 def raw_listener(progress: Listener) -> Raw:
-    """What the native module calls."""
+    """The callback of the native module."""
     if progress is None or progress is False:
         return None
     if progress is True:

@@ -37,8 +37,8 @@ class Window:
         The frames, by the clip's numbers, whose masks are final: over all windows each frame of the clip once.
     session : SessionView
         All results of the window, until the next is asked for. Its frames count from 0, which is ``first_frame``. Its
-        masks can be corrected. What is merged or split is so in this window; those that follow find their objects anew,
-        and give them the labels that most of their trajectories bear here after all corrections.
+        masks can be corrected. A correction applies to this window; later windows select their objects again,
+        and give them the labels that most of their trajectories have here after all corrections.
     """
 
     index: int

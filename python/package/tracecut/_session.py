@@ -43,7 +43,7 @@ def threads_of(threads: Optional[int]) -> int:
 
 
 def _made(kind: Callable[..., _Found], raw: Optional[Union[dict[str, Any], tuple[Any, ...]]]) -> Optional[_Found]:
-    """What the native module found as a class of its own; None where there is nothing."""
+    """Converts a result of the native module to a class; None if there is no result."""
     if raw is None:
         return None
     return kind(**raw) if isinstance(raw, dict) else kind(*raw)
@@ -52,7 +52,7 @@ def _made(kind: Callable[..., _Found], raw: Optional[Union[dict[str, Any], tuple
 class SessionView:
     """The results of a session, stage by stage; what is not known yet is None, or an error with the code ``state``.
 
-    Masks can be corrected: `merge`, `split`, `together`, `apart`, then `run` where they are made anew, `undo_correction`.
+    Masks can be corrected: `merge`, `split`, `together`, `apart`, then `run` to make the masks again, `undo_correction`.
 
     What is computed at the call is handed over without a copy; what the session keeps is copied once, so that arrays
     stay as they are whatever becomes of the session. Computing releases the interpreter's lock.
@@ -100,7 +100,7 @@ class SessionView:
         return _made(Trajectories, self._raw.mask_trajectories())
 
     def affinities(self) -> Optional[Affinities]:
-        """How alike the motions of trajectories are."""
+        """Returns the affinities of the motions of trajectories."""
         return _made(Affinities, self._raw.affinities())
 
     def embedding(self) -> Optional[Embedding]:
@@ -112,11 +112,11 @@ class SessionView:
         return _made(Discontinuities, self._raw.discontinuities())
 
     def saliency(self) -> Optional[Saliency]:
-        """How salient trajectories are; None without frames."""
+        """Returns the saliency of trajectories; None without frames."""
         return _made(Saliency, self._raw.saliency())
 
     def saliency_map(self, t: int) -> F32:
-        """How salient each pixel of frame ``t`` is, 0 to 1, at working size; computed anew at each call."""
+        """Computes the saliency of each pixel of frame ``t``, 0 to 1, at working size."""
         return self._raw.saliency_map(t)
 
     def components(self) -> Optional[Components]:
@@ -128,15 +128,15 @@ class SessionView:
         return _made(Clusters, self._raw.clusters())
 
     def threshold_clusters(self) -> Optional[Clusters]:
-        """What stays connected when discontinuities above ``discontinuity.threshold`` are cut."""
+        """Segments by cutting discontinuities above ``discontinuity.threshold``."""
         return _made(Clusters, self._raw.threshold_clusters())
 
     def motion_clusters(self) -> Optional[Clusters]:
-        """What the clusters would be with connectedness off, to see what it changes; computed anew at each call."""
+        """Computes the clusters with connectedness off, to show its effect."""
         return _made(Clusters, self._raw.motion_clusters())
 
     def clusters_by(self, method: str, count: int) -> Optional[Clusters]:
-        """What another discretization makes of the embedding, to compare with `clusters`; computed anew at each call.
+        """Discretizes the embedding by another method, to compare with `clusters`.
 
         Parameters
         ----------
@@ -167,7 +167,7 @@ class SessionView:
         return Superpixels(**self._raw.superpixels(t))
 
     def boundaries(self, t: int) -> BoundaryMap:
-        """The boundary probability of frame ``t``, at working size; computed anew at each call."""
+        """Computes the boundary probability of frame ``t``, at working size."""
         return BoundaryMap(*self._raw.boundaries(t))
 
     def objects(self) -> Optional[U8]:
@@ -200,11 +200,11 @@ class SessionView:
         return self._raw.working_labels(t)
 
     def cluster_labels(self, t: int) -> U32:
-        """The cluster of each pixel of frame ``t``: masks before objects are told from background."""
+        """Returns the cluster of each pixel of frame ``t``."""
         return self._raw.cluster_labels(t)
 
     def confidence(self, t: int) -> F32:
-        """How likely the label of each pixel of frame ``t`` is right, 0 to 1, at working size."""
+        """Computes the probability that each pixel of frame ``t`` is correctly labelled, at working size."""
         return self._raw.confidence(t)
 
     def object_confidence(self) -> F32:
@@ -216,7 +216,7 @@ class SessionView:
         return self._raw.background(t)
 
     def explain(self, t: int, x: int, y: int) -> Explanation:
-        """Why a pixel has its label.
+        """Explains the label of a pixel.
 
         Parameters
         ----------
@@ -288,7 +288,7 @@ class SessionView:
             _progress.close(listener)
 
     def merge(self, into: int, from_: int) -> None:
-        """What has the label ``from_`` gets ``into``; 0 makes it background. Masks can be read at once.
+        """Merges the object ``from_`` into ``into``; 0 makes it background. Masks can be read at once.
 
         Raises
         ------
@@ -319,7 +319,7 @@ class SessionView:
         self._raw.strokes(False, _raw_strokes(strokes))
 
     def apart(self, strokes: Iterable[Stroke]) -> None:
-        """What each stroke touches is a thing of its own; `run` makes the masks. Errors as `split`."""
+        """Makes each stroke an object of its own; `run` makes the masks. Errors as `split`."""
         self._raw.strokes(True, _raw_strokes(strokes))
 
     def undo_correction(self) -> None:
@@ -336,7 +336,7 @@ class SessionView:
 class Session(SessionView):
     """One clip on its way through the stages.
 
-    Push frames (or set trajectories, or both), `run` or `step`, read results; those of a finished stage can be read
+    Push frames (or set trajectories, or both), `run` or `step`, read results; results of a finished stage can be read
     while later ones are still to come. A run that was interrupted goes on where it stood, and ends in the same result.
 
     Parameters

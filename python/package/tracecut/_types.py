@@ -1,4 +1,4 @@
-"""What the stages find, as groups of arrays."""
+"""Results of the stages, as groups of arrays."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Bool = npt.NDArray[np.bool_]
 
 
 class Progress(NamedTuple):
-    """How far a run is: ``done`` of ``total`` steps of ``stage``."""
+    """The progress of a run: ``done`` of ``total`` steps of ``stage``."""
 
     stage: str
     done: int
@@ -25,7 +25,7 @@ class Progress(NamedTuple):
 
 
 class FlowField(NamedTuple):
-    """Where each pixel goes, in pixels: to the right ``u`` and down ``v``, each of shape (height, width)."""
+    """The displacement of each pixel, in pixels: to the right ``u`` and down ``v``, each of shape (height, width)."""
 
     u: F32
     v: F32
@@ -38,7 +38,7 @@ class BoundaryMap(NamedTuple):
     thin: F32
 
 
-class Enlarged(NamedTuple):
+class EnlargedMask(NamedTuple):
     """A mask at the size of its picture: its labels, and how opaque the objects are there, 0 to 255."""
 
     labels: U8
@@ -112,7 +112,7 @@ class Trajectories:
         return np.flatnonzero((start <= t) & (t < start + np.diff(self.offset.astype(np.int64))))
 
     def at(self, t: int) -> F32:
-        """Where the trajectories that are alive in frame ``t`` are there: x and y, shape (alive, 2)."""
+        """Returns the positions of the trajectories alive in frame ``t``: x and y, shape (alive, 2)."""
         alive = self.alive(t)
         point = self.offset[alive].astype(np.int64) + t - self.start_frame[alive]
         return np.stack([self.x[point], self.y[point]], axis=1)
@@ -165,7 +165,7 @@ class Discontinuities:
 
 @dataclass(frozen=True)
 class Saliency:
-    """How salient trajectories are, in 0 to 1.
+    """The saliency of trajectories, in 0 to 1.
 
     Attributes
     ----------
@@ -183,7 +183,7 @@ class Saliency:
 
 
 class EdgeKind:
-    """What an edge between superpixels is."""
+    """The kind of an edge between superpixels."""
 
     CONSTRAINT = 0
     FRAME = 1
@@ -222,7 +222,7 @@ class Superpixels:
 
 @dataclass(frozen=True)
 class ImageDiscontinuities:
-    """Where the pixel embedding of an image changes; maps of shape (height, width) with values in 0 to 1.
+    """The discontinuities of the pixel embedding of an image; maps of shape (height, width) with values in 0 to 1.
 
     Attributes
     ----------

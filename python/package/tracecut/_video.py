@@ -99,7 +99,7 @@ def _build_graph(form: Form, size: Optional[tuple[int, int]]) -> Any:
 
 
 def _display_matrix(frame: Any) -> tuple[float, float, float, float]:
-    """Returns the four numbers of the display matrix that turn and mirror; those of an upright picture by default."""
+    """Returns the four numbers of the display matrix that turn and mirror; by default of an upright picture."""
     try:
         for data in frame.side_data:
             if data.type.name == "DISPLAYMATRIX":

@@ -1,4 +1,4 @@
-"""Why a pixel has its label."""
+"""Explanations of pixel labels."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import Any, NamedTuple, Optional
 
 
 class Evidence(NamedTuple):
-    """What speaks for an object, or against one where negative: the ``background``, and what things look like."""
+    """Evidence for an object, or against one if negative: of the ``background`` model, and of appearance."""
 
     background: float
     looks: float
 
 
 class LabelCost(NamedTuple):
-    """What a cluster would cost a superpixel, all else as it is.
+    """The cost of giving a superpixel to a cluster, with all other labels fixed.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class Border(NamedTuple):
 
 @dataclass(frozen=True)
 class Explanation:
-    """Why a pixel has its label.
+    """The explanation of a pixel's label.
 
     Costs are in units of the energy, in whole steps of 1/65536, so that their sums are exact: the difference of two
     totals equals the difference of the energies that the cut compared.
@@ -110,7 +110,7 @@ class Explanation:
         In the masks.
     source : str
         What gave the pixel its label: ``superpixel``, by the cut; ``border``, the step after it; or ``stroke``. The
-        costs are those of the superpixel in any case.
+        costs always belong to the superpixel.
     superpixel : int
         Its number in the frame.
     cluster : int

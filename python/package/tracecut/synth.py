@@ -44,9 +44,9 @@ class Scene:
         return (self._raw.frame(t) for t in range(len(self)))
 
     def mask(self, t: int) -> U8:
-        """What is where in frame ``t``: 0 for the ground, or the number of an object; shape (height, width)."""
+        """Returns the object of each pixel of frame ``t``, 0 for the ground; shape (height, width)."""
         return self._raw.mask(t)
 
     def flow(self, t: int) -> FlowField:
-        """Where each pixel of frame ``t`` goes until ``t + 1``."""
+        """Returns the flow from frame ``t`` to ``t + 1``."""
         return FlowField(*self._raw.flow(t))

@@ -13,11 +13,11 @@ from .._types import U8, Bool
 
 
 class HasLabels(Protocol):
-    """What `tracecut.Session` and its views are."""
+    """The interface of `tracecut.Session` and its views."""
 
     @property
     def num_frames(self) -> int:
-        """How many masks there are."""
+        """Returns the number of masks."""
         ...
 
     def labels(self, t: int) -> U8:
