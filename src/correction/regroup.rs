@@ -1,6 +1,6 @@
 //! Clusters that agree with corrected labels.
 
-use crate::discretize::{Clusters, canonical};
+use crate::discretize::Clusters;
 use crate::trajectory::Trajectories;
 
 /// Clusters of which each has one mask label, and what has become of those before.
@@ -19,7 +19,7 @@ pub(crate) struct Regrouped {
 /// the label of each trajectory.
 pub(crate) fn regroup(tracks: &Trajectories, clusters: &Clusters, before: &[u8], label: &[u8]) -> Regrouped {
     let part = clusters.label.iter().zip(label).map(|(&c, &l)| c << 8 | u32::from(l)).collect();
-    let parted = canonical(tracks, part);
+    let parted = Clusters::from_labels(tracks, part);
     let mut of_cluster = vec![0; parted.count];
     // Whether the heir has another label, and its number, which is lower the larger it is.
     let mut heir = vec![(true, u32::MAX); clusters.count];

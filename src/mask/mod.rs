@@ -11,7 +11,7 @@ mod enlarge;
 mod prompts;
 mod table;
 
-pub use crate::judge::{Figure, Observations, cluster_doubts, judge_clusters};
+pub use crate::classify::{Classification, Observations, classify_clusters, cluster_penalties};
 pub use crate::objects::{Objects, find_objects, number_objects};
 pub(crate) use border::refine_since;
 pub use border::{RefineParams, refine};

@@ -1,28 +1,27 @@
-//! Maps of a plane onto a plane as a camera sees them, in pixels.
+//! Homographies: projective maps of the image plane, in pixels.
 
-/// `(x, y)` goes to `(a x + b y + c, d x + e y + f) / (g x + h y + i)`; the nine numbers row by row.
+/// Maps `(x, y)` to `(a x + b y + c, d x + e y + f) / (g x + h y + i)`; holds the nine numbers row by row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Homography(pub(super) [f64; 9]);
 
 impl Homography {
-    /// Every point stays where it is.
     pub(crate) const IDENTITY: Self = Self([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
 
-    /// Where a point goes.
+    /// Maps a point.
     pub(crate) fn apply(&self, x: f64, y: f64) -> (f64, f64) {
         let m = &self.0;
         let w = 1.0 / (m[6] * x + m[7] * y + m[8]);
         ((m[0] * x + m[1] * y + m[2]) * w, (m[3] * x + m[4] * y + m[5]) * w)
     }
 
-    /// First `before`, then this.
+    /// Returns the map that applies `before` and then `self`.
     pub(super) fn after(&self, before: &Self) -> Self {
         let (a, b) = (&self.0, &before.0);
         let entry = |k: usize| (0..3).map(|j| a[k / 3 * 3 + j] * b[j * 3 + k % 3]).sum();
         Self(std::array::from_fn(entry)).normalized()
     }
 
-    /// The way back; the identity where there is none.
+    /// Returns the inverse map, or the identity if it is singular.
     pub(super) fn inverse(&self) -> Self {
         let m = &self.0;
         let minor = |a: usize, b: usize, c: usize, d: usize| m[a] * m[d] - m[b] * m[c];
@@ -41,7 +40,7 @@ impl Homography {
         if determinant == 0.0 || !determinant.is_finite() { Self::IDENTITY } else { Self(adjugate).normalized() }
     }
 
-    /// The same map of images whose pixels are `scale` times as large.
+    /// Returns the same map for images reduced by `scale`.
     pub(super) fn rescaled(&self, scale: f64) -> Self {
         // Pixel centres are at whole numbers.
         let shift = 0.5 * (scale - 1.0);

@@ -10,7 +10,7 @@ use crate::cut::{CutInput, CutLabels};
 use crate::discontinuity::Discontinuities;
 use crate::discretize::Clusters;
 use crate::embedding::Embedding;
-use crate::evidence::Known;
+use crate::evidence::EvidenceInput;
 use crate::image::{Plane, Runs};
 use crate::objects::Objects;
 use crate::saliency::{Saliency, SaliencyMaps};
@@ -159,9 +159,9 @@ impl Corrections {
 
 impl Outputs {
     /// What clusters are compared by. Without flow the camera is held to stand still.
-    pub(crate) fn known<'a>(&'a self, params: &'a AffinityParams) -> Known<'a> {
+    pub(crate) fn known<'a>(&'a self, params: &'a AffinityParams) -> EvidenceInput<'a> {
         let maps = self.salient.as_ref().map(|salient| &salient.maps);
-        Known::new(&self.tracked.tracks, &self.discontinuities, params, maps, self.separation.as_ref())
+        EvidenceInput::new(&self.tracked.tracks, &self.discontinuities, params, maps, self.separation.as_ref())
     }
 
     /// What a cut is made from; `voted` has the labels of the denser trajectories.

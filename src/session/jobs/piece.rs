@@ -5,14 +5,14 @@
 
 use super::pair::PairFlow;
 use crate::affinity::Rows;
-use crate::background::{Accounts, Sought};
-use crate::camera::{Forward, Ways};
+use crate::background::{ReprojectionErrors, ReprojectionInput};
+use crate::camera::{Egomotion, PointMatches};
 use crate::delaunay::delaunay_edges;
-use crate::discretize::RowsOf;
+use crate::discretize::NormalizedRows;
 use crate::flow::FlowScratch;
 use crate::image::{Frame, Plane};
 use crate::mask::refine;
-use crate::saliency::Asked;
+use crate::saliency::SaliencyQuery;
 use crate::session::base::Params;
 use crate::superpixel::{Superpixels, frame_superpixels};
 
@@ -73,12 +73,12 @@ pub(crate) enum Work {
     Superpixels(Frame),
     /// Borders of these labels are to be refined.
     Mask(Frame, Plane<u8>),
-    Saliency(Asked),
+    Saliency(SaliencyQuery),
     Graph(Vec<(f32, f32)>),
     Affinities(Box<Rows>),
-    Ways(Ways),
-    Rotation(RowsOf),
-    Accounts(Sought),
+    Ways(PointMatches),
+    Rotation(NormalizedRows),
+    Accounts(ReprojectionInput),
 }
 
 /// What became of a piece.
@@ -91,9 +91,9 @@ pub(crate) enum Made {
     Graph(Vec<(u32, u32)>),
     Affinities(Vec<(u32, u32, f32)>),
     /// The motion, and whether it is sure.
-    Ways(Option<(Forward, bool)>),
+    Ways(Option<(Egomotion, bool)>),
     Rotation(Vec<u32>),
-    Accounts(Accounts),
+    Accounts(ReprojectionErrors),
 }
 
 impl Piece {
@@ -107,12 +107,12 @@ impl Piece {
             Work::Mask(frame, labels) => {
                 Made::Mask(refine(labels, frame, &params.for_size((frame.width(), frame.height())).refine))
             }
-            Work::Saliency(asked) => Made::Saliency(asked.answer(&params.saliency)),
+            Work::Saliency(query) => Made::Saliency(query.evaluate(&params.saliency)),
             Work::Graph(points) => Made::Graph(delaunay_edges(points)),
             Work::Affinities(rows) => Made::Affinities(rows.entries()),
-            Work::Ways(ways) => Made::Ways(ways.forward()),
-            Work::Rotation(rows) => Made::Rotation(rows.turned()),
-            Work::Accounts(sought) => Made::Accounts(sought.accounts()),
+            Work::Ways(matches) => Made::Ways(matches.estimate_egomotion()),
+            Work::Rotation(rows) => Made::Rotation(rows.rotate()),
+            Work::Accounts(input) => Made::Accounts(input.errors()),
         }
     }
 }

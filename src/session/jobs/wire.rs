@@ -12,12 +12,12 @@
 use super::pair::PairFlow;
 use super::piece::{Made, Piece, PieceId, PieceKind, Work};
 use crate::affinity::{AffinityParams, Rows};
-use crate::background::{Lattice, Other, Sought};
-use crate::camera::{Forward, Ways};
-use crate::discretize::RowsOf;
+use crate::background::{ReferenceFrame, ReprojectionInput, WarpGrid};
+use crate::camera::{Egomotion, PointMatches};
+use crate::discretize::NormalizedRows;
 use crate::flow::FlowField;
 use crate::image::{Frame, Plane, Runs};
-use crate::saliency::Asked;
+use crate::saliency::SaliencyQuery;
 use crate::superpixel::{Border, Edge, EdgeKind, Superpixels};
 use crate::trajectory::Trajectories;
 
@@ -41,11 +41,11 @@ impl Piece {
     pub(crate) fn to_words(&self) -> Vec<u32> {
         let size = match &self.work {
             Work::Pair(frame, _) | Work::Superpixels(frame) | Work::Mask(frame, _) => (frame.width(), frame.height()),
-            Work::Saliency(asked) => (asked.bins.width(), asked.bins.height()),
+            Work::Saliency(query) => (query.bins.width(), query.bins.height()),
             Work::Affinities(rows) => rows.tracks.size,
-            Work::Ways(ways) => ways.size,
+            Work::Ways(matches) => matches.size,
             Work::Rotation(rows) => (rows.k, 0),
-            Work::Accounts(sought) => (sought.picture.width(), sought.picture.height()),
+            Work::Accounts(input) => (input.picture.width(), input.picture.height()),
             Work::Graph(_) => (0, 0),
         };
         let mut words = self.id.head(size.0, size.1);
@@ -59,9 +59,9 @@ impl Piece {
                 put_bytes(&mut words, frame.rgb());
                 put_bytes(&mut words, labels.data());
             }
-            Work::Saliency(asked) => {
-                put_bytes(&mut words, asked.bins.data());
-                words.extend(&asked.pixels);
+            Work::Saliency(query) => {
+                put_bytes(&mut words, query.bins.data());
+                words.extend(&query.pixels);
             }
             Work::Graph(points) => put_points(&mut words, points),
             Work::Affinities(rows) => {
@@ -73,11 +73,11 @@ impl Piece {
                 words.extend(tracks.start_frame.iter().chain(&tracks.offset));
                 [&tracks.x, &tracks.y, &tracks.variation].into_iter().for_each(|v| put_floats(&mut words, v));
             }
-            Work::Ways(ways) => put_floats(&mut words, ways.points.as_flattened()),
+            Work::Ways(matches) => put_floats(&mut words, matches.points.as_flattened()),
             Work::Rotation(rows) => put_doubles(&mut words, &rows.rows),
-            Work::Accounts(sought) => {
-                put_bytes(&mut words, sought.picture.data().as_flattened());
-                for Other { picture, scene, object } in &sought.others {
+            Work::Accounts(input) => {
+                put_bytes(&mut words, input.picture.data().as_flattened());
+                for ReferenceFrame { picture, scene, object } in &input.references {
                     put_bytes(&mut words, picture.data().as_flattened());
                     put_points(&mut words, &scene.0);
                     words.push(u32::from(object.is_some()));
@@ -95,15 +95,17 @@ impl Piece {
             PieceKind::Pair => Work::Pair(reader.frame()?, reader.frame()?),
             PieceKind::Superpixels => Work::Superpixels(reader.frame()?),
             PieceKind::Mask => Work::Mask(reader.frame()?, reader.bytes()?),
-            PieceKind::Saliency => Work::Saliency(Asked { bins: reader.bytes()?, pixels: reader.left.to_vec() }),
+            PieceKind::Saliency => {
+                Work::Saliency(SaliencyQuery { bins: reader.bytes()?, pixels: reader.left.to_vec() })
+            }
             PieceKind::Graph => Work::Graph(reader.pairs(float)),
             PieceKind::Affinities => Work::Affinities(Box::new(reader.rows()?)),
             PieceKind::Ways => {
                 let points = reader.left.as_chunks().0.iter().map(|point| point.map(float)).collect();
-                Work::Ways(Ways { size: reader.size, points })
+                Work::Ways(PointMatches { size: reader.size, points })
             }
-            PieceKind::Rotation => Work::Rotation(RowsOf { k: reader.size.0, rows: reader.doubles() }),
-            PieceKind::Accounts => Work::Accounts(reader.sought()?),
+            PieceKind::Rotation => Work::Rotation(NormalizedRows { k: reader.size.0, rows: reader.doubles() }),
+            PieceKind::Accounts => Work::Accounts(reader.reprojection_input()?),
         };
         Some(Self { id, work })
     }
@@ -156,8 +158,8 @@ impl Made {
             }
             Self::Ways(found) => {
                 let mut words = id.head(0, 0);
-                if let Some((forward, is_sure)) = found {
-                    put_doubles(&mut words, &forward.numbers());
+                if let Some((egomotion, is_sure)) = found {
+                    put_doubles(&mut words, &egomotion.to_array());
                     words.push(u32::from(*is_sure));
                 }
                 words
@@ -205,7 +207,7 @@ impl Made {
                 Self::Affinities(reader.left.as_chunks().0.iter().map(|&[i, j, w]| (i, j, float(w))).collect())
             }
             PieceKind::Ways => Self::Ways(match reader.left.split_last() {
-                Some((&is_sure, _)) => Some((Forward::from_numbers(reader.doubles().try_into().ok()?), is_sure == 1)),
+                Some((&is_sure, _)) => Some((Egomotion::from_array(reader.doubles().try_into().ok()?), is_sure == 1)),
                 None => None,
             }),
             PieceKind::Rotation => Self::Rotation(reader.left.to_vec()),
@@ -298,21 +300,21 @@ impl<'a> Reader<'a> {
         Some(Rows { tracks, first, count, params, radius, seed })
     }
 
-    fn sought(&mut self) -> Option<Sought> {
+    fn reprojection_input(&mut self) -> Option<ReprojectionInput> {
         let picture = self.pixels()?;
-        let mut others = Vec::new();
+        let mut references = Vec::new();
         while !self.left.is_empty() {
-            let (picture, scene, [has_object]) = (self.pixels()?, self.lattice()?, self.array()?);
-            let object = if has_object == 1 { Some(self.lattice()?) } else { None };
-            others.push(Other { picture, scene, object });
+            let (picture, scene, [has_object]) = (self.pixels()?, self.warp_grid()?, self.array()?);
+            let object = if has_object == 1 { Some(self.warp_grid()?) } else { None };
+            references.push(ReferenceFrame { picture, scene, object });
         }
-        Some(Sought { picture, others })
+        Some(ReprojectionInput { picture, references })
     }
 
-    fn lattice(&mut self) -> Option<Lattice> {
-        let (columns, rows) = Lattice::size(self.size);
+    fn warp_grid(&mut self) -> Option<WarpGrid> {
+        let (columns, rows) = WarpGrid::dimensions(self.size);
         let left = self.take(2 * columns * rows)?;
-        Some(Lattice(Reader { size: self.size, left }.pairs(float)))
+        Some(WarpGrid(Reader { size: self.size, left }.pairs(float)))
     }
 
     /// A plane of pixels of some bytes each.

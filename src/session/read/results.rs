@@ -2,20 +2,20 @@
 
 use crate::Error;
 use crate::affinity::affinities;
-use crate::background::{Background, PlateInput, clean_plate};
+use crate::background::{Background, CleanPlateInput, clean_plate};
 use crate::camera::Camera;
 use crate::connectedness::Components;
 use crate::contour::{BoundaryMap, frame_boundaries};
 use crate::cut::paint;
 use crate::discontinuity::{Discontinuities, discontinuities};
 use crate::discretize::{
-    Clusters, DiscretizeMethod, DiscretizeParams, discretize, discretize_into, pieces, threshold_segmentation,
+    Clusters, DiscretizeMethod, DiscretizeParams, discretize, discretize_into, oversegment, threshold_segmentation,
 };
 use crate::embedding::{Embedding, embed};
-use crate::evidence::{Known, Pair, Signs, UNLABELLED, pairs, strangeness};
+use crate::evidence::{ClusterCues, ClusterPair, EvidenceInput, UNLABELLED, cluster_pairs, motion_contrasts};
 use crate::flow::{CompactFlow, FlowField};
 use crate::image::{Frame, Plane};
-use crate::objects::{Objects, signs};
+use crate::objects::{Objects, cluster_cues};
 use crate::saliency::Saliency;
 use crate::session::base::{Outputs, Scale, Stage, Tracked};
 use crate::session::run::{Phase, Session, background_of, camera_of};
@@ -98,7 +98,7 @@ impl Session {
         let salient = self.outputs().and_then(|outputs| outputs.salient.as_ref());
         let pair = t.min(flows.len().saturating_sub(1));
         match (salient, flows.get(pair)) {
-            (Some(salient), Some(flow)) if t < frames => Ok(salient.maps.whole(pair, flow)),
+            (Some(salient), Some(flow)) if t < frames => Ok(salient.maps.map_of_field(pair, flow)),
             (salient, _) => Err(missing_frame("saliency map", t, salient.map_or(0, |_| frames))),
         }
     }
@@ -148,7 +148,7 @@ impl Session {
         let none = Camera::new(&[], &[], None);
         let is_scene = outputs.clusters.label.iter().map(|&cluster| outputs.label_of(cluster) == 0).collect();
         let (camera, tracks) = (outputs.camera.as_ref().unwrap_or(&none), &outputs.tracked.tracks);
-        Ok(clean_plate(&PlateInput { frames, masks, camera, tracks, is_scene }, t))
+        Ok(clean_plate(&CleanPlateInput { frames, masks, camera, tracks, is_scene }, t))
     }
 
     /// The cluster of each pixel of frame `t` at input size: the masks before objects are told from background.
@@ -209,7 +209,7 @@ impl Session {
         let near = outputs.discontinuities.neighborhoods.clone();
         let edges = discontinuities(near, &embedding, &params.discontinuity);
         let maps = outputs.salient.as_ref().map(|salient| &salient.maps);
-        let known = Known::new(&tracked.tracks, &edges, &params.affinity, maps, None);
+        let known = EvidenceInput::new(&tracked.tracks, &edges, &params.affinity, maps, None);
         Ok(Some(discretize(&embedding, &known, &params.discretize, seed)))
     }
 
@@ -235,11 +235,11 @@ impl Session {
     /// anew at each call: to fit the weights of what speaks for merging. Trajectories that are not embedded have a label of
     /// their own, the highest. `None` until the clusters are known, and without flow.
     #[doc(hidden)]
-    pub fn pieces(&self) -> Option<(Vec<u32>, Vec<Pair>)> {
+    pub fn pieces(&self) -> Option<(Vec<u32>, Vec<ClusterPair>)> {
         let (clip, outputs) = (self.clip()?, self.after(Stage::Discontinuities)?);
         let known = outputs.known(&clip.params.affinity);
-        let mut label = pieces(&outputs.embedding, &clip.params.discretize, clip.params.clip.seed);
-        let pairs = pairs(&label, &known);
+        let mut label = oversegment(&outputs.embedding, &clip.params.discretize, clip.params.clip.seed);
+        let pairs = cluster_pairs(&label, &known);
         let count = label.iter().filter(|&&l| l != UNLABELLED).max().map_or(0, |&l| l + 1);
         label.iter_mut().filter(|l| **l == UNLABELLED).for_each(|l| *l = count);
         Some((label, pairs))
@@ -253,21 +253,21 @@ impl Session {
         let clip = self.clip()?;
         let outputs = self.after(Stage::Masks).filter(|outputs| outputs.masks.is_empty())?;
         let settings = &clip.params.background;
-        let camera = camera_of(outputs, &clip.frames, settings, &mut |_, ways| ways.forward())?;
+        let camera = camera_of(outputs, &clip.frames, settings, &mut |_, matches| matches.estimate_egomotion())?;
         let (tracks, clusters) = (&outputs.tracked.tracks, &outputs.clusters);
-        let (still, signs) = match camera {
+        let (still, cues) = match camera {
             Camera::Forward(..) => return None,
             Camera::Moving(_) => {
-                let strangeness = strangeness(&clusters.label, &outputs.known(&clip.params.affinity));
-                (false, signs(tracks, clusters, &strangeness))
+                let contrasts = motion_contrasts(&clusters.label, &outputs.known(&clip.params.affinity));
+                (false, cluster_cues(tracks, clusters, &contrasts))
             }
             Camera::Still => {
                 let Background::Still(scene) = background_of(camera, outputs, clip)? else { return None };
-                let unlike = scene.unlike_plate(tracks, clusters);
-                (true, unlike.iter().map(|&unlike| Some(Signs::Still { unlike })).collect())
+                let cues = scene.plate_distances(tracks, clusters).into_iter();
+                (true, cues.map(|plate_distance| Some(ClusterCues::Still { plate_distance })).collect())
             }
         };
-        Some((still, signs.iter().map(|signs| signs.as_ref()?.terms()).collect()))
+        Some((still, cues.iter().map(|cues| cues.as_ref()?.terms()).collect()))
     }
 
     /// The clip-wide number of each trajectory: one that lives on into the next window keeps it.

@@ -1,16 +1,16 @@
 //! The cut over the whole clip, move by move; before it, which clusters are objects.
 //!
-//! The background (`judge`) or the frame's rim (`objects`) says it of the clusters, and pixels doubt it (`background`).
+//! The background (`classify`) or the frame border (`objects`) says it of the clusters, and pixels doubt it (`background`).
 //! Objects take the labels that they had in the window before (`window`).
 
 use super::clip::Clip;
 use super::recut::Recut;
 use super::work::{StageWork, Turn};
 use crate::Error;
-use crate::background::{Accounts, LabelledTracks, Sought};
+use crate::background::{ReprojectionErrors, ReprojectionInput, SegmentedTracks};
+use crate::classify::{Observations, classify_clusters, cluster_penalties};
 use crate::cut::{CutInput, CutParams, GabrielCut, Region, add_appearance, pixel_of};
-use crate::evidence::Known;
-use crate::judge::{Observations, cluster_doubts, judge_clusters};
+use crate::evidence::EvidenceInput;
 use crate::objects::{Objects, find_objects, number_objects};
 use crate::order::{pair, sort_by_key};
 use crate::session::base::{Cut, CutGround, CutRegion, Outputs, Stage};
@@ -141,7 +141,7 @@ impl StageWork for CutWork {
     fn take(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Piece> {
         let CutStep::Energy(Some(judging)) = &self.step else { return None };
         let id = clip.ledger.take(PieceKind::Accounts, judging.accounts.len()..judging.wanted)?;
-        Some(Piece { id, work: Work::Accounts(judging.sought(id.t as usize, outputs)?) })
+        Some(Piece { id, work: Work::Accounts(judging.reprojection_input(id.t as usize, outputs)?) })
     }
 
     fn awaits(&self, ledger: &Ledger, _: &Outputs) -> bool {
@@ -189,9 +189,10 @@ impl Terms {
             let CutInput { tracks, label, objects: is_object, .. } = terms.input(outputs, &[]);
             let is_sure =
                 |cluster: usize| recut.is_some_and(|recut| recut.open[usize::from(objects.of_cluster[cluster])]);
-            let doubts = cluster_doubts(&outputs.clusters, &outputs.doubts, is_sure);
-            let labelled = LabelledTracks { tracks, label, is_object };
-            terms.evidence = background.evidence(superpixels, &clip.flows, labelled, &doubts, &clip.params.background);
+            let penalties = cluster_penalties(&outputs.clusters, &outputs.doubts, is_sure);
+            let segmented = SegmentedTracks { tracks, label, is_object };
+            let params = &clip.params.background;
+            terms.evidence = background.evidence(superpixels, &clip.flows, segmented, &penalties, params);
         }
         terms
     }
@@ -267,7 +268,7 @@ struct Judging {
     /// The labels of the denser trajectories; `None` without those.
     voted: Option<Vec<u32>>,
     /// Of the frames so far.
-    accounts: Vec<Accounts>,
+    accounts: Vec<ReprojectionErrors>,
     /// Number of frames with accounts; 0 where the camera stands still or there is nothing to tell.
     wanted: usize,
 }
@@ -278,11 +279,11 @@ impl Judging {
         let judged = outputs.background.as_ref().map(|background| {
             let known = outputs.known(&clip.params.affinity);
             let observations = observations(outputs, &known, clip);
-            judge_clusters(background, &outputs.clusters, &observations, &clip.params.background)
+            classify_clusters(background, &outputs.clusters, &observations, &clip.params.background)
         });
         let (is_object, voted) = match judged {
             Some(figure) => {
-                (outputs.clusters, outputs.doubts) = (figure.clusters, figure.doubts);
+                (outputs.clusters, outputs.doubts) = (figure.clusters, figure.penalties);
                 (figure.is_object, Some(figure.label))
             }
             None => {
@@ -290,20 +291,20 @@ impl Judging {
                 (objects.of_cluster.iter().map(|&label| label > 0).collect(), voted(outputs, clip))
             }
         };
-        let wanted = outputs.background.as_ref().map_or(0, |background| background.num_accounts(&is_object));
+        let wanted = outputs.background.as_ref().map_or(0, |background| background.num_error_frames(&is_object));
         Self { is_object, voted, accounts: Vec::new(), wanted }
     }
 
-    fn sought(&self, t: usize, outputs: &Outputs) -> Option<Sought> {
+    fn reprojection_input(&self, t: usize, outputs: &Outputs) -> Option<ReprojectionInput> {
         let (tracks, label) = (outputs.tracked.denser.as_ref()?, self.voted.as_deref()?);
-        let labelled = LabelledTracks { tracks, label, is_object: &self.is_object };
-        outputs.background.as_ref()?.sought(t, labelled)
+        let segmented = SegmentedTracks { tracks, label, is_object: &self.is_object };
+        outputs.background.as_ref()?.reprojection_input(t, segmented)
     }
 
     /// The accounts of the next frame.
     fn step(&mut self, outputs: &Outputs, clip: &mut Clip) {
         let t = self.accounts.len();
-        let make = || self.sought(t, outputs).map(|sought| sought.accounts()).unwrap_or_default();
+        let make = || self.reprojection_input(t, outputs).map(|input| input.errors()).unwrap_or_default();
         let made = match clip.ledger.collect(PieceKind::Accounts, t) {
             Some(Made::Accounts(made)) => made,
             _ => make(),
@@ -316,7 +317,7 @@ impl Judging {
         let (voted, accounts) = (self.voted.take(), std::mem::take(&mut self.accounts));
         let Outputs { background, tracked, .. } = &mut *outputs;
         if let (Some(background), Some(tracks), Some(label)) = (background, &tracked.denser, &voted) {
-            background.account(accounts, LabelledTracks { tracks, label, is_object: &self.is_object });
+            background.set_reprojection_errors(accounts, SegmentedTracks { tracks, label, is_object: &self.is_object });
         }
         (objects_of(outputs, &self.is_object, clip), voted)
     }
@@ -330,10 +331,10 @@ fn voted(outputs: &Outputs, clip: &Clip) -> Option<Vec<u32>> {
 }
 
 /// What clusters are judged by.
-fn observations<'a>(outputs: &'a Outputs, known: &'a Known<'a>, clip: &Clip) -> Observations<'a> {
+fn observations<'a>(outputs: &'a Outputs, known: &'a EvidenceInput<'a>, clip: &Clip) -> Observations<'a> {
     let (tracked, params) = (&outputs.tracked, &clip.params);
     Observations {
-        known,
+        clustered: known,
         denser: tracked.denser.as_ref().unwrap_or(&tracked.tracks),
         saliency: outputs.salient.as_ref().map_or(&[], |salient| &salient.of_denser),
         saliency_threshold: params.saliency.threshold,

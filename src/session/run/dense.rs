@@ -5,7 +5,7 @@ use super::recut::Recut;
 use super::work::{StageWork, Turn};
 use crate::Error;
 use crate::background::{Background, BackgroundParams};
-use crate::camera::{Camera, Forward, Travel, Ways};
+use crate::camera::{Camera, Egomotion, ForwardMotion, PointMatches};
 use crate::cut::paint;
 use crate::image::{Frame, Plane};
 use crate::mask::refine;
@@ -27,11 +27,11 @@ impl StageWork for SuperpixelWork {
         let turn = Turn::new(Stage::Superpixels, t + 1, clip.frames.len());
         if turn.is_last {
             let Clip { ledger, frames, params, .. } = &mut *clip;
-            let mut tells = |k: usize, ways: Ways| match ledger.collect(PieceKind::Ways, k) {
-                Some(Made::Ways(forward)) => forward,
-                _ => ways.forward(),
+            let mut egomotion_of = |k: usize, matches: PointMatches| match ledger.collect(PieceKind::Ways, k) {
+                Some(Made::Ways(egomotion)) => egomotion,
+                _ => matches.estimate_egomotion(),
             };
-            outputs.camera = camera_of(outputs, frames, &params.background, &mut tells);
+            outputs.camera = camera_of(outputs, frames, &params.background, &mut egomotion_of);
             outputs.background = outputs.camera.clone().and_then(|camera| background_of(camera, outputs, clip));
         }
         Ok(turn)
@@ -81,19 +81,21 @@ impl StageWork for MaskWork {
     }
 }
 
-/// What the camera does, `None` without flow; `tells` says of a pair of frames how it goes forward.
+/// The camera of the clip, `None` without flow; `egomotion_of` estimates the egomotion of a pair of frames.
 pub(crate) fn camera_of(
     outputs: &Outputs,
     frames: &[Frame],
     settings: &BackgroundParams,
-    tells: &mut dyn FnMut(usize, Ways) -> Option<(Forward, bool)>,
+    egomotion_of: &mut dyn FnMut(usize, PointMatches) -> Option<(Egomotion, bool)>,
 ) -> Option<Camera> {
     let motions = outputs.salient.as_ref()?.maps.motions();
-    let travel = (settings.judge && settings.rigid).then(|| Travel::by(&outputs.tracked.tracks, tells)).flatten();
-    Some(Camera::new(motions, frames, travel))
+    let tracks = &outputs.tracked.tracks;
+    let forward =
+        (settings.judge && settings.rigid).then(|| ForwardMotion::estimate_with(tracks, egomotion_of)).flatten();
+    Some(Camera::new(motions, frames, forward))
 }
 
-/// What the background tells, `None` unless clips are judged by it.
+/// What the background egomotion_of, `None` unless clips are judged by it.
 pub(crate) fn background_of(camera: Camera, outputs: &Outputs, clip: &Clip) -> Option<Background> {
     if !clip.params.background.judge {
         return None;

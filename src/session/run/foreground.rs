@@ -5,10 +5,10 @@ use super::work::{StageWork, Turn};
 use crate::Error;
 use crate::connectedness::{ConnectednessMode, Separation, components, constrain};
 use crate::discontinuity::discontinuities;
-use crate::discretize::{MOST_ROTATIONS, RowsOf, discretize_by, rotation_counts, with_background};
+use crate::discretize::{NUM_ROTATIONS, NormalizedRows, discretize_with, rotation_counts, with_background};
 use crate::embedding::{Embedding, embed};
 use crate::flow::Field;
-use crate::saliency::{Asked, SaliencyMaps, context_saliency, pixels_at, trajectory_saliency};
+use crate::saliency::{SaliencyMaps, SaliencyQuery, context_saliency, point_pixels, trajectory_saliency};
 use crate::session::base::{Outputs, Salient, Stage, Tracked};
 use crate::session::jobs::{Ledger, Made, Piece, PieceKind, Work};
 use crate::sparse::SymCsr;
@@ -50,23 +50,23 @@ impl SaliencyWork {
     }
 
     /// The points of both sets of trajectories in frame `t`, those of the denser ones last.
-    fn asked(&self, t: usize, clip: &Clip, tracked: &Tracked) -> Asked {
+    fn query(&self, t: usize, clip: &Clip, tracked: &Tracked) -> SaliencyQuery {
         let flow = &clip.flows[t];
-        let at = |tracks| pixels_at(tracks, t, flow.size()).map(|(_, pixel)| pixel);
+        let at = |tracks| point_pixels(tracks, t, flow.size()).map(|(_, pixel)| pixel);
         let sets: [Option<&Trajectories>; 2] = [Some(&tracked.tracks), tracked.denser.as_ref()];
-        self.maps.asked(t, flow, &mut sets.into_iter().flatten().flat_map(at))
+        self.maps.query(t, flow, &mut sets.into_iter().flatten().flat_map(at))
     }
 
     fn map(&mut self, t: usize, clip: &mut Clip, tracked: &Tracked) {
         let size = clip.scale.working;
         let values = match clip.ledger.collect(PieceKind::Saliency, t) {
             Some(Made::Saliency(values)) => values,
-            _ => self.asked(t, clip, tracked).answer(&clip.params.saliency),
+            _ => self.query(t, clip, tracked).evaluate(&clip.params.saliency),
         };
-        let points = pixels_at(&tracked.tracks, t, size).zip(&values);
+        let points = point_pixels(&tracked.tracks, t, size).zip(&values);
         let count = points.map(|((point, _), &value)| self.of_points[point] = value).count();
         if let Some(denser) = &tracked.denser {
-            let points = pixels_at(denser, t, size).zip(values.get(count..).unwrap_or_default());
+            let points = point_pixels(denser, t, size).zip(values.get(count..).unwrap_or_default());
             points.for_each(|((point, _), &value)| self.of_denser[point] = value);
         }
     }
@@ -90,7 +90,7 @@ impl StageWork for SaliencyWork {
             SaliencyStep::WithoutFlow => Turn::new(Stage::Saliency, 1, 1),
             SaliencyStep::Looking => {
                 let t = self.maps.motions().len();
-                self.maps.look(&clip.flows[t]);
+                self.maps.add_field(&clip.flows[t]);
                 self.step = if t + 1 < pairs { SaliencyStep::Looking } else { SaliencyStep::Mapping(0) };
                 turn(t + 1)
             }
@@ -109,7 +109,7 @@ impl StageWork for SaliencyWork {
     fn take(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Piece> {
         let SaliencyStep::Mapping(next) = self.step else { return None };
         let id = clip.ledger.take(PieceKind::Saliency, next..clip.flows.len())?;
-        Some(Piece { id, work: Work::Saliency(self.asked(id.t as usize, clip, &outputs.tracked)) })
+        Some(Piece { id, work: Work::Saliency(self.query(id.t as usize, clip, &outputs.tracked)) })
     }
 
     fn awaits(&self, ledger: &Ledger, _: &Outputs) -> bool {
@@ -186,15 +186,15 @@ impl StageWork for ClusterWork {
         let (params, embedding) = (&clip.params, &outputs.embedding);
         let counts = counts_of_rotations(clip, embedding);
         let ledger = &mut clip.ledger;
-        let turned = |count: usize| {
+        let rotate = |count: usize| {
             let place = counts.iter().position(|&c| c == count);
             match place.and_then(|k| ledger.collect(PieceKind::Rotation, k)) {
                 Some(Made::Rotation(labels)) => labels,
-                _ => RowsOf::new(embedding, count).turned(),
+                _ => NormalizedRows::new(embedding, count).rotate(),
             }
         };
         let known = outputs.known(&params.affinity);
-        let mut clusters = discretize_by(embedding, &known, &params.discretize, params.clip.seed, turned);
+        let mut clusters = discretize_with(embedding, &known, &params.discretize, params.clip.seed, rotate);
         if let (Some(salient), ConnectednessMode::ForegroundOnly) = (&outputs.salient, params.connectedness.mode) {
             clusters = with_background(&outputs.tracked.tracks, clusters, &salient.saliency.foreground);
         }
@@ -205,10 +205,10 @@ impl StageWork for ClusterWork {
     fn take(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Piece> {
         let counts = counts_of_rotations(clip, &outputs.embedding);
         let id = clip.ledger.take(PieceKind::Rotation, 0..counts.len())?;
-        Some(Piece { id, work: Work::Rotation(RowsOf::new(&outputs.embedding, counts[id.t as usize])) })
+        Some(Piece { id, work: Work::Rotation(NormalizedRows::new(&outputs.embedding, counts[id.t as usize])) })
     }
 
     fn awaits(&self, ledger: &Ledger, _: &Outputs) -> bool {
-        (0..MOST_ROTATIONS).any(|k| ledger.is_out(PieceKind::Rotation, k))
+        (0..NUM_ROTATIONS).any(|k| ledger.is_out(PieceKind::Rotation, k))
     }
 }

@@ -4,7 +4,7 @@ use super::clip::Clip;
 use super::work::{StageWork, Turn};
 use crate::Error;
 use crate::affinity::AffinityRows;
-use crate::camera::{Travel, Ways};
+use crate::camera::{ForwardMotion, PointMatches};
 use crate::delaunay::delaunay_edges;
 use crate::discontinuity::{discontinuities, neighborhoods_by, points_in};
 use crate::embedding::embed;
@@ -112,7 +112,7 @@ fn take_ahead(tracked: &Tracked, clip: &mut Clip) -> Option<Piece> {
     }
     let settings = &clip.params.background;
     let is_asked = clip.params.clip.dense && settings.judge && settings.rigid && !clip.frames.is_empty();
-    let pairs = if is_asked { Travel::num_pairs(tracks) } else { 0 };
+    let pairs = if is_asked { ForwardMotion::num_pairs(tracks) } else { 0 };
     let id = clip.ledger.take(PieceKind::Ways, 0..pairs)?;
-    Some(Piece { id, work: Work::Ways(Ways::new(tracks, id.t as usize)) })
+    Some(Piece { id, work: Work::Ways(PointMatches::new(tracks, id.t as usize)) })
 }
