@@ -177,7 +177,7 @@ fn tiny_black_and_still_clips_end_in_a_result() {
         let (input, out) = (folder(&format!("{name}-in")), folder(&format!("{name}-out")));
         clip(&input, 8, size, picture);
         // Of a pixel or two, any change is a cut.
-        let options = ["--dump", "--format", "png,tracks,overlay", "--set", "shot.unmatched=1"];
+        let options = ["--dump", "--format", "png,tracks,overlay", "--set", "shot.maxUnmatched=1"];
         assert_done(&segment(&input, &out, &options));
         let (trajectories, clusters) = tracks::parse(&fs::read_to_string(out.join("tracks.dat")).unwrap()).unwrap();
         assert_eq!(trajectories.num_frames, 8, "{name}");
@@ -276,9 +276,11 @@ fn parameters_are_listed_with_range_default_and_meaning() {
         text(&output.stdout)
     };
     let (shown, expert) = (listed(&["params"]), listed(&["params", "--expert"]));
-    assert!(shown.contains("shot.unmatched  (number, 0..=1, default 0.72)"), "{shown}");
+    assert!(shown.contains("shot.maxUnmatched  (number, 0..=1, default 0.72)"), "{shown}");
     assert!(shown.ends_with("more, which only research changes: tracecut params --expert\n"), "{shown}");
-    assert!(expert.contains("flow.patchStride  (whole number, 1..=8, default ") && !expert.contains("shot.unmatched"));
+    assert!(
+        expert.contains("flow.patchStride  (whole number, 1..=8, default ") && !expert.contains("shot.maxUnmatched")
+    );
     let count = |list: &str| list.lines().filter(|line| line.contains(", default ")).count();
     assert!(count(&shown) <= 20 && count(&expert) > 40, "{shown}{expert}");
 }

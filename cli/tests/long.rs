@@ -46,7 +46,7 @@ fn the_method_in_straight_lines_prints_the_labels_of_the_command_line() {
         let (frames, out) = (clips.join(clip).join("frames"), folder(&format!("method-{clip}")));
         // The example has neither a background nor rounds.
         let labels =
-            by_command_line(&frames, &out, &["--set", "background.judge=false", "--set", "cut.appearanceRounds=0"]);
+            by_command_line(&frames, &out, &["--set", "background.enabled=false", "--set", "cut.appearanceRounds=0"]);
         assert_eq!(labels.len(), fs::read_dir(&frames).unwrap().count(), "{clip}");
         let lines = String::from_utf8(run_example("method", &[&frames]).stdout).unwrap();
         let expected: Vec<String> = labels.iter().enumerate().map(|(t, mask)| printed(t, mask)).collect();

@@ -76,7 +76,7 @@ pub fn classify_clusters(
         }
     };
     let label = observations.propagate_labels(&clusters);
-    if matches!(background, Background::Moving(_)) && params.stand_out && !is_object.contains(&true) {
+    if matches!(background, Background::Moving(_)) && params.salient_fallback && !is_object.contains(&true) {
         let Observations { clustered, denser, saliency, saliency_threshold, vote_radius, spacing, .. } = *observations;
         let is_salient: Vec<bool> = saliency.iter().map(|&s| f64::from(s) > saliency_threshold).collect();
         let objects = add_salient_objects(&SalientInput {

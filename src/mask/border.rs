@@ -28,7 +28,7 @@ crate::params! {
         /// Weight of local colours.
         pub colour_weight: f32 = 2.0, in 0.0..=1000.0, expert;
         /// Cost of moving the border by the whole band; it grows with the square of the distance.
-        pub keep_weight: f32 = 2.0, in 0.0..=1000.0, expert;
+        pub displacement_weight: f32 = 2.0, in 0.0..=1000.0, expert;
         /// Cost of a border between two pixels of the same colour.
         pub smoothness: f32 = 2.0, in 0.0..=1000.0, expert;
     }
@@ -286,7 +286,7 @@ impl Band {
                     let depth = depth.data()[p] as f32 / params.band as f32;
                     let colour = Colour::of(&frame.rgb()[3 * p..]);
                     models.costs(colour, own, params.colour_weight, (&mut *costs, &mut shares));
-                    let keep = rounded(params.keep_weight * depth * depth);
+                    let keep = rounded(params.displacement_weight * depth * depth);
                     for cost in costs.iter_mut().enumerate().filter(|(l, _)| *l != own).map(|(_, cost)| cost) {
                         *cost += keep;
                     }
@@ -504,7 +504,7 @@ mod tests {
         let mask = Plane::from_fn(W, H, |x, y| blocks[x / 16 + 4 * (y / 16)]);
         let noise = Plane::filled(W, H, 0);
         let frame = painted(&noise, &[[128; 3]], 127);
-        let params = RefineParams { band: 3, keep_weight: 0.0, ..RefineParams::default() };
+        let params = RefineParams { band: 3, displacement_weight: 0.0, ..RefineParams::default() };
         let refined = refine(&mask, &frame, &params);
         let depth = depths(&mask, &Plane::filled(W, H, 0), 3);
         let mut changed = 0;

@@ -21,7 +21,7 @@ use crate::image::{Frame, Plane};
 
 /// How borders move at each size. What doubling leaves open is one or two pixels, and the mask may be off by as much:
 /// further moves took good masks off their borders.
-const BORDERS: RefineParams = RefineParams { band: 4, colour_weight: 0.5, keep_weight: 4.0, smoothness: 2.0 };
+const BORDERS: RefineParams = RefineParams { band: 4, colour_weight: 0.5, displacement_weight: 4.0, smoothness: 2.0 };
 /// σ² of the borders' contrast, in mean squares of the band: pictures at their own size have softer edges than reduced
 /// ones.
 const CONTRAST: f32 = 0.3;

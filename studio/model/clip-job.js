@@ -141,7 +141,7 @@ export class ClipJob extends Job {
       ...options,
       ...direct?.options,
       // What fits into one window is one shot.
-      ...(inWindows ? {} : { shot: { unmatched: 1 } }),
+      ...(inWindows ? {} : { shot: { maxUnmatched: 1 } }),
       keep: true,
       frameRate: this.source.fps / this.take.step,
       signal: life.signal,

@@ -28,7 +28,7 @@ const DENSE = 'clip.dense';
 /** @type {Essential[]} */
 export const ESSENTIALS = [
   {
-    name: 'discretize.caution',
+    name: 'discretize.mergeLogOdds',
     label: 'Keeping apart',
     about: 'Higher keeps parts that move differently apart; lower makes fewer, larger objects.',
     range: [1, 5, 0.1],
@@ -58,7 +58,7 @@ export const ESSENTIALS = [
     only: 'clip',
   },
   {
-    name: 'superpixel.joinBelow',
+    name: 'superpixel.mergeThreshold',
     label: 'Joining',
     about: 'Higher makes fewer, larger superpixels.',
     range: [0, 10, 0.5],

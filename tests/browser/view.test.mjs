@@ -353,7 +353,7 @@ describe('settings', () => {
     assert.equal(await run(page, [pngFile('cells.png', cells)]), 'done');
     assert.equal(await page.locator('[data-parameter="trajectory.gridStep"]:visible').count(), 0);
     const before = await page.evaluate(() => globalThis.tracecutStudio.app.job.found.superpixels.count);
-    await page.locator('#settings-few [data-parameter="superpixel.joinBelow"] input').fill('5');
+    await page.locator('#settings-few [data-parameter="superpixel.mergeThreshold"] input').fill('5');
     await page.click('#again');
     assert.equal(await ended(page), 'done');
     const after = await page.evaluate(() => globalThis.tracecutStudio.app.job.found.superpixels.count);

@@ -152,7 +152,7 @@ test('the number of superpixels can be set, and parameters change them', async (
   const ten = await superpixels(image, { count: 10 });
   isPartition(ten);
   assert.equal(ten.count, 10);
-  const coarse = await superpixels(image, { superpixel: { joinBelow: 100 } });
+  const coarse = await superpixels(image, { superpixel: { mergeThreshold: 100 } });
   isPartition(coarse);
   assert.ok(coarse.count < count, `${coarse.count} of ${count}`);
 });

@@ -102,15 +102,15 @@ test('settings name parameters that there are, take what is legal, and make opti
   assert.equal(settings.set('cut.spatialWeight', -1), false);
   assert.equal(settings.set('no.such', 1), false);
   assert.equal(settings.set('trajectory.gridStep', 12), true);
-  assert.equal(settings.set('superpixel.joinBelow', 5), true);
+  assert.equal(settings.set('superpixel.mergeThreshold', 5), true);
   const { changed } = store.state;
   assert.deepEqual(optionsOf({ changed, source: VIDEO }), {
-    superpixel: { joinBelow: 5 },
+    superpixel: { mergeThreshold: 5 },
     trajectory: { gridStep: 12 },
   });
-  assert.deepEqual(optionsOf({ changed, source: { ...VIDEO, kind: 'still' } }), { superpixel: { joinBelow: 5 } });
+  assert.deepEqual(optionsOf({ changed, source: { ...VIDEO, kind: 'still' } }), { superpixel: { mergeThreshold: 5 } });
   settings.set('trajectory.gridStep', all.find(({ name }) => name === 'trajectory.gridStep').default);
-  assert.deepEqual([...store.state.changed.keys()], ['superpixel.joinBelow'], 'a default is no change');
+  assert.deepEqual([...store.state.changed.keys()], ['superpixel.mergeThreshold'], 'a default is no change');
 });
 
 test('a link carries settings; masks cannot be left out by one', () => {

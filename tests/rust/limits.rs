@@ -44,7 +44,7 @@ fn a_frame_of_too_many_pixels_is_refused_and_the_session_goes_on() {
 
 #[test]
 fn a_window_has_so_many_frames_and_the_clip_any_number() {
-    let mut session = with(&[("clip.maxFrames", 3.0), ("shot.unmatched", 1.0)]);
+    let mut session = with(&[("clip.maxFrames", 3.0), ("shot.maxUnmatched", 1.0)]);
     (0..3).for_each(|t| assert!(!session.push_in_shot(frame(40, 30, t)).unwrap()));
     refused(session.push_in_shot(frame(40, 30, 3)), "clip.maxFrames", "4 frames in a session (expected at most 3");
     session.run().unwrap();

@@ -394,9 +394,9 @@ fn what_stands_out_is_an_object_though_no_cluster_shows_it() {
     let clip = square_before_a_pan();
     let shown = |stand_out: bool, one_cluster: bool| {
         let mut params = Params::default();
-        params.background.stand_out = stand_out;
+        params.background.salient_fallback = stand_out;
         // The paper's contours leave the faint square without a border.
-        (params.contour.low, params.contour.high) = (0.01, 0.02);
+        (params.contour.low_threshold, params.contour.high_threshold) = (0.01, 0.02);
         if one_cluster {
             (params.discretize.method, params.discretize.merge_threshold) = (DiscretizeMethod::RotationMerge, 1.0);
         }

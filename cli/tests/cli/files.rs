@@ -388,7 +388,7 @@ fn damage_is_told_as_an_event_and_does_not_stop_other_inputs() {
 #[test]
 fn a_complete_result_is_taken_for_no_other() {
     let (input, out) = moving_clip("complete", 4);
-    let options = ["--format", "png,rle", "--set", "shot.unmatched=0.5"];
+    let options = ["--format", "png,rle", "--set", "shot.maxUnmatched=0.5"];
     let resume = |more: &[&str]| segment(&input, &out, &[&options[..], &["--resume"], more].concat());
     // There is nothing to go on with yet: it begins.
     assert_done(&resume(&[]));
@@ -402,7 +402,7 @@ fn a_complete_result_is_taken_for_no_other() {
         (&["--frames", "3"], "options.frames was null and is 3"),
         (&["--window", "12"], "options.window was 50 and is 12"),
         (&["--confidence"], "options.confidence was false and is true"),
-        (&["--set", "shot.unmatched=0.25"], "params.shot.unmatched was 0.5 and is 0.25"),
+        (&["--set", "shot.maxUnmatched=0.25"], "params.shot.maxUnmatched was 0.5 and is 0.25"),
     ] {
         assert_refused(&resume(more), 2, &["complete-out: was not made", difference, "--overwrite"]);
     }

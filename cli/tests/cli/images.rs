@@ -80,8 +80,8 @@ fn what_cannot_be_used_is_named() {
     fs::write(&broken, &fs::read(&image).unwrap()[..60]).unwrap();
     for command in ["superpixels", "boundaries"] {
         assert_refused(&tracecut([command, broken.to_str().unwrap(), "--out", out]), 3, &["broken.png"]);
-        let output = tracecut([command, &image, "--out", out, "--set", "contour.low=7"]);
-        assert_refused(&output, 2, &["contour.low = 7", "0..=1"]);
+        let output = tracecut([command, &image, "--out", out, "--set", "contour.lowThreshold=7"]);
+        assert_refused(&output, 2, &["contour.lowThreshold = 7", "0..=1"]);
     }
 }
 

@@ -254,7 +254,7 @@ mod tests {
             let on = |x: usize, y: usize| y == 20 && (20..20 + length).contains(&x);
             segments(Plane::from_fn(60, 40, |x, y| if on(x, y) { strength } else { 0.0 }))
         };
-        let ContourParams { high, min_chain, .. } = ContourParams::default();
+        let ContourParams { high_threshold: high, min_length: min_chain, .. } = ContourParams::default();
         assert!(ridge(20, 0.9 * high).lines.is_empty());
         assert!(ridge(min_chain as usize - 1, 1.0).lines.is_empty());
         assert_eq!(ridge(min_chain as usize, 1.0).lines.len(), 1);

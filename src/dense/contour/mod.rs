@@ -25,7 +25,7 @@
 //! and textons that are clusters of filter responses of the image. The tensor needs one pass for all directions, and
 //! fixed textons do not jump between frames.
 //!
-//! **Frames of clips** with a side of at least `half_from` pixels are measured at half size by windows of the same width:
+//! **Frames of clips** with a side of at least `half_size_min_side` pixels are measured at half size by windows of the same width:
 //! brightness is then as coarse as colour, and steps 2 to 5 take less than half of the time. The strongest and its
 //! direction are enlarged before step 6. Of 40 images of BSDS500 the best F falls from .69 to .68, and with two pixels
 //! of tolerance from .58 to .54; masks do not get worse, as their borders are refined.
@@ -55,19 +55,19 @@ crate::params! {
     /// Boundary probability and contours.
     pub struct ContourParams {
         /// Contours are followed where Pb is above this value.
-        pub low: f32 = 0.03, in 0.0..=1.0, expert;
+        pub low_threshold: f32 = 0.03, in 0.0..=1.0, expert;
         /// A contour is kept if its Pb is above this value somewhere.
-        pub high: f32 = 0.08, in 0.0..=1.0;
+        pub high_threshold: f32 = 0.08, in 0.0..=1.0;
         /// Contours of fewer pixels that end in nothing are left out.
-        pub min_chain: u32 = 8, in 1..=10000, expert;
+        pub min_length: u32 = 8, in 1..=10000, expert;
         /// How far a line may be from the contour that it stands for, in pixels. Higher gives fewer lines.
-        pub deviation: f32 = 1.5, in 0.1..=20.0, expert;
+        pub max_deviation: f32 = 1.5, in 0.1..=20.0, expert;
         /// Longer lines are broken, in pixels, so that edges that bridge a gap can begin in their middle; 0 leaves them
         /// whole.
-        pub max_line: f32 = 0.0, in 0.0..=10000.0, expert;
+        pub max_line_length: f32 = 0.0, in 0.0..=10000.0, expert;
         /// Pb of a clip's frames with a side of so many pixels is measured at half size, in less than half of the time;
         /// in smaller frames, where things are small, and in single images at full size.
-        pub half_from: u32 = 400, in 1..=65536, expert;
+        pub half_size_min_side: u32 = 400, in 1..=65536, expert;
     }
 }
 
@@ -121,7 +121,7 @@ pub(crate) fn frame_ridges(frame: &Frame, params: &ContourParams) -> Plane<f32> 
 /// size; the strongest is enlarged, and thinned at full size.
 fn frame_strengths(frame: &Frame, params: &ContourParams) -> (Plane<f32>, Plane<f32>) {
     let (w, h) = (frame.width(), frame.height());
-    if w.max(h) < params.half_from as usize {
+    if w.max(h) < params.half_size_min_side as usize {
         return strongest(&strengths_of(frame), (w, h));
     }
     let small = frame.halved();
@@ -247,6 +247,6 @@ pub fn contour_segments(map: &BoundaryMap, params: &ContourParams) -> Segments {
 
 /// The same of a thin map.
 pub(crate) fn ridge_segments(thin: &Plane<f32>, params: &ContourParams) -> Segments {
-    let chains = link::link(thin, params.low, params.high, params.min_chain as usize);
-    fit::fit(&chains, params.deviation, params.max_line)
+    let chains = link::link(thin, params.low_threshold, params.high_threshold, params.min_length as usize);
+    fit::fit(&chains, params.max_deviation, params.max_line_length)
 }

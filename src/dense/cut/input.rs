@@ -21,7 +21,7 @@ pub struct CutInput<'a> {
     pub label: &'a [u32],
     /// Number of labels.
     pub num_labels: usize,
-    /// Whether each label is an object, for `stranger_weight`; may be empty.
+    /// Whether each label is an object, for `outlier_weight`; may be empty.
     pub objects: &'a [bool],
     /// What else speaks for an object in each superpixel, numbered frame by frame, and against it where negative: a cost
     /// of the labels that are no objects, or of those that are; may be empty.

@@ -10,7 +10,7 @@ crate::params! {
         /// A border costs `exp(−mean Pb / this)` to cut. The paper prints the mean Pb itself, a misprint.
         pub pb_scale: f32 = 0.03, in 0.001..=100.0, expert;
         /// Whether borders count by their length, relative to the mean and within 0.05 to 4. The paper does not.
-        pub by_length: bool = true, in 0..=1, expert;
+        pub weight_by_length: bool = true, in 0..=1, expert;
         /// Weight of the share of common trajectories between superpixels of consecutive frames.
         pub temporal_weight: f32 = 1.0, in 0.0..=1000.0;
         /// How often the cut is made anew with what objects and the ground near them look like in the cut before.
@@ -22,7 +22,7 @@ crate::params! {
         pub ambiguous_share: f32 = 1.0, in 0.0..=1.0, expert;
         /// Weight of a salient trajectory that moves like none of those around it: it counts for every object and not
         /// for the background. Not in the paper; docs/choices.md.
-        pub stranger_weight: f32 = 1.0, in 0.0..=100.0, expert;
+        pub outlier_weight: f32 = 1.0, in 0.0..=100.0, expert;
     }
 }
 
@@ -34,8 +34,8 @@ impl CutParams {
     pub(crate) fn paper() -> Self {
         Self {
             spatial_weight: 1.0,
-            by_length: false,
-            stranger_weight: 0.0,
+            weight_by_length: false,
+            outlier_weight: 0.0,
             appearance_rounds: 0,
             ambiguous_share: 0.3,
             ..Self::default()

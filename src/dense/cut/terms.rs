@@ -105,12 +105,12 @@ fn heard(input: &CutInput, params: &CutParams, nodes: &Nodes) -> (Vec<i32>, Vec<
     }
     let (votes, strangers) = votes(input, nodes);
     let is_object = |label: usize| input.objects.get(label) == Some(&true);
-    let stranger_weight = if (0..num_labels).any(is_object) { params.stranger_weight } else { 0.0 };
+    let outlier_weight = if (0..num_labels).any(is_object) { params.outlier_weight } else { 0.0 };
     let trust = trust(input, params);
     let mut costs = Vec::with_capacity(votes.len());
     let mut lambdas = Vec::with_capacity(strangers.len());
     for (node, votes) in votes.chunks_exact(num_labels).enumerate() {
-        let strange = stranger_weight * strangers[node] as f32;
+        let strange = outlier_weight * strangers[node] as f32;
         let total = votes.iter().sum::<u32>() as f32 + strange;
         let lambda = params.unary_weight * total.min(1.0) * trust.get(node).copied().unwrap_or(1.0);
         lambdas.push(lambda);
@@ -155,7 +155,7 @@ fn add_spatial(problem: &mut Potts, input: &CutInput, params: &CutParams, nodes:
     for (s, &base) in input.superpixels.iter().zip(&nodes.base) {
         for border in &s.borders {
             let mut cost = params.spatial_weight * libm::expf(-border.pb / params.pb_scale);
-            if params.by_length && mean > 0.0 {
+            if params.weight_by_length && mean > 0.0 {
                 cost *= (border.length / mean).clamp(LENGTH_RANGE.0, LENGTH_RANGE.1);
             }
             problem.edges.push((base + border.a, base + border.b));
@@ -443,7 +443,7 @@ impl Reasons {
         let rest = (self.cost(label) - heard(other)) - (self.cost(self.label) - heard(own));
         let units = |steps: i64| steps as f64 / f64::from(SCALE) / f64::from(params.unary_weight);
         let total =
-            self.votes.iter().sum::<u32>() as f64 + f64::from(params.stranger_weight) * f64::from(self.strangers);
+            self.votes.iter().sum::<u32>() as f64 + f64::from(params.outlier_weight) * f64::from(self.strangers);
         let ahead = units(i64::from(other.trajectories) - i64::from(own.trajectories)) * total;
         // n more of them part the costs by (ahead − n) / (total + n), at most by −1.
         let needed = (ahead + units(rest) * total) / (1.0 - units(rest));

@@ -61,8 +61,8 @@ fn borders_cost_less_where_contours_are_strong_and_more_where_they_are_long() {
     assert_eq!(problem.edges, [(0, 1), (1, 2)]);
     assert_eq!(problem.weights, [units(3.0), units(3.0 * f64::exp(-2.0))]);
     s.borders[0].length = 12.0;
-    let by_length = CutParams { by_length: true, ..paper };
-    let problem = energy(&input(std::slice::from_ref(&s), &none, &[], 2), &by_length);
+    let weight_by_length = CutParams { weight_by_length: true, ..paper };
+    let problem = energy(&input(std::slice::from_ref(&s), &none, &[], 2), &weight_by_length);
     assert_eq!(problem.weights, [units(4.5), units(1.5 * f64::exp(-2.0))]);
 }
 
@@ -202,11 +202,11 @@ fn strangers_count_for_every_object_and_not_for_the_background() {
     let tracks = standing(1, &[(0, 1.0, 1.0), (0, 2.0, 1.0), (0, 2.0, 2.0), (0, 5.0, 1.0)]);
     let label = [0, STRANGER, STRANGER, STRANGER];
     let all = CutInput { objects: &[false, true, true], ..input(&superpixels, &tracks, &label, 3) };
-    let params = CutParams { stranger_weight: 0.5, ..CutParams::default() };
+    let params = CutParams { outlier_weight: 0.5, ..CutParams::default() };
     let half = units(0.5);
     assert_eq!(energy(&all, &params).unary, [half, half, half, half, 0, 0, 0, 0, 0]);
     let one = units(1.0);
-    let without = CutParams { stranger_weight: 0.0, ..CutParams::default() };
+    let without = CutParams { outlier_weight: 0.0, ..CutParams::default() };
     for (objects, params) in [(all.objects, &without), (&[], &params), (&[false; 3], &params)] {
         assert_eq!(energy(&CutInput { objects, ..all }, params).unary, [0, one, one, 0, 0, 0, 0, 0, 0]);
     }

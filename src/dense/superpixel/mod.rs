@@ -10,7 +10,7 @@
 //! 4. Faces without a pixel are joined with a neighbour.
 //!
 //! **Beyond the paper.** Where a number of superpixels is asked for, fainter contours count too, and neighbours with the
-//! least Pb between them are joined down to that number; `join_below` joins without a number.
+//! least Pb between them are joined down to that number; `merge_threshold` joins without a number.
 //!
 //! **Cost**: O(n log n) in the number of segments, and linear in pixels.
 
@@ -30,7 +30,7 @@ crate::params! {
     pub struct SuperpixelParams {
         /// Superpixels of areas p and q in pixels are joined while the mean Pb between them, times pq / (p + q), is
         /// below this. 0 leaves the faces of the Gabriel graph as they are.
-        pub join_below: f32 = 0.0, in 0.0..=1000000.0;
+        pub merge_threshold: f32 = 0.0, in 0.0..=1000000.0;
     }
 }
 
@@ -122,7 +122,7 @@ impl From<&Plane<u32>> for Superpixels {
 /// ```
 #[must_use]
 pub fn gabriel_superpixels(segments: &Segments, map: &BoundaryMap, params: &SuperpixelParams) -> Superpixels {
-    partition(segments, &map.thin, None, (0.0, params.join_below))
+    partition(segments, &map.thin, None, (0.0, params.merge_threshold))
 }
 
 /// Longest line and widest gap between points of the frame where a wanted number of superpixels needs more than
@@ -184,27 +184,27 @@ fn superpixels_on(
     contour: &ContourParams,
     superpixel: &SuperpixelParams,
 ) -> Superpixels {
-    let join_below = superpixel.join_below;
+    let merge_threshold = superpixel.merge_threshold;
     let Some(wanted) = count else {
-        return partition(&ridge_segments(thin, contour), thin, None, (0.0, join_below));
+        return partition(&ridge_segments(thin, contour), thin, None, (0.0, merge_threshold));
     };
-    let fine = ContourParams { low: 0.0, high: 0.01, ..contour.clone() };
-    let found = partition(&ridge_segments(thin, &fine), thin, count, (0.0, join_below));
+    let fine = ContourParams { low_threshold: 0.0, high_threshold: 0.01, ..contour.clone() };
+    let found = partition(&ridge_segments(thin, &fine), thin, count, (0.0, merge_threshold));
     if found.count >= wanted {
         return found;
     }
     // Too few: shorter lines give more points that edges can join.
-    let finer = ContourParams { high: 0.0, min_chain: 3, max_line: SHORT, ..fine };
-    partition(&ridge_segments(thin, &finer), thin, count, (SHORT, join_below))
+    let finer = ContourParams { high_threshold: 0.0, min_length: 3, max_line_length: SHORT, ..fine };
+    partition(&ridge_segments(thin, &finer), thin, count, (SHORT, merge_threshold))
 }
 
-/// Faces, joined down to `count`, or else where the cost is below `join_below`. Points on the image border are at most
+/// Faces, joined down to `count`, or else where the cost is below `merge_threshold`. Points on the image border are at most
 /// `frame_step` pixels apart; with 0 there are none but corners.
 fn partition(
     segments: &Segments,
     thin: &Plane<f32>,
     count: Option<usize>,
-    (frame_step, join_below): (f32, f32),
+    (frame_step, merge_threshold): (f32, f32),
 ) -> Superpixels {
     let (width, height) = (thin.width(), thin.height());
     if width == 0 || height == 0 {
@@ -221,7 +221,7 @@ fn partition(
     regions.join_empty();
     match count {
         Some(count) => regions.join_weak(count, 0.0),
-        None => regions.join_weak(usize::MAX, join_below),
+        None => regions.join_weak(usize::MAX, merge_threshold),
     }
     let numbers = number(&mut regions, &mut label, graph.num_faces);
     let mut parts = Vec::new();

@@ -219,7 +219,7 @@ fn naive_faces(graph: &Graph, kinds: &[EdgeKind]) -> Vec<usize> {
 #[test]
 fn faces_equal_a_brute_force_construction_on_random_segments() {
     let mut rng = Rng::for_stage(4, "gabriel");
-    let params = SuperpixelParams { join_below: 0.0 };
+    let params = SuperpixelParams { merge_threshold: 0.0 };
     for round in 0..60 {
         let (width, height) = (20 + rng.below(30), 20 + rng.below(30));
         let num_points = rng.below(30);

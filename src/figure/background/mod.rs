@@ -56,21 +56,21 @@ crate::params! {
     /// The background.
     pub struct BackgroundParams {
         /// Classifies clusters and superpixels by the background. Not in the paper.
-        pub judge: bool = true, in 0..=1;
+        pub enabled: bool = true, in 0..=1;
         /// Still camera: motion that is as likely an object's as the background's, in pixels a frame.
-        pub motion: f32 = 0.4, in 0.01..=100.0, expert;
+        pub neutral_motion: f32 = 0.4, in 0.01..=100.0, expert;
         /// Still camera: weight of the log-odds by the distance from the plate.
         pub plate_weight: f32 = 0.8, in 0.0..=100.0, expert;
         /// Still camera: weight of the log-odds by motion.
         pub motion_weight: f32 = 0.3, in 0.0..=100.0, expert;
         /// Moving camera: weight of the reprojection errors, by the scene's motion against the objects'.
-        pub account_weight: f32 = 2.5, in 0.0..=100.0, expert;
+        pub reprojection_weight: f32 = 2.5, in 0.0..=100.0, expert;
         /// Moving camera: prior log-odds against an object in each superpixel.
-        pub doubt: f32 = 1.3, in 0.0..=100.0, expert;
+        pub prior_log_odds: f32 = 1.3, in 0.0..=100.0, expert;
         /// Forward camera: takes tracks that violate a rigid scene on a ground for objects.
-        pub rigid: bool = true, in 0..=1, expert;
+        pub rigid_scene: bool = true, in 0..=1, expert;
         /// Moving camera without an object among the clusters: tries groups of salient trajectories that move alike.
-        pub stand_out: bool = true, in 0..=1, expert;
+        pub salient_fallback: bool = true, in 0..=1, expert;
     }
 }
 
@@ -251,7 +251,7 @@ impl StillScene {
             let zeros = || vec![0.0; s.count];
             let plate_cues = self.distance.get(t).map_or_else(zeros, |map| mean_cues(s, map));
             let flow = flows.get(t).or(flows.last());
-            let motion_cues = flow.map_or_else(zeros, |flow| mean_cues(s, &motion_cue(flow, params.motion)));
+            let motion_cues = flow.map_or_else(zeros, |flow| mean_cues(s, &motion_cue(flow, params.neutral_motion)));
             evidence.extend(plate_cues.into_iter().zip(motion_cues).map(|(plate, motion)| {
                 params.plate_weight * CUE_RESPONSE.log_odds(plate)
                     + params.motion_weight * CUE_RESPONSE.log_odds(motion)
@@ -301,7 +301,7 @@ impl MovingScene {
             let shares = object_shares(s, t, segmented);
             evidence.extend(scores.zip(shares).map(|(score, share)| {
                 let relief = 1.0 - PRIOR_RELIEF * share;
-                params.account_weight * score - params.doubt * relief
+                params.reprojection_weight * score - params.prior_log_odds * relief
             }));
         }
         evidence

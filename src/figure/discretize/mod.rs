@@ -82,7 +82,7 @@ crate::params! {
         pub min_gap: f64 = 0.02, in 0.0..=1.0, expert;
         /// With rotation-evidence: log-odds above which two clusters are merged, lower for small ones. Higher splits more,
         /// lower makes fewer, larger clusters.
-        pub caution: f64 = 2.8, in 0.0..=20.0;
+        pub merge_log_odds: f64 = 2.8, in 0.0..=20.0;
         /// ρ of rotation-merge: clusters whose mean discontinuity along their common border is below it are merged
         /// (section 2.3: 0.4). Higher merges more.
         pub merge_threshold: f64 = 0.77, in 0.0..=1.0, expert;
@@ -173,7 +173,7 @@ fn oversegment_into(embedding: &Embedding, count: usize, params: &DiscretizePara
 /// Merges clusters by the method of `params` (steps 2 to 4).
 fn merge(mut label: Vec<u32>, input: &EvidenceInput, params: &DiscretizeParams) -> Clusters {
     match params.method {
-        DiscretizeMethod::RotationEvidence => merge_by_evidence(&mut label, input, params.caution),
+        DiscretizeMethod::RotationEvidence => merge_by_evidence(&mut label, input, params.merge_log_odds),
         DiscretizeMethod::RotationMerge => merge_by_borders(&mut label, input.discontinuities, params.merge_threshold),
         DiscretizeMethod::Rotation | DiscretizeMethod::KMeans => {}
     }

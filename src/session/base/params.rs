@@ -30,7 +30,7 @@ crate::params! {
         /// Side of a square frame for which lengths are meant, in pixels: in a frame of less area trajectories are
         /// closer together in proportion, down to one half, and so are radii around them, so that an object has as
         /// many points at any size. 0 leaves lengths as they are. Default: the area of 480×270.
-        pub reference: u32 = 360, in 0..=4096, expert;
+        pub reference_side: u32 = 360, in 0..=4096, expert;
         /// Whether every pixel gets a label; without, a run ends with the labels of the trajectories.
         pub dense: bool = true, in 0..=1;
         /// Most pixels of a frame of the input. Larger ones are refused (`too-large`) before memory is taken.
@@ -145,10 +145,10 @@ impl Params {
         params.trajectory.mask_step = params.trajectory.grid_step;
         params.trajectory.mask_min_length = params.trajectory.min_length;
         params.flow.max_side = 4096;
-        params.contour.half_from = 65536;
+        params.contour.half_size_min_side = 65536;
         params.refine.band = 0;
-        params.background.judge = false;
-        params.clip.reference = 0;
+        params.background.enabled = false;
+        params.clip.reference_side = 0;
         params
     }
 
@@ -165,7 +165,7 @@ impl Params {
         let mut params = Self::default();
         params.clip.max_side = 400;
         params.flow.fixed_points = 3;
-        params.contour.half_from = 1;
+        params.contour.half_size_min_side = 1;
         params
     }
 
@@ -262,7 +262,7 @@ impl Params {
     /// What lengths are to be multiplied with in frames of `size` pixels.
     fn length_scale(&self, (width, height): (usize, usize)) -> f32 {
         let side = ((width * height) as f32).sqrt();
-        (side / self.clip.reference.max(1) as f32).clamp(LEAST_SCALE, 1.0)
+        (side / self.clip.reference_side.max(1) as f32).clamp(LEAST_SCALE, 1.0)
     }
 
     fn scaled(&self, scale: f32, spacing: f32) -> ScaledParams {
@@ -395,10 +395,10 @@ mod tests {
 
     #[test]
     fn a_preset_comes_before_what_is_set_beside_it() {
-        let tree: ParamTree = serde_json::from_str(r#"{"cut": {"byLength": true}, "preset": "paper"}"#).unwrap();
+        let tree: ParamTree = serde_json::from_str(r#"{"cut": {"weightByLength": true}, "preset": "paper"}"#).unwrap();
         let mut params = Params::default();
         params.apply(&tree).unwrap();
-        assert!(params.cut.by_length && params.cut.ambiguous_share == 0.3 && params.refine.band == 0);
+        assert!(params.cut.weight_by_length && params.cut.ambiguous_share == 0.3 && params.refine.band == 0);
         params.set("preset", &ParamValue::Text("default".into())).unwrap();
         assert_eq!(params, Params::default());
         let message = params.set("preset", &ParamValue::Number(1.0)).unwrap_err().to_string();

@@ -124,7 +124,7 @@ impl Clip {
     }
 
     fn is_cut_before(&self, next: &Thumbnail) -> bool {
-        let bound = self.params.shot.unmatched;
+        let bound = self.params.shot.max_unmatched;
         let last = self.windows.as_ref().and_then(|windows| windows.last.as_ref());
         last.is_some_and(|last| bound < 1.0 && unmatched_share(last, next) > bound)
     }

@@ -119,10 +119,10 @@ mod tests {
             ("clip.seed", 3.0),
             ("flow.fixedPoints", 0.0),
             ("affinity.variationWeight", 1.0),
-            ("contour.maxLine", 50.0),
+            ("contour.maxLineLength", 50.0),
             ("cut.spatialWeight", 1.0),
             ("refine.band", 0.0),
-            ("clip.reference", 0.0),
+            ("clip.referenceSide", 0.0),
         ] {
             let mut params = Params::default();
             params.set(name, &crate::params::ParamValue::Number(value)).unwrap();

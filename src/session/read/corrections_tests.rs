@@ -215,7 +215,7 @@ fn two_strokes_in_one_frame_part_players_who_move_alike_in_all_frames() {
     let mut params = Params::default();
     params.connectedness.mode = crate::connectedness::ConnectednessMode::Off;
     // With as many trajectories as a large frame has, motion alone tells the players apart.
-    params.clip.reference = 0;
+    params.clip.reference_side = 0;
     let mut session = Session::new(params).unwrap();
     for t in 0..24 {
         session.push_frame(scene.frame(t)).unwrap();

@@ -91,13 +91,13 @@ pub(crate) fn camera_of(
     let motions = outputs.salient.as_ref()?.maps.motions();
     let tracks = &outputs.tracked.tracks;
     let forward =
-        (settings.judge && settings.rigid).then(|| ForwardMotion::estimate_with(tracks, egomotion_of)).flatten();
+        (settings.enabled && settings.rigid_scene).then(|| ForwardMotion::estimate_with(tracks, egomotion_of)).flatten();
     Some(Camera::new(motions, frames, forward))
 }
 
-/// What the background egomotion_of, `None` unless clips are judged by it.
+/// Background model of the clip, `None` unless enabled.
 pub(crate) fn background_of(camera: Camera, outputs: &Outputs, clip: &Clip) -> Option<Background> {
-    if !clip.params.background.judge {
+    if !clip.params.background.enabled {
         return None;
     }
     let densest = outputs.tracked.denser.as_ref().unwrap_or(&outputs.tracked.tracks);

@@ -111,7 +111,7 @@ fn take_ahead(tracked: &Tracked, clip: &mut Clip) -> Option<Piece> {
         return Some(Piece { id, work: Work::Graph(points_in(tracks, id.t as usize)) });
     }
     let settings = &clip.params.background;
-    let is_asked = clip.params.clip.dense && settings.judge && settings.rigid && !clip.frames.is_empty();
+    let is_asked = clip.params.clip.dense && settings.enabled && settings.rigid_scene && !clip.frames.is_empty();
     let pairs = if is_asked { ForwardMotion::num_pairs(tracks) } else { 0 };
     let id = clip.ledger.take(PieceKind::Ways, 0..pairs)?;
     Some(Piece { id, work: Work::Ways(PointMatches::new(tracks, id.t as usize)) })

@@ -18,7 +18,7 @@ crate::params! {
         /// counterpart in the next frame. 1 never begins one. Neighbouring frames of 20 of our 21 sequences stay below
         /// 0.2, those of a camera that is torn around reach 0.69; of 1384 pairs of frames from different sequences all
         /// but 14 are above 0.97.
-        pub unmatched: f32 = 0.72, in 0.0..=1.0;
+        pub max_unmatched: f32 = 0.72, in 0.0..=1.0;
     }
 }
 
@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn neighbouring_frames_find_each_other_and_other_scenes_do_not() {
         let (scene, other) = (Scene::sample(240, 135, 12, 0), Scene::sample(240, 135, 12, 7));
-        let bound = ShotParams::default().unmatched;
+        let bound = ShotParams::default().max_unmatched;
         for t in 1..12 {
             let within = share(&scene.frame(t - 1), &scene.frame(t));
             assert!(within < 0.3, "frame {t}: {within}");

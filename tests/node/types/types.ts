@@ -117,7 +117,7 @@ console.log(
   await session.saliencyMap(0),
   stages,
 );
-const still: ImageOptions = { contour: { low: 0.05 }, superpixel: {}, worker: false };
+const still: ImageOptions = { contour: { lowThreshold: 0.05 }, superpixel: {}, worker: false };
 const gabriel = (await superpixels(new Uint8Array(), { ...still, count: 400 })).edges.kind.filter(
   (kind) => kind === EdgeKind.Gabriel,
 ).length;

@@ -72,7 +72,7 @@ for await (const { name } of readFrames('frames')) void name.length;
 await segmentVideo(readFrames('frames')).collect();
 const again: Result = ResultClass.fromJSON(JSON.stringify(result));
 const labels: number[] = again.objects?.map(({ label }) => label) ?? [];
-const images = await createImageEngine({ contour: { low: 0.05 } });
+const images = await createImageEngine({ contour: { lowThreshold: 0.05 } });
 const { borders } = await images.superpixels(pixels, { count: 400 });
 const soft = adjustMask({ labels: result.labels(0), width: 4, height: 4 }, { grow: 2, feather: 1 });
 export { labels, borders, coco, file, fitFrame, masks, project, soft, whole, zip };
