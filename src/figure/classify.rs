@@ -2,7 +2,7 @@
 
 use crate::background::{Background, BackgroundParams, ObjectClusters, SalientInput};
 use crate::background::{add_salient_objects, segment_rigid_scene};
-use crate::cut::{forget_strangers, labels_for};
+use crate::cut::{drop_unsalient_outliers, propagate_labels};
 use crate::discretize::Clusters;
 use crate::evidence::{ClusterCues, EvidenceInput, motion_contrasts};
 use crate::objects::cluster_cues;
@@ -38,7 +38,7 @@ pub struct Classification {
     /// `true` for each cluster that is an object.
     pub is_object: Vec<bool>,
     /// The cluster of each of the denser trajectories, [`UNKNOWN`](crate::cut::UNKNOWN) or
-    /// [`STRANGER`](crate::cut::STRANGER).
+    /// [`OUTLIER`](crate::cut::OUTLIER).
     pub label: Vec<u32>,
     /// Log-odds against the cluster of each clustered trajectory, at least 0; empty if all are certain.
     pub penalties: Vec<f32>,
@@ -48,8 +48,8 @@ impl Observations<'_> {
     /// Labels the denser trajectories by the clustered ones around them.
     pub(crate) fn propagate_labels(&self, clusters: &Clusters) -> Vec<u32> {
         let count = clusters.count.max(1);
-        let mut label = labels_for(self.denser, self.clustered.tracks, &clusters.label, count, self.vote_radius);
-        forget_strangers(&mut label, self.saliency, self.saliency_threshold);
+        let mut label = propagate_labels(self.denser, self.clustered.tracks, &clusters.label, count, self.vote_radius);
+        drop_unsalient_outliers(&mut label, self.saliency, self.saliency_threshold);
         label
     }
 }

@@ -15,7 +15,7 @@
 //! After Bai, Wang, Simons and Sapiro ("Video SnapCut", SIGGRAPH 2009) in that colours are local and are believed as
 //! far as they separate, and Rother, Kolmogorov and Blake ("GrabCut", SIGGRAPH 2004) in the energy. Not in the paper.
 
-use crate::cut::{Colour, Corners, Expansion, Histogram, Potts, UNSEEN, rounded};
+use crate::cut::{Colour, Corners, Expansion, Histogram, Potts, UNSEEN_SHARE, to_steps};
 use crate::image::{Frame, Plane};
 use std::ops::Range;
 
@@ -284,9 +284,9 @@ impl Band {
                     let costs = &mut unary[self.node[p] as usize * num_labels..][..num_labels];
                     let own = self.place[usize::from(mask.data()[p])] as usize;
                     let depth = depth.data()[p] as f32 / params.band as f32;
-                    let colour = Colour::of(&frame.rgb()[3 * p..]);
+                    let colour = Colour::from_rgb(&frame.rgb()[3 * p..]);
                     models.costs(colour, own, params.colour_weight, (&mut *costs, &mut shares));
-                    let keep = rounded(params.displacement_weight * depth * depth);
+                    let keep = to_steps(params.displacement_weight * depth * depth);
                     for cost in costs.iter_mut().enumerate().filter(|(l, _)| *l != own).map(|(_, cost)| cost) {
                         *cost += keep;
                     }
@@ -335,7 +335,7 @@ impl Band {
                 Some(known) => *known.get_or_insert_with(|| likeness(difference)),
                 None => likeness(difference),
             };
-            let weight = rounded(smoothness * length * likeness);
+            let weight = to_steps(smoothness * length * likeness);
             match (self.node[p as usize], self.node[q as usize]) {
                 (BEYOND, node) => self.bind(problem, node, mask.data()[p as usize], weight),
                 (node, BEYOND) => self.bind(problem, node, mask.data()[q as usize], weight),
@@ -393,7 +393,7 @@ impl Models {
                 let label = mask.data()[p];
                 if depth.data()[p] >= LEAST_SAMPLE_DEPTH && band.labels.contains(&label) {
                     let place = band.place[usize::from(label)];
-                    let colour = Colour::of(&frame.rgb()[3 * p..]).corners();
+                    let colour = Colour::from_rgb(&frame.rgb()[3 * p..]).corners();
                     self.histograms[place as usize].add(&colour, 1.0);
                     if count % TEST_STRIDE == 0 {
                         self.samples.push((place, colour));
@@ -413,7 +413,7 @@ impl Models {
         for (label, colour) in &self.samples {
             let label = *label as usize;
             // A sample is no witness for itself.
-            let own = self.histograms[label].share_of_others(colour) + UNSEEN;
+            let own = self.histograms[label].leave_one_out_share(colour) + UNSEEN_SHARE;
             let others = self.shares(colour, &mut shares) - shares[label];
             let (sum, count) = &mut right[label];
             *sum += own / (own + others);
@@ -432,7 +432,7 @@ impl Models {
     /// How often each label has a colour, 0 where it has no model; and the sum of that.
     fn shares(&self, colour: &Corners, shares: &mut [f32]) -> f32 {
         for (share, histogram) in shares.iter_mut().zip(&self.histograms) {
-            *share = if histogram.total() >= LEAST_SAMPLES { histogram.share(colour) + UNSEEN } else { 0.0 };
+            *share = if histogram.total() >= LEAST_SAMPLES { histogram.share(colour) + UNSEEN_SHARE } else { 0.0 };
         }
         shares.iter().sum()
     }
@@ -443,7 +443,7 @@ impl Models {
         let known = |l: usize| self.histograms[l].total() >= LEAST_SAMPLES;
         let sum = self.shares(&colour.corners(), shares);
         for (l, (cost, share)) in costs.iter_mut().zip(shares).enumerate() {
-            *cost = rounded(match known(l) && known(own) {
+            *cost = to_steps(match known(l) && known(own) {
                 true => -weight * self.confidence * libm::logf(*share / sum),
                 false if l == own => 0.0,
                 false => FORBIDDEN,

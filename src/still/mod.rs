@@ -39,7 +39,8 @@ mod params;
 mod tests;
 
 use crate::contour::{
-    BoundaryMap, Logistic, OF_PB, ORIENTATIONS, from_strengths, mean_along, normals, strengths_of, strongest,
+    BoundaryMap, Logistic, ORIENTATIONS, PB_LOGISTIC, boundaries_from_strengths, mean_along_boundary, normals,
+    oriented_strengths, strongest_ridges,
 };
 use crate::embedding::EigenInfo;
 use crate::image::{Frame, Plane, fit_within, gaussian_blur};
@@ -106,8 +107,8 @@ pub struct ImageDiscontinuities {
 #[must_use]
 pub fn image_discontinuities(frame: &Frame, params: &StillParams, seed: u32) -> ImageDiscontinuities {
     let (w, h) = fit_within((frame.width(), frame.height()), params.max_side as usize);
-    let strengths = strengths_of(&frame.resized(w, h));
-    let pb = from_strengths(&strengths, (w, h), OF_PB);
+    let strengths = oriented_strengths(&frame.resized(w, h));
+    let pb = boundaries_from_strengths(&strengths, (w, h), PB_LOGISTIC);
     if pb.thin.data().iter().all(|&v| v <= FAINTEST) {
         let none = StrengthMap { strength: Plane::filled(w, h, 0.0), thin: Plane::filled(w, h, 0.0) };
         let combined = pb.clone();
@@ -181,7 +182,7 @@ fn changes(embedding: &PixelEmbedding, grouping: Grouping) -> Changes {
     }
     for planes in [&mut changes.d, &mut changes.spectral] {
         for (plane, normal) in planes.iter_mut().zip(normals()) {
-            *plane = mean_along(plane, *width, normal, 1.0);
+            *plane = mean_along_boundary(plane, *width, normal, 1.0);
         }
     }
     changes
@@ -212,7 +213,7 @@ fn add_gradient(slopes: &Slopes, weight: f32, out: &mut [Vec<f32>; ORIENTATIONS]
 }
 
 fn strength_map(changes: &[Vec<f32>; ORIENTATIONS], size: (usize, usize), scaled: impl Fn(f32) -> f32) -> StrengthMap {
-    let (strength, thin) = strongest(changes, size);
+    let (strength, thin) = strongest_ridges(changes, size);
     StrengthMap { strength: strength.map(&scaled), thin: thin.map(&scaled) }
 }
 
@@ -225,6 +226,6 @@ fn combine(
 ) -> BoundaryMap {
     let beside = weight * BESIDE_PB;
     let sums = std::array::from_fn(|k| pb[k].iter().zip(&d[k]).map(|(s, d)| s + beside * d).collect());
-    let logistic = Logistic { slope: OF_PB.slope / (1.0 + weight * FLATTER), centre: OF_PB.centre + weight * HIGHER };
-    from_strengths(&sums, size, logistic)
+    let logistic = Logistic { slope: PB_LOGISTIC.slope / (1.0 + weight * FLATTER), centre: PB_LOGISTIC.centre + weight * HIGHER };
+    boundaries_from_strengths(&sums, size, logistic)
 }

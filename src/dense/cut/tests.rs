@@ -200,7 +200,7 @@ fn steps_count_up_to_the_result_of_the_whole() {
 fn strangers_count_for_every_object_and_not_for_the_background() {
     let superpixels = [thirds()];
     let tracks = standing(1, &[(0, 1.0, 1.0), (0, 2.0, 1.0), (0, 2.0, 2.0), (0, 5.0, 1.0)]);
-    let label = [0, STRANGER, STRANGER, STRANGER];
+    let label = [0, OUTLIER, OUTLIER, OUTLIER];
     let all = CutInput { objects: &[false, true, true], ..input(&superpixels, &tracks, &label, 3) };
     let params = CutParams { outlier_weight: 0.5, ..CutParams::default() };
     let half = units(0.5);

@@ -1,6 +1,6 @@
 //! Laws of the superpixels.
 
-use super::gabriel::{Point, UNIT};
+use super::gabriel::{Point, UNITS_PER_PX};
 use super::*;
 use crate::rng::Rng;
 
@@ -150,7 +150,7 @@ fn random_segments(rng: &mut Rng, width: usize, height: usize, num_points: usize
     let mut lines: Vec<(u32, u32)> = Vec::new();
     for _ in 0..2 * num_points {
         let (a, b) = (rng.below(num_points) as u32, rng.below(num_points) as u32);
-        let near = (units(a).0 - units(b).0).abs() < 12 * UNIT && (units(a).1 - units(b).1).abs() < 12 * UNIT;
+        let near = (units(a).0 - units(b).0).abs() < 12 * UNITS_PER_PX && (units(a).1 - units(b).1).abs() < 12 * UNITS_PER_PX;
         let free = lines.iter().all(|&(c, d)| !cross_properly(units(a), units(b), units(c), units(d)));
         if a < b && near && free && !lines.contains(&(a, b)) {
             lines.push((a, b));
@@ -166,7 +166,7 @@ fn check_triangulation(graph: &Graph, segments: &Segments, width: usize, height:
     let p = |i: u32| graph.points[i as usize];
     let triangles = &graph.triangulation.triangles;
     let area: i128 = triangles.iter().map(|&[a, b, c]| cross(p(a), p(b), p(c))).sum();
-    assert_eq!(area, 2 * (width * height) as i128 * i128::from(UNIT * UNIT));
+    assert_eq!(area, 2 * (width * height) as i128 * i128::from(UNITS_PER_PX * UNITS_PER_PX));
     let given: Vec<(u32, u32)> =
         graph.triangulation.edges.iter().filter(|e| e.constraint).map(|e| (e.ends[0], e.ends[1])).collect();
     let mut wanted = segments.lines.clone();
@@ -236,7 +236,7 @@ fn faces_equal_a_brute_force_construction_on_random_segments() {
         // Superpixel and face of each pixel whose centre is inside a triangle name each other.
         let mut pairs = Vec::new();
         for (i, &label) in found.label().data().iter().enumerate() {
-            let centre = ((i % width) as i64 * UNIT, (i / width) as i64 * UNIT);
+            let centre = ((i % width) as i64 * UNITS_PER_PX, (i / width) as i64 * UNITS_PER_PX);
             let holds = |&t: &usize| {
                 let [a, b, c] = graph.triangulation.triangles[t].map(|i| graph.points[i as usize]);
                 cross(a, b, centre) > 0 && cross(b, c, centre) > 0 && cross(c, a, centre) > 0

@@ -43,7 +43,7 @@ pub(crate) use segmented::ObjectClusters;
 pub use segmented::SegmentedTracks;
 
 use crate::camera::{Camera, CameraPath, ForwardMotion};
-use crate::cut::pixel_of;
+use crate::cut::pixel_index;
 use crate::discretize::Clusters;
 use crate::flow::{CompactFlow, Field};
 use crate::image::{Frame, Plane};
@@ -418,7 +418,7 @@ fn superpixel_means(
     let (superpixel, mut sums) = (superpixels.label(), vec![(0.0, 0.0_f32); superpixels.count]);
     for (i, x, y) in segmented.tracks.alive(t) {
         let Some(value) = value(i) else { continue };
-        let sum = &mut sums[superpixel.data()[pixel_of(superpixels.runs().size(), x, y)] as usize];
+        let sum = &mut sums[superpixel.data()[pixel_index(superpixels.runs().size(), x, y)] as usize];
         *sum = (sum.0 + value, sum.1 + 1.0);
     }
     sums.iter().map(|&(sum, count): &(f32, f32)| sum / count.max(1.0)).collect()

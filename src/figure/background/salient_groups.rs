@@ -6,7 +6,7 @@
 //! objects without clusters. Cost: O(points · neighbours). It fails where noise of the flow is salient and coherent.
 
 use super::segmented::ObjectClusters;
-use crate::cut::{UNKNOWN, VOTE_MOTION, labels_for, motion_difference_sq};
+use crate::cut::{UNKNOWN, VOTE_MOTION_PX, propagate_labels, motion_difference_sq};
 use crate::discretize::Clusters;
 use crate::grid::Grid;
 use crate::objects::find_objects_above;
@@ -57,7 +57,7 @@ pub(crate) fn add_salient_objects(input: &SalientInput<'_>) -> Option<(ObjectClu
     }
     // Clustered trajectories take the new label of the majority around them.
     let mut old_label = clusters.label.clone();
-    let votes = labels_for(tracks, denser, &labels, count + num_groups, vote_radius);
+    let votes = propagate_labels(tracks, denser, &labels, count + num_groups, vote_radius);
     for (label, vote) in old_label.iter_mut().zip(votes) {
         let is_new = (count..count + num_groups).contains(&(vote as usize));
         *label = if is_new { vote } else { *label };
@@ -133,7 +133,7 @@ fn connect_alike(tracks: &Trajectories, is_salient: &[bool], radius: f32) -> Dis
         for &(i, x, y) in &points {
             for (j, _) in grid.around(x, y).filter(|&(j, d_sq)| j as usize > i && d_sq <= radius * radius) {
                 let difference_sq = motion_difference_sq(tracks, i, tracks, j as usize, t);
-                if difference_sq.is_some_and(|sq| sq < VOTE_MOTION * VOTE_MOTION) {
+                if difference_sq.is_some_and(|sq| sq < VOTE_MOTION_PX * VOTE_MOTION_PX) {
                     sets.join(i, j as usize);
                 }
             }

@@ -1,6 +1,6 @@
 //! Trajectories with labels, and the labels that are objects.
 
-use crate::cut::STRANGER;
+use crate::cut::OUTLIER;
 use crate::discretize::Clusters;
 use crate::trajectory::Trajectories;
 
@@ -16,10 +16,10 @@ pub struct SegmentedTracks<'a> {
 }
 
 impl SegmentedTracks<'_> {
-    /// Returns `true` if trajectory `i` is an object's, `None` if it has no label. [`STRANGER`]s are objects'.
+    /// Returns `true` if trajectory `i` is an object's, `None` if it has no label. [`OUTLIER`]s are objects'.
     pub(super) fn is_object_track(&self, i: usize) -> Option<bool> {
         let &label = self.label.get(i)?;
-        if label == STRANGER { Some(true) } else { self.is_object.get(label as usize).copied() }
+        if label == OUTLIER { Some(true) } else { self.is_object.get(label as usize).copied() }
     }
 }
 

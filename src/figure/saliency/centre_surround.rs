@@ -162,7 +162,7 @@ impl Rect {
     }
 }
 
-/// Radius of the smoothing kernel, in bins: two standard deviations.
+/// Radius of the smoothing kernel, in bins: two standard deviations (Rahtu et al.).
 const SMOOTHING_RADIUS: usize = 2;
 
 /// Saliency of each bin in a window, and its buffers.

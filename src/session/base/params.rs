@@ -5,7 +5,7 @@ use crate::affinity::AffinityParams;
 use crate::background::BackgroundParams;
 use crate::connectedness::ConnectednessParams;
 use crate::contour::ContourParams;
-use crate::cut::{CutParams, VOTE_RADIUS};
+use crate::cut::{CutParams, VOTE_RADIUS_PX};
 use crate::discontinuity::DiscontinuityParams;
 use crate::discretize::{DiscretizeMethod, DiscretizeParams};
 use crate::embedding::EmbeddingParams;
@@ -275,7 +275,7 @@ impl Params {
             *count = (*count as f32 * density).round() as u32;
         }
         // Neighbours far beyond have no say, but each would take time.
-        let vote_radius = (VOTE_RADIUS * scale).min(MOST_VOTE_STEPS * spacing);
+        let vote_radius = (VOTE_RADIUS_PX * scale).min(MOST_VOTE_STEPS * spacing);
         ScaledParams { params, spacing, vote_radius }
     }
 }
@@ -317,7 +317,7 @@ impl ScaledParams {
     }
 
     #[doc(hidden)]
-    /// Radius within which labelled trajectories vote on others ([`crate::cut::labels_for`]), in pixels of the
+    /// Radius within which labelled trajectories vote on others ([`crate::cut::propagate_labels`]), in pixels of the
     /// processed frames.
     pub fn vote_radius(&self) -> f32 {
         self.vote_radius

@@ -2,7 +2,7 @@
 
 use super::results::missing_frame;
 use crate::Error;
-use crate::cut::{CutInput, Link, Reasons, STEPS_PER_UNIT, STRANGER};
+use crate::cut::{CutInput, Link, SuperpixelTerms, STEPS_PER_UNIT, OUTLIER};
 use crate::session::base::{Outputs, Stage};
 use crate::session::run::{Clip, Session};
 use serde::{Serialize, Serializer};
@@ -214,9 +214,9 @@ impl Asked<'_> {
         let (ground, params) = (&*cut.ground, &self.clip.params.cut);
         let input = self.outputs.cut_input();
         let superpixel = superpixels[self.t].label()[self.pixel];
-        let mut reasons = Reasons::of(&input, params, &cut.labels, self.t, superpixel);
+        let mut reasons = SuperpixelTerms::new(&input, params, &cut.labels, self.t, superpixel);
         let held = ground.region.iter().flat_map(|region| &region.held);
-        held.filter(|held| (held.0, held.1) == (self.t, superpixel)).for_each(|held| reasons.hold(&held.2));
+        held.filter(|held| (held.0, held.1) == (self.t, superpixel)).for_each(|held| reasons.restrict(&held.2));
         let node = superpixels[..self.t].iter().map(|s| s.count).sum::<usize>() + superpixel as usize;
         let said = |by: &[f32]| by.get(node).copied().unwrap_or(0.0);
         let runner_up =
@@ -234,7 +234,7 @@ impl Asked<'_> {
             cluster: reasons.label,
             weight: reasons.lambda,
             evidence: Evidence { background: said(&ground.cues), looks: said(&ground.evidence) - said(&ground.cues) },
-            costs: (0..reasons.own.len() as u32).map(cost).collect(),
+            costs: (0..reasons.unary.len() as u32).map(cost).collect(),
             links: reasons.links.iter().map(link).collect(),
             voters: self.voters(&input, &reasons),
             nearest,
@@ -247,8 +247,8 @@ impl Asked<'_> {
         }
     }
 
-    fn cost(&self, reasons: &Reasons, cluster: u32) -> LabelCost {
-        let own = reasons.own[cluster as usize];
+    fn cost(&self, reasons: &SuperpixelTerms, cluster: u32) -> LabelCost {
+        let own = reasons.unary[cluster as usize];
         let [trajectories, colours, evidence, forbidden] =
             [own.trajectories, own.colours, own.evidence, own.forbidden].map(|steps| units(steps.into()));
         let total = units(reasons.cost(cluster));
@@ -274,17 +274,17 @@ impl Asked<'_> {
         if label == self.outputs.label_of(cluster) { Source::Superpixel } else { Source::Border }
     }
 
-    fn voters(&self, input: &CutInput, reasons: &Reasons) -> Vec<Voter> {
+    fn voters(&self, input: &CutInput, reasons: &SuperpixelTerms) -> Vec<Voter> {
         let (sx, sy) = (self.clip.scale.x(), self.clip.scale.y());
         let to_input = |v: f32, s: f64| ((f64::from(v) + 0.5) * s - 0.5) as f32;
         let voter = |&i: &u32| {
             let ((x, y), cluster) = (input.tracks.at(i as usize, self.t).unwrap_or_default(), input.label[i as usize]);
-            let known = (cluster as usize) < reasons.own.len();
+            let known = (cluster as usize) < reasons.unary.len();
             Voter {
                 x: to_input(x, sx),
                 y: to_input(y, sy),
                 cluster: known.then_some(cluster),
-                stranger: cluster == STRANGER,
+                stranger: cluster == OUTLIER,
             }
         };
         reasons.voters.iter().map(voter).collect()

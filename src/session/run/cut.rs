@@ -9,7 +9,7 @@ use super::work::{StageWork, Turn};
 use crate::Error;
 use crate::background::{ReprojectionErrors, ReprojectionInput, SegmentedTracks};
 use crate::classify::{Observations, classify_clusters, cluster_penalties};
-use crate::cut::{CutInput, CutParams, GabrielCut, Region, add_appearance, pixel_of};
+use crate::cut::{CutInput, CutParams, GabrielCut, Region, add_appearance, pixel_index};
 use crate::evidence::EvidenceInput;
 use crate::objects::{Objects, find_objects, number_objects};
 use crate::order::{pair, sort_by_key};
@@ -163,7 +163,7 @@ impl Moving {
         if !is_more && self.rounds > 0 {
             let labels = self.moves.labels().labels;
             self.evidence = self.terms.evidence_with(outputs, &labels, clip);
-            self.moves.begin_again(&self.terms.input(outputs, &self.evidence), &clip.params.cut);
+            self.moves.restart(&self.terms.input(outputs, &self.evidence), &clip.params.cut);
             (self.made, self.rounds) = (done, self.rounds - 1);
         }
         Turn { is_last, ..turn }
@@ -212,7 +212,7 @@ impl Recut {
     /// The energy of the part that is cut anew.
     fn cut(&self, input: &CutInput, params: &CutParams) -> GabrielCut {
         let CutRegion { open, held } = self.region(input.superpixels);
-        GabrielCut::within(input, params, &Region { present: &self.present, open: &open, held: &held })
+        GabrielCut::of_region(input, params, &Region { current: &self.present, open: &open, constraints: &held })
     }
 
     /// Which clusters can be given and taken, and which superpixels are held.
@@ -233,7 +233,7 @@ impl Recut {
         for held in &self.held {
             let Some(cluster) = self.objects.of_cluster.iter().position(|&l| l == held.label) else { continue };
             for (i, x, y) in tracks.alive(held.t) {
-                if held.pixels.binary_search(&(pixel_of(size, x, y) as u32)).is_ok() {
+                if held.pixels.binary_search(&(pixel_index(size, x, y) as u32)).is_ok() {
                     label[i] = cluster as u32;
                 }
             }

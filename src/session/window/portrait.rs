@@ -37,7 +37,7 @@ pub(crate) fn portraits(
             let Some((_, portrait)) = found.iter_mut().find(|(own, _)| *own == label) else { continue };
             let at = |v: f32, side: usize| ((v + 0.5).max(0.0) as usize).min(side - 1);
             let pixel = 3 * (at(y, h) * w + at(x, w));
-            portrait.colours.add(&Colour::of(&frame.rgb()[pixel..pixel + 3]).corners(), 1.0);
+            portrait.colours.add(&Colour::from_rgb(&frame.rgb()[pixel..pixel + 3]).corners(), 1.0);
             let sum = &mut sums[label];
             *sum = (sum.0 + x / w as f32, sum.1 + y / h as f32, sum.2 + 1.0);
         }
@@ -55,7 +55,7 @@ impl Portrait {
     /// How alike two are, at most 1: by their colours, and a little by how near they are.
     pub(super) fn resemblance(&self, other: &Self) -> f32 {
         let (x, y) = (self.place.0 - other.place.0, self.place.1 - other.place.1);
-        self.colours.likeness(&other.colours) - NEARNESS * (x * x + y * y).sqrt()
+        self.colours.similarity(&other.colours) - NEARNESS * (x * x + y * y).sqrt()
     }
 }
 
