@@ -226,6 +226,7 @@ fn combine(
 ) -> BoundaryMap {
     let beside = weight * BESIDE_PB;
     let sums = std::array::from_fn(|k| pb[k].iter().zip(&d[k]).map(|(s, d)| s + beside * d).collect());
-    let logistic = Logistic { slope: PB_LOGISTIC.slope / (1.0 + weight * FLATTER), centre: PB_LOGISTIC.centre + weight * HIGHER };
+    let logistic =
+        Logistic { slope: PB_LOGISTIC.slope / (1.0 + weight * FLATTER), centre: PB_LOGISTIC.centre + weight * HIGHER };
     boundaries_from_strengths(&sums, size, logistic)
 }

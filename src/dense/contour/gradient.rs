@@ -168,7 +168,8 @@ pub(crate) fn mean_along_boundary(plane: &[f32], width: usize, normal: Normal, s
     let height = plane.len() / width;
     let weights = ALONG_OFFSETS_PX.map(|s| libm::expf(-0.5 * s * s / (ALONG_SIGMA_PX * ALONG_SIGMA_PX)));
     let total: f32 = weights.iter().sum();
-    let steps = ALONG_OFFSETS_PX.map(|s| s * scale).map(|s| (libm::roundf(-ny * s) as isize, libm::roundf(nx * s) as isize));
+    let steps =
+        ALONG_OFFSETS_PX.map(|s| s * scale).map(|s| (libm::roundf(-ny * s) as isize, libm::roundf(nx * s) as isize));
     let margin = 6;
     let mut padded = Vec::new();
     let mut out = vec![0.0; plane.len()];

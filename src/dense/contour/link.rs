@@ -158,8 +158,9 @@ impl LineMap {
                 continue;
             }
             let (distance, k) = self.to_border(p);
-            let path: Vec<usize> =
-                std::iter::successors(Some(self.neighbour(p, k)), |&q| Some(self.neighbour(q, k))).take(distance).collect();
+            let path: Vec<usize> = std::iter::successors(Some(self.neighbour(p, k)), |&q| Some(self.neighbour(q, k)))
+                .take(distance)
+                .collect();
             if distance <= MAX_BORDER_GAP_PX && !path.iter().any(|&q| self.on[q]) {
                 for q in path {
                     self.on[q] = true;

@@ -33,7 +33,12 @@ pub fn add_appearance(
 }
 
 /// Log-odds of object against background by the colour of each superpixel, frame by frame; 0 far from objects.
-fn appearance_log_odds(superpixels: &[Superpixels], frames: &[Frame], labels: &[Vec<u32>], is_object: &[bool]) -> Vec<f32> {
+fn appearance_log_odds(
+    superpixels: &[Superpixels],
+    frames: &[Frame],
+    labels: &[Vec<u32>],
+    is_object: &[bool],
+) -> Vec<f32> {
     let count = superpixels.iter().map(|s| s.count).sum();
     let Some(mut colours) = ClipColours::new(superpixels, frames, 2) else { return vec![0.0; count] };
     let mut is_near: Vec<bool> = Vec::with_capacity(count);
@@ -161,7 +166,8 @@ mod tests {
         let (superpixels, frame) = columns([200, 200, 200, 40, 40, 40, 40, 40, 200, 200]);
         // In the first frame the object was cut too small.
         let labels = [vec![1, 1, 0, 0, 0, 0, 0, 0, 0, 0], vec![1, 1, 1, 0, 0, 0, 0, 0, 0, 0]];
-        let found = appearance_log_odds(&[superpixels.clone(), superpixels], &[frame.clone(), frame], &labels, &[false, true]);
+        let found =
+            appearance_log_odds(&[superpixels.clone(), superpixels], &[frame.clone(), frame], &labels, &[false, true]);
         assert!(found[2] > 0.5 && found[13] < -1.0, "{found:?}");
         assert_eq!(found[3..10], [0.0; 7]);
     }
@@ -170,7 +176,8 @@ mod tests {
     fn background_unlike_the_object_has_negative_log_odds() {
         let (superpixels, frame) = columns([200, 200, 40, 40, 40, 40, 40, 40, 40, 40]);
         let labels = [vec![1, 1, 1, 0, 0, 0, 0, 0, 0, 0], vec![1, 1, 1, 0, 0, 0, 0, 0, 0, 0]];
-        let found = appearance_log_odds(&[superpixels.clone(), superpixels], &[frame.clone(), frame], &labels, &[false, true]);
+        let found =
+            appearance_log_odds(&[superpixels.clone(), superpixels], &[frame.clone(), frame], &labels, &[false, true]);
         assert_eq!(found.len(), 20);
         assert!(found[0] > 1.0 && found[3] < 0.0 && found[2] < 0.0, "{found:?}");
     }

@@ -67,16 +67,16 @@ impl GabrielCut {
     /// Computes the energy, the longest of all steps.
     pub(crate) fn new(input: &CutInput, params: &CutParams) -> Self {
         let nodes = Nodes::new(input);
-        let problem = terms::energy_of_nodes(input, params, &nodes);
+        let problem = energy(input, params, &nodes);
         let start = terms::initial_labels(&problem);
         Self { expansion: Expansion::new(problem, start), nodes, counts: counts(input), part: None }
     }
 
     /// Cuts a part of the clip, starting from the labels there.
     pub(crate) fn of_region(input: &CutInput, params: &CutParams, region: &Region) -> Self {
-        let (part, problem) = Part::new(input, params, region);
-        let start = part.initial_labels();
         let nodes = Nodes::new(input);
+        let (part, problem) = Part::new(&energy(input, params, &nodes), region);
+        let start = part.initial_labels();
         Self { expansion: Expansion::new(problem, start), nodes, counts: counts(input), part: Some(part) }
     }
 
@@ -155,14 +155,13 @@ struct Part {
 }
 
 impl Part {
-    fn new(input: &CutInput, params: &CutParams, region: &Region) -> (Self, Potts) {
-        let clip = energy(input, params);
+    fn new(clip: &Potts, region: &Region) -> (Self, Potts) {
         let is_open = |label: u32| region.open.get(label as usize) == Some(&true);
         let mut clip_labels = region.current.concat();
         clip_labels.resize(clip.num_nodes, 0);
         let nodes: Vec<u32> = (0..clip.num_nodes as u32).filter(|&p| is_open(clip_labels[p as usize])).collect();
         let labels: Vec<u32> = (0..clip.num_labels as u32).filter(|&l| is_open(l)).collect();
-        let mut problem = restrict(&clip, &nodes, &labels);
+        let mut problem = restrict(clip, &nodes, &labels);
         let mut base = vec![0];
         for frame in region.current {
             base.push(base[base.len() - 1] + frame.len() as u32);
@@ -186,7 +185,7 @@ impl Part {
         self.nodes.iter().map(label).collect()
     }
 
-    /// Converts labels of the part to those of the whole clip.
+    /// Extends labels of the part to the whole clip.
     fn labels_of_clip(&self, part_labels: &[u32]) -> Vec<u32> {
         let mut clip_labels = self.clip_labels.clone();
         for (&p, &l) in self.nodes.iter().zip(part_labels) {

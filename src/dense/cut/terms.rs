@@ -22,12 +22,7 @@ const MIN_RELATIVE_LENGTH: f32 = 0.05;
 const MAX_RELATIVE_LENGTH: f32 = 4.0;
 
 /// Computes the energy that the cut minimizes.
-pub(super) fn energy(input: &CutInput, params: &CutParams) -> Potts {
-    energy_of_nodes(input, params, &Nodes::new(input))
-}
-
-/// Same as [`energy`], with the nodes of the input.
-pub(super) fn energy_of_nodes(input: &CutInput, params: &CutParams, nodes: &Nodes) -> Potts {
+pub(super) fn energy(input: &CutInput, params: &CutParams, nodes: &Nodes) -> Potts {
     let mut problem = Potts {
         num_nodes: nodes.num_nodes(),
         num_labels: input.num_labels,
@@ -384,7 +379,7 @@ impl SuperpixelTerms {
         let costs = first..first + input.num_labels;
         let (trajectory_costs, lambda) = trajectory_costs(input, params, &nodes);
         let (votes, outliers) = count_votes(input, &nodes);
-        let problem = energy(input, params);
+        let problem = energy(input, params, &nodes);
         let has_lambda = lambda[node as usize] > 0.0;
         let unary = |(&cost, &by_trajectories): (&i32, &i32)| UnaryCost {
             trajectories: if has_lambda { by_trajectories } else { 0 },
@@ -434,8 +429,7 @@ impl SuperpixelTerms {
         let by_tracks = |cost: UnaryCost| i64::from(cost.trajectories) + i64::from(cost.colours);
         let rest = (self.cost(label) - by_tracks(target)) - (self.cost(self.label) - by_tracks(current));
         let units = |steps: i64| steps as f64 / f64::from(STEPS_PER_UNIT) / f64::from(params.unary_weight);
-        let total =
-            self.votes.iter().sum::<u32>() as f64 + f64::from(params.outlier_weight) * f64::from(self.outliers);
+        let total = self.votes.iter().sum::<u32>() as f64 + f64::from(params.outlier_weight) * f64::from(self.outliers);
         let lead = units(i64::from(target.trajectories) - i64::from(current.trajectories)) * total;
         // With n more of them the costs differ by (lead − n) / (total + n), which is above −1.
         let needed = (lead + units(rest) * total) / (1.0 - units(rest));
@@ -478,7 +472,7 @@ fn links(problem: &Potts, nodes: &Nodes, cut: &CutLabels, node: u32, common: &[u
 /// Margin of each superpixel's label: the least cost of a label of another kind above the current one's, all other
 /// superpixels fixed. In units of cost, frame by frame; `kind` has one for each label.
 pub(crate) fn margins(input: &CutInput, params: &CutParams, cut: &CutLabels, kind: &[u8]) -> Vec<f32> {
-    let Potts { mut unary, edges, weights, num_labels, .. } = energy(input, params);
+    let Potts { mut unary, edges, weights, num_labels, .. } = energy(input, params, &Nodes::new(input));
     let label = cut.labels.concat();
     for (&(p, q), &weight) in edges.iter().zip(&weights) {
         for (node, neighbour) in [(p, q), (q, p)] {

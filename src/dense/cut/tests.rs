@@ -29,6 +29,10 @@ fn input<'a>(superpixels: &'a [Superpixels], tracks: &'a Trajectories, label: &'
     CutInput { superpixels, tracks, label, num_labels: n, objects: &[], evidence: &[] }
 }
 
+fn energy(input: &CutInput, params: &CutParams) -> Potts {
+    super::energy(input, params, &Nodes::new(input))
+}
+
 fn units(cost: f64) -> i32 {
     (cost * 65536.0).round() as i32
 }

@@ -332,7 +332,7 @@ impl Regions {
         }
     }
 
-    /// Cost of merging a region with that of a link, as an integer of the same order. As in Ward's clustering
+    /// Cost of merging a region with its neighbour at a link, as an integer of the same order. As in Ward's clustering
     /// ("Hierarchical Grouping to Optimize an Objective Function", 1963) the areas count, so that no region stays very
     /// small; the mean Pb replaces the squared difference of the means.
     fn cost(&self, region: u32, link: &RegionLink) -> u32 {

@@ -150,7 +150,8 @@ fn random_segments(rng: &mut Rng, width: usize, height: usize, num_points: usize
     let mut lines: Vec<(u32, u32)> = Vec::new();
     for _ in 0..2 * num_points {
         let (a, b) = (rng.below(num_points) as u32, rng.below(num_points) as u32);
-        let near = (units(a).0 - units(b).0).abs() < 12 * UNITS_PER_PX && (units(a).1 - units(b).1).abs() < 12 * UNITS_PER_PX;
+        let near =
+            (units(a).0 - units(b).0).abs() < 12 * UNITS_PER_PX && (units(a).1 - units(b).1).abs() < 12 * UNITS_PER_PX;
         let free = lines.iter().all(|&(c, d)| !cross_properly(units(a), units(b), units(c), units(d)));
         if a < b && near && free && !lines.contains(&(a, b)) {
             lines.push((a, b));

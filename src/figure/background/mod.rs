@@ -50,7 +50,7 @@ use crate::image::{Frame, Plane};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 use plate::{Plate, UNKNOWN_DISTANCE, reduce};
-use reprojection::{ErrorSums, is_compared};
+use reprojection::is_compared;
 
 crate::params! {
     /// The background.
@@ -84,6 +84,8 @@ const MIN_MOVER_PX: f32 = 7.0;
 const OUTLIER_FACTOR: f32 = 4.0;
 /// Least mean squared reprojection error of the scene, in grey levels squared.
 const MIN_SCENE_ERROR_SQ: f32 = 100.0;
+/// Reprojection error that is as likely noise as evidence, in grey levels.
+const NOISE_ERROR: f32 = 10.0;
 /// Part of the prior against objects that is waived where all trajectories are objects'.
 const PRIOR_RELIEF: f32 = 0.5;
 /// Weight of a cluster's penalty in the superpixels of its trajectories.
@@ -308,6 +310,43 @@ impl MovingScene {
     }
 }
 
+/// Sums of squared errors over some pixels, and their number.
+#[derive(Debug, Clone, Copy, Default)]
+struct ErrorSums {
+    scene: u64,
+    object: u64,
+    pixels: u64,
+}
+
+impl ErrorSums {
+    fn new([scene, object, pixels]: [u64; 3]) -> Self {
+        Self { scene, object, pixels }
+    }
+
+    fn add(&mut self, [scene, object]: [u8; 2]) {
+        let [scene, object] = [scene, object].map(u64::from);
+        (self.scene, self.object) = (self.scene + scene * scene, self.object + object * object);
+        self.pixels += 1;
+    }
+
+    /// Returns how surely the pixels are not the scene's, from -1 to 1; 0 at a mean squared error of `threshold`.
+    fn outlier_score(&self, threshold: f32) -> f32 {
+        let error_sq = self.mean_sq_scene();
+        (error_sq - threshold) / (error_sq + threshold)
+    }
+
+    /// Mean squared error by the scene's motion, in grey levels squared.
+    fn mean_sq_scene(&self) -> f32 {
+        self.scene as f32 / self.pixels.max(1) as f32
+    }
+
+    /// Compares both motions: -1 if only the scene's explains the pixels, 0 if both do alike, 1 if only the objects' does.
+    fn object_score(&self) -> f32 {
+        let [scene, object, pixels] = [self.scene, self.object, self.pixels].map(|v| v as f32);
+        (scene - object) / (scene + object + NOISE_ERROR * NOISE_ERROR * pixels).max(1.0)
+    }
+}
+
 /// Marks the pixels of each reduced frame that are within `radius` of a moving trajectory, in pixels of the frame.
 fn mover_masks(pictures: &[Picture], step: usize, tracks: &Trajectories, radius: f32) -> Vec<Plane<bool>> {
     let mut masks: Vec<_> = pictures.iter().map(|p| Plane::filled(p.width(), p.height(), false)).collect();
@@ -402,7 +441,7 @@ fn subtract_penalties(
     }
 }
 
-/// Share of objects' trajectories among those of frame `t` in each superpixel.
+/// Share of objects' trajectories in each superpixel of frame `t`.
 fn object_shares(superpixels: &Superpixels, t: usize, segmented: SegmentedTracks<'_>) -> Vec<f32> {
     let share = |i: usize| Some(if segmented.is_object_track(i)? { 1.0 } else { 0.0 });
     superpixel_means(superpixels, t, segmented, share)

@@ -25,7 +25,7 @@ pub(crate) type Picture = Plane<[u8; 3]>;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Plate {
     colour: Picture,
-    /// Largest variance of the noise in 3×3 pixels, plus that of the whole clip, in grey levels squared.
+    /// Largest variance of the noise in 3×3 pixels, plus the variance of the whole clip, in grey levels squared.
     variance: Plane<f32>,
     /// `true` where enough frames show the scene.
     is_known: Plane<bool>,

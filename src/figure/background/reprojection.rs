@@ -15,8 +15,6 @@ use crate::image::Plane;
 const REFERENCE_OFFSETS_FRAMES: [usize; 3] = [3, 9, 17];
 /// Quantile of the differences over the reference frames that is the error. Chosen by eye.
 const ERROR_QUANTILE: f32 = 0.35;
-/// Error that is as likely noise as evidence, in grey levels. Chosen by eye.
-const NOISE_ERROR: f32 = 10.0;
 /// Fewest points to know the objects' motion by. Chosen by eye.
 const MIN_OBJECT_POINTS: usize = 3;
 
@@ -102,43 +100,6 @@ fn first_compared_column(y: usize) -> usize {
 /// Returns `true` for pixels that are compared with other frames.
 pub(super) fn is_compared(x: usize, y: usize) -> bool {
     x % 2 == first_compared_column(y)
-}
-
-/// Sums of squared errors over some pixels, and their number.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct ErrorSums {
-    scene: u64,
-    object: u64,
-    pixels: u64,
-}
-
-impl ErrorSums {
-    pub(super) fn new([scene, object, pixels]: [u64; 3]) -> Self {
-        Self { scene, object, pixels }
-    }
-
-    pub(super) fn add(&mut self, [scene, object]: [u8; 2]) {
-        let [scene, object] = [scene, object].map(u64::from);
-        (self.scene, self.object) = (self.scene + scene * scene, self.object + object * object);
-        self.pixels += 1;
-    }
-
-    /// Returns how surely the pixels are not the scene's, from -1 to 1; 0 at a mean squared error of `threshold`.
-    pub(super) fn outlier_score(&self, threshold: f32) -> f32 {
-        let error_sq = self.mean_sq_scene();
-        (error_sq - threshold) / (error_sq + threshold)
-    }
-
-    /// Mean squared error by the scene's motion, in grey levels squared.
-    pub(super) fn mean_sq_scene(&self) -> f32 {
-        self.scene as f32 / self.pixels.max(1) as f32
-    }
-
-    /// Compares both motions: -1 if only the scene's explains the pixels, 0 if both do alike, 1 if only the objects' does.
-    pub(super) fn object_score(&self) -> f32 {
-        let [scene, object, pixels] = [self.scene, self.object, self.pixels].map(|v| v as f32);
-        (scene - object) / (scene + object + NOISE_ERROR * NOISE_ERROR * pixels).max(1.0)
-    }
 }
 
 /// Difference of a pixel that is outside of the reference frame.

@@ -29,7 +29,7 @@ const MIN_GROUND_OFFSET_PX: f64 = 8.0;
 const FIRST_SLOPE: f64 = 3e-4;
 const SLOPE_FACTOR: f64 = 1.1;
 const NUM_SLOPES: usize = 62;
-/// Largest factor between the ground's inverse depth and that of its points.
+/// Largest factor between the inverse depths of the ground and of its points.
 const GROUND_TOLERANCE: f64 = 1.2;
 /// Side of the cells in which the ground is counted, and their least number.
 const GROUND_CELL_PX: f64 = 16.0;

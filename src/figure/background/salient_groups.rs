@@ -6,7 +6,7 @@
 //! objects without clusters. Cost: O(points · neighbours). It fails where noise of the flow is salient and coherent.
 
 use super::segmented::ObjectClusters;
-use crate::cut::{UNKNOWN, VOTE_MOTION_PX, propagate_labels, motion_difference_sq};
+use crate::cut::{UNKNOWN, VOTE_MOTION_PX, motion_difference_sq, propagate_labels};
 use crate::discretize::Clusters;
 use crate::grid::Grid;
 use crate::objects::find_objects_above;

@@ -41,7 +41,7 @@ const MAX_OFF_LINE_PX: f64 = 0.3;
 const MAX_OFF_LINE_RATIO: f64 = 0.1;
 /// Share of the points that must surely leave the focus.
 const MIN_OUTWARD_SHARE: f64 = 0.5;
-/// They must be in so many of the eight octants around the focus, this many points in each.
+/// Least number of the eight octants around the focus that have such points, and of points in each.
 const MIN_OCTANTS: usize = 4;
 const MIN_OCTANT_POINTS: usize = 5;
 /// Least distance of the focus from the frame border, as a part of the frame's side.

@@ -38,7 +38,7 @@ const PAIR_SPAN_FRAMES: usize = 6;
 const BLUR_SIGMA_PX: f32 = 0.7;
 /// Least gradient of an edge, in grey levels a pixel.
 const MIN_EDGE_GRADIENT: f32 = 4.0;
-/// Share of the pixels, those of the steepest gradients, that may be edges.
+/// Largest share of the pixels that are edges: the steepest gradients.
 const MAX_EDGE_SHARE: f64 = 0.2;
 /// Largest difference of gradients that agree, as a part of the first.
 const MAX_GRADIENT_CHANGE: f32 = 0.5;

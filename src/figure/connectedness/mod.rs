@@ -2,7 +2,7 @@
 //! of the foreground are different objects.
 //!
 //! In: trajectories, their Delaunay graphs, the foreground. Out: the components of the foreground in each frame, and the
-//! affinities without those of separated trajectories.
+//! affinities between trajectories that are not separated.
 //!
 //! 1. In each frame, foreground trajectories are connected along the short edges of the Delaunay graph between two of them,
 //!    so that background between two agents separates them. Very small components are left out.
@@ -98,7 +98,7 @@ impl Separation {
     }
 }
 
-/// Removes the affinities of separated pairs; with [`ConnectednessMode::ForegroundOnly`] also those of the background. Returns
+/// Removes the affinities of separated pairs; with [`ConnectednessMode::ForegroundOnly`] also the background's. Returns
 /// the remaining affinities and the number of removed pairs, or `None` if nothing changes.
 ///
 /// # Examples

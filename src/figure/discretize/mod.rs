@@ -3,8 +3,7 @@
 //! In: the embedding, the trajectories with their motion ([`EvidenceInput`]), and the discontinuities between neighbours.
 //! Out: one label per trajectory.
 //!
-//! 1. Eigenvector rotation (Yu and Shi 2003) into as many clusters as there are eigenvectors: an over-segmentation
-//!    (`rotation`).
+//! 1. Eigenvector rotation (Yu and Shi 2003) into a cluster for each eigenvector: an over-segmentation (`rotation`).
 //! 2. Clusters that are likely one object are merged ([`crate::evidence`]).
 //!    Both steps run for five numbers of clusters, from all eigenvectors down to half of them, and the clustering that is
 //!    nearest to the others is kept (`median`): one that depends on a single eigenvector is not.

@@ -119,7 +119,7 @@ pub(crate) fn cluster_pairs(label: &[u32], input: &EvidenceInput) -> Vec<Cluster
         .collect()
 }
 
-/// Statistics of a cluster's motion; those of two clusters add up.
+/// Statistics of a cluster's motion, additive over clusters.
 #[derive(Debug, Clone)]
 struct ClusterSums {
     /// Number of trajectories.
@@ -216,7 +216,7 @@ type Vector = (f64, f64);
 /// Ridge on the slopes of an affine motion, as a part of the weights, for points on a line. Chosen by eye.
 const AFFINE_RIDGE: f64 = 1e-3;
 
-/// Normal equations of the best affine motion of a set of velocities; those of two sets add up.
+/// Normal equations of the best affine motion of a set of velocities, additive over sets.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct AffineSums {
     /// Number of points.

@@ -1,4 +1,4 @@
-//! Saliency of trajectories from that of their points, alone and in the context of the embedding (section 3).
+//! Saliency of trajectories, by their points and in the context of the embedding (section 3).
 
 use super::params::{Neighborhood, SaliencyParams};
 use crate::discontinuity::Discontinuities;

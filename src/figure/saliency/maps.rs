@@ -14,7 +14,7 @@ const RANGE_QUANTILE: f64 = 0.99;
 /// Least end of the last bin, in pixels a frame. Lower makes smaller motions salient, and noise. Chosen by eye.
 const MIN_RANGE_PX: f64 = 2.0;
 
-/// Resolution of the histogram of magnitudes, as that of stored flow.
+/// Resolution of the histogram of magnitudes, the same as in stored flow.
 const COUNTS_PER_PX: f32 = 64.0;
 
 /// Bins of that histogram: 256 pixels; the last bin has all larger magnitudes.
@@ -98,7 +98,7 @@ impl SaliencyMaps {
     }
 
     /// Computes the saliency of each pixel of frame `t` from its flow, in `0.0..=1.0`. Windows are evaluated on a reduced
-    /// map, but each pixel is looked up by its own bin, so that outlines are those of the flow.
+    /// map, but each pixel is looked up by its own bin, so that outlines follow the flow.
     pub fn map(&self, t: usize, flow: &FlowField) -> Plane<f32> {
         self.map_of_field(t, flow)
     }

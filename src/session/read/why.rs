@@ -2,7 +2,7 @@
 
 use super::results::missing_frame;
 use crate::Error;
-use crate::cut::{CutInput, Link, SuperpixelTerms, STEPS_PER_UNIT, OUTLIER};
+use crate::cut::{CutInput, Link, OUTLIER, STEPS_PER_UNIT, SuperpixelTerms};
 use crate::session::base::{Outputs, Stage};
 use crate::session::run::{Clip, Session};
 use serde::{Serialize, Serializer};

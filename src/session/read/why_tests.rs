@@ -136,7 +136,7 @@ fn what_is_behind_the_terms_agrees_with_the_other_results() {
 
 #[test]
 fn the_votes_that_flip_do_flip_and_one_less_does_not() {
-    use crate::cut::{CutParams, UnaryCost, SuperpixelTerms};
+    use crate::cut::{CutParams, SuperpixelTerms, UnaryCost};
     let unit = STEPS_PER_UNIT;
     // Six trajectories of label 0 and two of label 1, and half a unit of evidence against label 1.
     let own = |trajectories, evidence| UnaryCost { trajectories, evidence, ..UnaryCost::default() };

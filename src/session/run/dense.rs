@@ -90,8 +90,9 @@ pub(crate) fn camera_of(
 ) -> Option<Camera> {
     let motions = outputs.salient.as_ref()?.maps.motions();
     let tracks = &outputs.tracked.tracks;
-    let forward =
-        (settings.enabled && settings.rigid_scene).then(|| ForwardMotion::estimate_with(tracks, egomotion_of)).flatten();
+    let forward = (settings.enabled && settings.rigid_scene)
+        .then(|| ForwardMotion::estimate_with(tracks, egomotion_of))
+        .flatten();
     Some(Camera::new(motions, frames, forward))
 }
 
