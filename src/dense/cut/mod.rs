@@ -60,7 +60,7 @@ pub(crate) struct GabrielCut {
     /// Number of superpixels in each frame.
     counts: Vec<usize>,
     /// The part of the clip that is cut; `None` for all of it.
-    part: Option<Part>,
+    part: Option<CutPart>,
 }
 
 impl GabrielCut {
@@ -75,7 +75,7 @@ impl GabrielCut {
     /// Cuts a part of the clip, starting from the labels there.
     pub(crate) fn of_region(input: &CutInput, params: &CutParams, region: &Region) -> Self {
         let nodes = Nodes::new(input);
-        let (part, problem) = Part::new(&energy(input, params, &nodes), region);
+        let (part, problem) = CutPart::new(&energy(input, params, &nodes), region);
         let start = part.initial_labels();
         Self { expansion: Expansion::new(problem, start), nodes, counts: counts(input), part: Some(part) }
     }
@@ -146,7 +146,7 @@ pub(crate) struct Region<'a> {
 
 /// The part of a problem that is cut again.
 #[derive(Debug, Clone)]
-struct Part {
+struct CutPart {
     /// The current label of every node of the clip.
     clip_labels: Vec<u32>,
     /// Nodes and labels of the clip that take part, both increasing.
@@ -154,7 +154,7 @@ struct Part {
     labels: Vec<u32>,
 }
 
-impl Part {
+impl CutPart {
     fn new(clip: &Potts, region: &Region) -> (Self, Potts) {
         let is_open = |label: u32| region.open.get(label as usize) == Some(&true);
         let mut clip_labels = region.current.concat();
@@ -232,13 +232,13 @@ fn counts(input: &CutInput) -> Vec<usize> {
 /// ```
 /// use tracecut::cut::{CutInput, CutParams, gabriel_cut, paint};
 /// use tracecut::image::Plane;
-/// use tracecut::superpixel::{Border, Superpixels};
+/// use tracecut::superpixel::{SuperpixelBorder, Superpixels};
 /// use tracecut::trajectory::Trajectories;
 ///
 /// let rows = ["001122", "001122", "001122"];
 /// let label = Plane::from_fn(6, 3, |x, y| u32::from(rows[y].as_bytes()[x] - b'0'));
 /// // A weak border between 0 and 1, a strong one between 1 and 2.
-/// let border = |a: u32, pb: f32| Border { a, b: a + 1, length: 3.0, pb };
+/// let border = |a: u32, pb: f32| SuperpixelBorder { a, b: a + 1, length: 3.0, pb };
 /// let mut superpixels = [Superpixels::from(&label)];
 /// superpixels[0].borders = vec![border(0, 0.01), border(1, 0.9)];
 /// let mut tracks = Trajectories::empty(1, (6, 3));

@@ -2,7 +2,7 @@
 
 use super::terms::ambiguous_shares;
 use super::*;
-use crate::superpixel::Border;
+use crate::superpixel::SuperpixelBorder;
 use crate::trajectory::Trajectories;
 
 const WIDTH: usize = 12;
@@ -10,7 +10,7 @@ const HEIGHT: usize = 4;
 
 /// Three superpixels of 4 x 4 pixels side by side.
 fn thirds() -> Superpixels {
-    let border = |a, pb| Border { a, b: a + 1, length: 4.0, pb };
+    let border = |a, pb| SuperpixelBorder { a, b: a + 1, length: 4.0, pb };
     let mut thirds = Superpixels::from(&Plane::from_fn(WIDTH, HEIGHT, |x, _| (x / 4) as u32));
     thirds.borders = vec![border(0, 0.0), border(1, 0.06)];
     thirds

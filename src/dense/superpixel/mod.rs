@@ -36,7 +36,7 @@ crate::params! {
 
 /// The common border of two superpixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Border {
+pub struct SuperpixelBorder {
     /// The superpixel with the smaller number.
     pub a: u32,
     /// The one with the larger number.
@@ -58,13 +58,13 @@ pub struct Superpixels {
     /// Number of superpixels.
     pub count: usize,
     /// Common borders of neighbouring superpixels.
-    pub borders: Vec<Border>,
+    pub borders: Vec<SuperpixelBorder>,
     /// The triangulation's edges, for drawing.
     pub edges: Vec<Edge>,
 }
 
 impl Superpixels {
-    pub(crate) fn new(runs: Runs<u32>, borders: Vec<Border>, edges: Vec<Edge>) -> Self {
+    pub(crate) fn new(runs: Runs<u32>, borders: Vec<SuperpixelBorder>, edges: Vec<Edge>) -> Self {
         let count = runs.ends().iter().fold(0, |count, &(_, label)| count.max(label as usize + 1));
         Self { runs, count, borders, edges }
     }
@@ -229,7 +229,7 @@ fn partition(
         let [p, q] = side.faces.map(|f| numbers[regions.find(f) as usize]);
         let edge = &mut edges[side.edge];
         if p != q {
-            parts.push(Border { a: p.min(q), b: p.max(q), length, pb });
+            parts.push(SuperpixelBorder { a: p.min(q), b: p.max(q), length, pb });
         } else {
             edge.kind = EdgeKind::Deleted;
         }
@@ -254,13 +254,13 @@ fn number_regions(regions: &mut Regions, label: &mut Plane<u32>, num_faces: usiz
 }
 
 /// Sums up the parts of each pair's border.
-fn sum_borders(mut parts: Vec<Border>) -> Vec<Border> {
+fn sum_borders(mut parts: Vec<SuperpixelBorder>) -> Vec<SuperpixelBorder> {
     order::sort_by_key(&mut parts, |p| order::pair(p.a, p.b));
     let mut borders = Vec::with_capacity(parts.len());
     for group in parts.chunk_by(|p, q| (p.a, p.b) == (q.a, q.b)) {
         let length: f32 = group.iter().map(|p| p.length).sum();
         let strength: f32 = group.iter().map(|p| p.length * p.pb).sum();
-        borders.push(Border { length, pb: strength / length, ..group[0] });
+        borders.push(SuperpixelBorder { length, pb: strength / length, ..group[0] });
     }
     borders
 }

@@ -73,7 +73,7 @@ fn a_contour_across_the_image_separates_its_sides() {
     // Pixels on the line go to its right.
     assert_eq!(s.label(), Plane::from_fn(40, 30, |x, _| u32::from(x >= 17)));
     assert_eq!(s.borders.len(), 1);
-    let Border { length, pb, .. } = s.borders[0];
+    let SuperpixelBorder { length, pb, .. } = s.borders[0];
     assert!((length - 30.0).abs() < 1e-3 && (pb - 0.5).abs() < 1e-6, "length {length}, pb {pb}");
 }
 

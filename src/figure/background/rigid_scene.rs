@@ -65,11 +65,11 @@ pub(crate) fn segment_rigid_scene(
     max_edge: f32,
 ) -> ObjectClusters {
     let is_moving = moving_tracks(motion, tracks.len());
-    let grouping = Grouping { tracks, max_edge, pixel: (1.0 / motion.scale.factor) as f32 };
+    let rules = GroupRules { tracks, max_edge, pixel: (1.0 / motion.scale.factor) as f32 };
     let mut label = vec![0; tracks.len()];
     let mut count = 0;
-    for members in grouping.groups(neighborhoods, &is_moving) {
-        if members.len() >= MIN_TRACKS && !grouping.is_carrier(&members) {
+    for members in rules.groups(neighborhoods, &is_moving) {
+        if members.len() >= MIN_TRACKS && !rules.is_carrier(&members) {
             count += 1;
             members.iter().for_each(|&i| label[i] = count);
         }
@@ -178,7 +178,7 @@ impl PairMotion<'_> {
 }
 
 /// Rules by which moving tracks form objects.
-struct Grouping<'a> {
+struct GroupRules<'a> {
     tracks: &'a Trajectories,
     /// Longest edge between trajectories of one object, in pixels.
     max_edge: f32,
@@ -186,7 +186,7 @@ struct Grouping<'a> {
     pixel: f32,
 }
 
-impl Grouping<'_> {
+impl GroupRules<'_> {
     /// Connected groups of moving tracks that are neighbours and move alike.
     fn groups(&self, neighborhoods: &Neighborhoods, is_moving: &[bool]) -> Vec<Vec<usize>> {
         let num_tracks = self.tracks.len();

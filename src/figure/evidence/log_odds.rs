@@ -280,17 +280,17 @@ const SEPARATED_LOG_ODDS: f64 = -3.0;
 /// Merges clusters of one object: repeatedly the likeliest pair of neighbours, while its log-odds exceed the threshold.
 /// Unlabelled trajectories stay so.
 pub(crate) fn merge_by_evidence(label: &mut [u32], input: &EvidenceInput, threshold: f64) {
-    let mut merging = Merging::new(label, input, threshold);
-    while let Some((p, q)) = merging.likeliest_pair() {
-        merging.merge(p, q);
+    let mut state = MergeState::new(label, input, threshold);
+    while let Some((p, q)) = state.likeliest_pair() {
+        state.merge(p, q);
     }
     for l in label.iter_mut().filter(|l| **l != UNLABELLED) {
-        *l = merging.merged_into[*l as usize];
+        *l = state.merged_into[*l as usize];
     }
 }
 
 /// State of the greedy merging; the pair `p < q` has the index `p * count + q`.
-struct Merging {
+struct MergeState {
     count: usize,
     threshold: f64,
     num_tracks: f64,
@@ -302,7 +302,7 @@ struct Merging {
     merged_into: Vec<u32>,
 }
 
-impl Merging {
+impl MergeState {
     fn new(label: &[u32], input: &EvidenceInput, threshold: f64) -> Self {
         let count = num_clusters(label);
         let sums = ClusterSums::new(label, count, input);
@@ -310,9 +310,9 @@ impl Merging {
         let border = ClusterBorder::between_clusters(label, count, input);
         let score = vec![f64::NEG_INFINITY; border.len()];
         let merged_into = (0..count as u32).collect();
-        let mut merging = Self { count, threshold, num_tracks, sums, border, score, merged_into };
-        (0..count).for_each(|p| merging.update_scores(p));
-        merging
+        let mut state = Self { count, threshold, num_tracks, sums, border, score, merged_into };
+        (0..count).for_each(|p| state.update_scores(p));
+        state
     }
 
     fn index(&self, p: usize, q: usize) -> usize {

@@ -18,7 +18,7 @@ use crate::discretize::NormalizedRows;
 use crate::flow::FlowField;
 use crate::image::{Frame, Plane, Runs};
 use crate::saliency::SaliencyQuery;
-use crate::superpixel::{Border, Edge, EdgeKind, Superpixels};
+use crate::superpixel::{Edge, EdgeKind, SuperpixelBorder, Superpixels};
 use crate::trajectory::Trajectories;
 
 /// Words before the contents.
@@ -127,7 +127,7 @@ impl Made {
                 let mut words = id.head(width, height);
                 words.extend([runs.len() as u32, found.borders.len() as u32]);
                 words.extend(runs.iter().flat_map(|&(end, label)| [end, label]));
-                for Border { a, b, length, pb } in &found.borders {
+                for SuperpixelBorder { a, b, length, pb } in &found.borders {
                     words.extend([*a, *b, length.to_bits(), pb.to_bits()]);
                 }
                 for Edge { from, to, kind } in &found.edges {
@@ -190,7 +190,7 @@ impl Made {
                 let runs = Runs::from_vec(width, height, runs.collect())?;
                 runs.ends().iter().all(|&(_, label)| label < num_runs).then_some(())?;
                 let borders = reader.take(4 * num_borders as usize)?.chunks_exact(4);
-                let border = |w: &[u32]| Border { a: w[0], b: w[1], length: float(w[2]), pb: float(w[3]) };
+                let border = |w: &[u32]| SuperpixelBorder { a: w[0], b: w[1], length: float(w[2]), pb: float(w[3]) };
                 let edge = |w: &[u32]| {
                     let kind = [EdgeKind::Constraint, EdgeKind::Frame, EdgeKind::Gabriel, EdgeKind::Deleted]
                         .get(w[4] as usize)?;
