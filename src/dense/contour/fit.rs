@@ -193,17 +193,17 @@ mod tests {
 
     fn segments(thin: Plane<f32>) -> Segments {
         let (width, height) = (thin.width() as f32, thin.height() as f32);
-        let found = contour_segments(&BoundaryMap { pb: thin.clone(), thin }, &ContourParams::default());
-        check(&found, width, height);
-        found
+        let segments = contour_segments(&BoundaryMap { pb: thin.clone(), thin }, &ContourParams::default());
+        check(&segments, width, height);
+        segments
     }
 
     /// The law of [`Segments`], pair by pair.
-    fn check(found: &Segments, width: f32, height: f32) {
-        let p = |i: u32| found.points[i as usize];
-        for (i, &(x, y)) in found.points.iter().enumerate() {
+    fn check(segments: &Segments, width: f32, height: f32) {
+        let p = |i: u32| segments.points[i as usize];
+        for (i, &(x, y)) in segments.points.iter().enumerate() {
             assert!((-0.5..=width - 0.5).contains(&x) && (-0.5..=height - 0.5).contains(&y), "({x}, {y})");
-            assert!(!found.points[..i].contains(&(x, y)), "({x}, {y}) twice");
+            assert!(!segments.points[..i].contains(&(x, y)), "({x}, {y}) twice");
         }
         // Coordinates are halves below 2^14, so that these products are exact.
         let cross = |a: (f32, f32), b: (f32, f32), c: (f32, f32)| {
@@ -215,9 +215,9 @@ mod tests {
             cross(a, b, q) == 0.0 && within(q.0, a.0, b.0) && within(q.1, a.1, b.1)
         };
         let side = |a, b, c| cross(a, b, c).partial_cmp(&0.0).map_or(0, |o| o as i32);
-        for (i, &(a, b)) in found.lines.iter().enumerate() {
-            assert!(a != b && a.max(b) < found.points.len() as u32);
-            for &(c, d) in &found.lines[..i] {
+        for (i, &(a, b)) in segments.lines.iter().enumerate() {
+            assert!(a != b && a.max(b) < segments.points.len() as u32);
+            for &(c, d) in &segments.lines[..i] {
                 assert!((c, d) != (a, b) && (d, c) != (a, b), "a line twice");
                 let [e, f, g, h] = [a, b, c, d].map(p);
                 let through = side(e, f, g) * side(e, f, h) < 0 && side(g, h, e) * side(g, h, f) < 0;
@@ -243,9 +243,9 @@ mod tests {
     #[test]
     fn a_straight_ridge_becomes_one_line_from_border_to_border() {
         // It ends three pixels before the border on one side and has a gap of one pixel.
-        let found = segments(Plane::from_fn(40, 30, |x, y| if x == 11 && y > 2 && y != 14 { 0.5 } else { 0.0 }));
-        assert_eq!(found.points, [(11.0, -0.5), (11.0, 29.5)]);
-        assert_eq!(found.lines, [(0, 1)]);
+        let segments = segments(Plane::from_fn(40, 30, |x, y| if x == 11 && y > 2 && y != 14 { 0.5 } else { 0.0 }));
+        assert_eq!(segments.points, [(11.0, -0.5), (11.0, 29.5)]);
+        assert_eq!(segments.lines, [(0, 1)]);
     }
 
     #[test]
@@ -266,18 +266,18 @@ mod tests {
             let (dx, dy) = (x as f32 - 40.0, y as f32 - 40.0);
             ((dx * dx + dy * dy).sqrt() - 25.0).abs() < 0.6
         };
-        let found = segments(Plane::from_fn(80, 80, |x, y| if on_ring(x, y) { 0.5 } else { 0.0 }));
-        assert_eq!(found.lines.len(), found.points.len());
-        assert!((6..=16).contains(&found.lines.len()), "{} lines", found.lines.len());
-        for i in 0..found.points.len() as u32 {
-            assert_eq!(found.lines.iter().filter(|&&(a, b)| a == i || b == i).count(), 2);
+        let segments = segments(Plane::from_fn(80, 80, |x, y| if on_ring(x, y) { 0.5 } else { 0.0 }));
+        assert_eq!(segments.lines.len(), segments.points.len());
+        assert!((6..=16).contains(&segments.lines.len()), "{} lines", segments.lines.len());
+        for i in 0..segments.points.len() as u32 {
+            assert_eq!(segments.lines.iter().filter(|&&(a, b)| a == i || b == i).count(), 2);
         }
     }
 
     #[test]
     fn an_open_ended_crossing_keeps_its_four_arms() {
-        let found = segments(Plane::from_fn(61, 61, |x, y| if x == 30 || y == 30 { 0.5 } else { 0.0 }));
-        assert_eq!(found.points.len(), 5, "{found:?}");
-        assert_eq!(found.lines.len(), 4);
+        let segments = segments(Plane::from_fn(61, 61, |x, y| if x == 30 || y == 30 { 0.5 } else { 0.0 }));
+        assert_eq!(segments.points.len(), 5, "{segments:?}");
+        assert_eq!(segments.lines.len(), 4);
     }
 }

@@ -486,8 +486,8 @@ mod tests {
         let rgb = vec![255, 255, 255, 0, 0, 0, 255, 0, 0, 0, 0, 255];
         let [l, a, b] = lab(&Frame::from_rgb(rgb, 4, 1).unwrap());
         for (i, expected) in expected.iter().enumerate() {
-            let found = [100.0 * l[i], 80.0 * a[i] - 40.0, 80.0 * b[i] - 40.0];
-            assert!(found.iter().zip(expected).all(|(f, e)| (f - e).abs() < 0.3), "{found:?} for {expected:?}");
+            let values = [100.0 * l[i], 80.0 * a[i] - 40.0, 80.0 * b[i] - 40.0];
+            assert!(values.iter().zip(expected).all(|(f, e)| (f - e).abs() < 0.3), "{values:?} for {expected:?}");
         }
     }
 

@@ -166,20 +166,20 @@ mod tests {
         let (superpixels, frame) = columns([200, 200, 200, 40, 40, 40, 40, 40, 200, 200]);
         // In the first frame the object was cut too small.
         let labels = [vec![1, 1, 0, 0, 0, 0, 0, 0, 0, 0], vec![1, 1, 1, 0, 0, 0, 0, 0, 0, 0]];
-        let found =
+        let log_odds =
             appearance_log_odds(&[superpixels.clone(), superpixels], &[frame.clone(), frame], &labels, &[false, true]);
-        assert!(found[2] > 0.5 && found[13] < -1.0, "{found:?}");
-        assert_eq!(found[3..10], [0.0; 7]);
+        assert!(log_odds[2] > 0.5 && log_odds[13] < -1.0, "{log_odds:?}");
+        assert_eq!(log_odds[3..10], [0.0; 7]);
     }
 
     #[test]
     fn background_unlike_the_object_has_negative_log_odds() {
         let (superpixels, frame) = columns([200, 200, 40, 40, 40, 40, 40, 40, 40, 40]);
         let labels = [vec![1, 1, 1, 0, 0, 0, 0, 0, 0, 0], vec![1, 1, 1, 0, 0, 0, 0, 0, 0, 0]];
-        let found =
+        let log_odds =
             appearance_log_odds(&[superpixels.clone(), superpixels], &[frame.clone(), frame], &labels, &[false, true]);
-        assert_eq!(found.len(), 20);
-        assert!(found[0] > 1.0 && found[3] < 0.0 && found[2] < 0.0, "{found:?}");
+        assert_eq!(log_odds.len(), 20);
+        assert!(log_odds[0] > 1.0 && log_odds[3] < 0.0 && log_odds[2] < 0.0, "{log_odds:?}");
     }
 
     #[test]
@@ -198,7 +198,7 @@ mod tests {
             let label = Plane::from_fn(40, 30, |x, y| (x / 4 + y / 3 * 10) as u32);
             let superpixels = Superpixels::from(&label);
             let object: Vec<bool> = (0..100).map(|_| rng.below(30) == 0).collect();
-            let found = near_objects(&superpixels, &object);
+            let is_marked = near_objects(&superpixels, &object);
             let places = || (0..40 * 30).map(|i| (i % 40, i / 40));
             for s in 0..100_u32 {
                 let is_inside = |&(x, y): &(usize, usize)| label[(x, y)] == s;
@@ -206,7 +206,7 @@ mod tests {
                 let is_near = places()
                     .filter(is_inside)
                     .any(|(x, y)| places().filter(of_object).any(|(a, b)| x.abs_diff(a) <= 4 && y.abs_diff(b) <= 4));
-                assert_eq!(found[s as usize], is_near);
+                assert_eq!(is_marked[s as usize], is_near);
             }
         }
     }

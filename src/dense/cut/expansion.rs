@@ -246,10 +246,10 @@ mod tests {
             let problem = random_problem(&mut rng, n, labels, edges);
             let best = best_of_all(&problem);
             let least = problem.energy(&best);
-            let found = problem.energy(&Expansion::new(problem.clone(), problem.cheapest()).finish());
+            let energy = problem.energy(&Expansion::new(problem.clone(), problem.cheapest()).finish());
             let pairwise = least - (0..n).map(|p| problem.cost(p, best[p])).sum::<i64>();
-            assert!(found <= least + pairwise, "{found} above the bound of {least} + {pairwise}");
-            optimal += usize::from(found == least);
+            assert!(energy <= least + pairwise, "{energy} above the bound of {least} + {pairwise}");
+            optimal += usize::from(energy == least);
         }
         assert!(optimal >= 195, "{optimal} of 200 are optimal");
     }
@@ -297,8 +297,8 @@ mod tests {
         assert_eq!(Expansion::new(tie, vec![1, 1]).finish(), [0, 0]);
         let single = Potts { num_nodes: 3, num_labels: 1, unary: vec![1, 2, 3], ..Potts::default() };
         assert_eq!(Expansion::new(single.clone(), single.cheapest()).finish(), [0, 0, 0]);
-        let none = Potts { num_nodes: 2, ..Potts::default() };
-        assert_eq!(Expansion::new(none.clone(), none.cheapest()).finish(), [0, 0]);
+        let unlabelled = Potts { num_nodes: 2, ..Potts::default() };
+        assert_eq!(Expansion::new(unlabelled.clone(), unlabelled.cheapest()).finish(), [0, 0]);
         assert!(Expansion::new(Potts::default(), Vec::new()).finish().is_empty());
     }
 }

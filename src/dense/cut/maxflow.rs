@@ -364,7 +364,7 @@ mod tests {
             }
         }
 
-        /// What the cut costs that has exactly the nodes of `sink_side` with the sink.
+        /// Cost of the cut with exactly the nodes of `sink_side` on the sink's side.
         fn cut(&self, sink_side: impl Fn(usize) -> bool) -> i64 {
             let terminal = |(i, &excess): (usize, &i64)| if sink_side(i) { excess.max(0) } else { (-excess).max(0) };
             let ends = |e: usize| (sink_side(self.edges[e].0 as usize), sink_side(self.edges[e].1 as usize));
@@ -381,14 +381,14 @@ mod tests {
         fn naive_flow(&self) -> i64 {
             let n = self.terminals.len();
             let (source, sink) = (n, n + 1);
-            let mut left = vec![vec![0_i64; n + 2]; n + 2];
+            let mut residual = vec![vec![0_i64; n + 2]; n + 2];
             for (i, &excess) in self.terminals.iter().enumerate() {
-                left[source][i] = excess.max(0);
-                left[i][sink] = (-excess).max(0);
+                residual[source][i] = excess.max(0);
+                residual[i][sink] = (-excess).max(0);
             }
             for (&(a, b), &(along, back)) in self.edges.iter().zip(&self.capacities) {
-                left[a as usize][b as usize] += i64::from(along);
-                left[b as usize][a as usize] += i64::from(back);
+                residual[a as usize][b as usize] += i64::from(along);
+                residual[b as usize][a as usize] += i64::from(back);
             }
             let mut flow = 0;
             loop {
@@ -396,7 +396,7 @@ mod tests {
                 let mut queue = VecDeque::from([source]);
                 while let Some(i) = queue.pop_front() {
                     for j in 0..n + 2 {
-                        if left[i][j] > 0 && parent[j] == usize::MAX && j != source {
+                        if residual[i][j] > 0 && parent[j] == usize::MAX && j != source {
                             parent[j] = i;
                             queue.push_back(j);
                         }
@@ -406,16 +406,16 @@ mod tests {
                     return flow;
                 }
                 let way = || std::iter::successors(Some(sink), |&j| (parent[j] != source).then(|| parent[j]));
-                let amount = way().map(|j| left[parent[j]][j]).min().unwrap();
+                let amount = way().map(|j| residual[parent[j]][j]).min().unwrap();
                 for j in way() {
-                    left[parent[j]][j] -= amount;
-                    left[j][parent[j]] += amount;
+                    residual[parent[j]][j] -= amount;
+                    residual[j][parent[j]] += amount;
                 }
                 flow += amount;
             }
         }
 
-        /// Conservation, capacities, and that the cut found costs what flows.
+        /// Checks conservation, capacities, and that the cut costs as much as the flow.
         fn check(&self, network: &Network, flow: i64) {
             let mut outgoing = vec![0_i64; self.terminals.len()];
             for (e, (&(a, b), &(along, back))) in self.edges.iter().zip(&self.capacities).enumerate() {

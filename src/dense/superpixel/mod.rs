@@ -53,7 +53,7 @@ pub struct SuperpixelBorder {
 /// `borders` are sorted by `(a, b)`, `a < b`, each pair once.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Superpixels {
-    /// The superpixel of each pixel: less than a quarter of what a plane holds.
+    /// The superpixel of each pixel, in less than a quarter of the memory of a plane.
     runs: Runs<u32>,
     /// Number of superpixels.
     pub count: usize,

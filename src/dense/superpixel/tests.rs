@@ -4,7 +4,7 @@ use super::gabriel::{Point, UNITS_PER_PX};
 use super::*;
 use crate::rng::Rng;
 
-/// Checks what [`Superpixels`] promises.
+/// Checks the law of [`Superpixels`].
 fn check(s: &Superpixels, width: usize, height: usize) {
     let labels = s.label();
     assert_eq!((labels.width(), labels.height()), (width, height));
@@ -123,7 +123,7 @@ fn cross(a: Point, b: Point, c: Point) -> i128 {
     i128::from(b.0 - a.0) * i128::from(c.1 - a.1) - i128::from(b.1 - a.1) * i128::from(c.0 - a.0)
 }
 
-/// Whether two lines cross inside both.
+/// Returns `true` if two lines cross inside both.
 fn cross_properly(a: Point, b: Point, c: Point, d: Point) -> bool {
     let side = |p, q, r| cross(p, q, r).signum();
     side(a, b, c) * side(a, b, d) < 0 && side(c, d, a) * side(c, d, b) < 0
@@ -184,7 +184,7 @@ fn check_triangulation(graph: &Graph, segments: &Segments, width: usize, height:
     }
 }
 
-/// What an edge becomes, by trying every point: it goes if one inside the circle around it sees both of its ends.
+/// Classifies an edge by trying every point: it is deleted if one inside its diametral circle sees both of its ends.
 fn naive_kind(graph: &Graph, segments: &Segments, ends: [u32; 2], on_hull: bool) -> EdgeKind {
     let p = |i: u32| graph.points[i as usize];
     let [a, b] = ends.map(p);

@@ -78,7 +78,7 @@ crate::params! {
 
 /// Longest side of the reduced frames. Higher is slower.
 const MAX_SIDE_PX: usize = 320;
-/// Least distance between the ends of a trajectory that surely moves: swaying things come back.
+/// Least distance between the ends of a trajectory that surely moves: swaying leaves come back.
 const MIN_MOVER_PX: f32 = 7.0;
 /// Factor on the scene's mean squared reprojection error above which pixels are outliers.
 const OUTLIER_FACTOR: f32 = 4.0;
@@ -566,8 +566,8 @@ mod tests {
         let inside = |x: usize, y: usize| (24..48).contains(&x) && (20..44).contains(&y);
         let plane = Plane::from_fn(96, 64, |x, y| u32::from(inside(x, y)));
         let superpixels = vec![Superpixels::from(&plane); 10];
-        let found = background.evidence(&superpixels, &[], segmented, &[], &params);
-        assert!(found[8] < -1.0 && found[9] > 1.0, "{found:?}");
+        let evidence = background.evidence(&superpixels, &[], segmented, &[], &params);
+        assert!(evidence[8] < -1.0 && evidence[9] > 1.0, "{evidence:?}");
     }
 
     #[test]
@@ -592,15 +592,15 @@ mod tests {
         let mut background = Background::new(&pan_frames(), Camera::panning(-2.0, 10), &tracks, 1.0);
         let segmented = SegmentedTracks { tracks: &tracks, label: &label, is_object: &[false, false] };
         background.compute_reprojection_errors(segmented);
-        let found = background.evidence(&vec![halves(); 10], &[], segmented, &[], &params);
-        assert_eq!(found, vec![0.0; 30]);
+        let evidence = background.evidence(&vec![halves(); 10], &[], segmented, &[], &params);
+        assert_eq!(evidence, vec![0.0; 30]);
     }
 
     #[test]
     fn log_odds_rise_with_the_cue_and_are_zero_if_unknown() {
         assert_eq!(CUE_RESPONSE.log_odds(UNKNOWN_CUE), 0.0);
-        let found: Vec<f32> = (0..=20).map(|k| CUE_RESPONSE.log_odds(k as f32 / 20.0)).collect();
-        assert!(found.is_sorted() && found[0] < 0.0 && found[20] == CUE_RESPONSE.max_log_odds, "{found:?}");
+        let log_odds: Vec<f32> = (0..=20).map(|k| CUE_RESPONSE.log_odds(k as f32 / 20.0)).collect();
+        assert!(log_odds.is_sorted() && log_odds[0] < 0.0 && log_odds[20] == CUE_RESPONSE.max_log_odds, "{log_odds:?}");
     }
 
     #[test]
@@ -614,10 +614,10 @@ mod tests {
         let label: Vec<u32> = (0..10).map(|i| i % 2).collect();
         let superpixels = vec![halves(); 10];
         let segmented = SegmentedTracks { tracks: &tracks, label: &label, is_object: &[true, false] };
-        let found = background.evidence(&superpixels, &[], segmented, &[], &BackgroundParams::default());
-        assert_eq!(found.len(), 30);
+        let evidence = background.evidence(&superpixels, &[], segmented, &[], &BackgroundParams::default());
+        assert_eq!(evidence.len(), 30);
         // In the first frame the square is on the left, in the last on the right; above there is nothing at any time.
-        assert!(found[0] < 0.0 && found[27] < 0.0, "{found:?}");
-        assert!(found[2] > found[1] && found[28] > found[29], "{found:?}");
+        assert!(evidence[0] < 0.0 && evidence[27] < 0.0, "{evidence:?}");
+        assert!(evidence[2] > evidence[1] && evidence[28] > evidence[29], "{evidence:?}");
     }
 }

@@ -184,9 +184,9 @@ mod tests {
         let mut rng = Rng::for_stage(5, "median");
         for n in 1..60 {
             let mut values: Vec<u8> = (0..n).map(|_| rng.below(if n % 3 == 0 { 4 } else { 256 }) as u8).collect();
-            let found = median(&values);
+            let value = median(&values);
             values.sort_unstable();
-            assert_eq!(found, values[n / 2], "{values:?}");
+            assert_eq!(value, values[n / 2], "{values:?}");
         }
     }
 
@@ -235,8 +235,8 @@ mod tests {
             for y in 0..SIZE.1 {
                 for x in 0..SIZE.0 {
                     let inside = (4 * t..4 * t + 8).contains(&x) && (10..18).contains(&y);
-                    let found = distance[(x, y)];
-                    assert!(if inside { found > 200 } else { found < 60 }, "{found} at {x}, {y} of frame {t}");
+                    let value = distance[(x, y)];
+                    assert!(if inside { value > 200 } else { value < 60 }, "{value} at {x}, {y} of frame {t}");
                 }
             }
         }

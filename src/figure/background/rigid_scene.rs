@@ -10,7 +10,7 @@
 //!
 //! Not in the paper. Lengths are in pixels of a frame whose longest side has 480 ([`FrameScale`]). Cost: O(points · slopes)
 //! for each pair of frames, and a search of the ground for points that seem near. **Limits.** Nothing is known at the
-//! height of the focus. What moves exactly as the scene at its place would counts as scene. What hangs below the height of
+//! height of the focus. An object that moves exactly as the scene at its place counts as scene. Whatever hangs below the height of
 //! the focus counts as an object.
 
 use super::segmented::ObjectClusters;

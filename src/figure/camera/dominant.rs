@@ -339,10 +339,14 @@ mod tests {
     }
 
     /// Largest error of a motion at the corners and the centre of the frame.
-    fn furthest(found: &DominantMotion, (width, height): (f64, f64), truth: impl Fn(f64, f64) -> (f64, f64)) -> f64 {
+    fn max_error(
+        estimate: &DominantMotion,
+        (width, height): (f64, f64),
+        truth: impl Fn(f64, f64) -> (f64, f64),
+    ) -> f64 {
         [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height), (width / 2.0, height / 2.0)]
             .map(|(x, y)| {
-                let (a, b) = (found.at(x, y), truth(x, y));
+                let (a, b) = (estimate.at(x, y), truth(x, y));
                 (a.0 - b.0).abs().max((a.1 - b.1).abs())
             })
             .into_iter()
@@ -356,8 +360,8 @@ mod tests {
             let object = (x - 70.0).abs() < 50.0 && (y - 62.0).abs() < 38.0;
             if object { (6.0, 3.0) } else { ground(x, y) }
         });
-        let found = dominant_motion(&flow, &FIT, None);
-        assert!(furthest(&found, (160.0, 120.0), ground) < 0.02, "{found:?}");
+        let estimate = dominant_motion(&flow, &FIT, None);
+        assert!(max_error(&estimate, (160.0, 120.0), ground) < 0.02, "{estimate:?}");
     }
 
     #[test]
@@ -368,8 +372,8 @@ mod tests {
         };
         let flow = field(160, 120, ground);
         let error = |perspective| {
-            let found = dominant_motion(&flow, &MotionFit { perspective, ..FIT }, None);
-            furthest(&found, (160.0, 120.0), ground)
+            let estimate = dominant_motion(&flow, &MotionFit { perspective, ..FIT }, None);
+            max_error(&estimate, (160.0, 120.0), ground)
         };
         assert!(error(true) < 0.02, "{}", error(true));
         assert!(error(false) > 0.3, "{}", error(false));
@@ -394,10 +398,10 @@ mod tests {
             for motion in [(0.0, 0.0), (5.0, -3.0)] {
                 for perspective in [false, true] {
                     let flow = field(width, height, |_, _| motion);
-                    let found = dominant_motion(&flow, &MotionFit { perspective, ..FIT }, None);
-                    let (u, v) = found.at(0.0, 0.0);
+                    let estimate = dominant_motion(&flow, &MotionFit { perspective, ..FIT }, None);
+                    let (u, v) = estimate.at(0.0, 0.0);
                     let error = (u - motion.0).abs().max((v - motion.1).abs());
-                    assert!(error < 1e-3, "{width} x {height}, {motion:?}: {found:?}");
+                    assert!(error < 1e-3, "{width} x {height}, {motion:?}: {estimate:?}");
                 }
             }
         }
@@ -406,9 +410,9 @@ mod tests {
     #[test]
     fn nan_flow_does_not_count() {
         let flow = field(60, 40, |x, y| if x < 20.0 { (f64::NAN, y) } else { (2.0, f64::from(u8::from(x > 1e9))) });
-        let found = dominant_motion(&flow, &FIT, None);
-        let (u, v) = found.at(30.0, 20.0);
-        assert!((u - 2.0).abs() < 1e-6 && v.abs() < 1e-6, "{found:?}");
+        let estimate = dominant_motion(&flow, &FIT, None);
+        let (u, v) = estimate.at(30.0, 20.0);
+        assert!((u - 2.0).abs() < 1e-6 && v.abs() < 1e-6, "{estimate:?}");
         let nothing = dominant_motion(&field(9, 9, |_, _| (f64::NAN, 0.0)), &FIT, None);
         assert_eq!(nothing.at(3.0, 3.0), (0.0, 0.0));
     }

@@ -351,8 +351,8 @@ mod tests {
 
     #[test]
     fn only_a_camera_that_goes_forward_has_forward_motion() {
-        let found = ForwardMotion::estimate(&tracks(0.2, 0.0)).unwrap();
-        assert!(found.pairs.iter().all(|pair| (pair.egomotion.focus.0 - 240.0).abs() < 5.0), "{found:?}");
+        let estimate = ForwardMotion::estimate(&tracks(0.2, 0.0)).unwrap();
+        assert!(estimate.pairs.iter().all(|pair| (pair.egomotion.focus.0 - 240.0).abs() < 5.0), "{estimate:?}");
         assert_eq!(ForwardMotion::estimate(&tracks(0.0, 0.2)), None);
         assert_eq!(ForwardMotion::estimate(&tracks(0.0, 0.0)), None);
         assert_eq!(ForwardMotion::estimate(&Trajectories::empty(20, (480, 270))), None);
@@ -381,9 +381,12 @@ mod tests {
             let mut motions = scene(rotation, seed);
             motions.iter_mut().step_by(5).for_each(|motion| (motion.u, motion.v) = (9.0 - 0.1 * motion.u, -4.0));
             let scale = FrameScale::new(SIZE);
-            let found = Egomotion::fit(&motions, scale).unwrap();
-            assert!((found.focus.0 - FOCUS.0).abs() < 4.0 && (found.focus.1 - FOCUS.1).abs() < 4.0, "{found:?}");
-            assert!(found.is_surely_forward(&motions, scale));
+            let estimate = Egomotion::fit(&motions, scale).unwrap();
+            assert!(
+                (estimate.focus.0 - FOCUS.0).abs() < 4.0 && (estimate.focus.1 - FOCUS.1).abs() < 4.0,
+                "{estimate:?}"
+            );
+            assert!(estimate.is_surely_forward(&motions, scale));
         }
     }
 
@@ -403,9 +406,9 @@ mod tests {
         for motion in &mut motions {
             (motion.u, motion.v) = (-rng.range(2.0, 20.0), 0.0);
         }
-        assert!(!Egomotion::fit(&motions, scale).is_some_and(|found| found.is_surely_forward(&motions, scale)));
+        assert!(!Egomotion::fit(&motions, scale).is_some_and(|estimate| estimate.is_surely_forward(&motions, scale)));
         motions.iter_mut().for_each(|motion| (motion.u, motion.v) = (-5.0, 2.0));
-        assert!(!Egomotion::fit(&motions, scale).is_some_and(|found| found.is_surely_forward(&motions, scale)));
+        assert!(!Egomotion::fit(&motions, scale).is_some_and(|estimate| estimate.is_surely_forward(&motions, scale)));
         assert_eq!(Egomotion::fit(&motions[..39], scale), None);
     }
 

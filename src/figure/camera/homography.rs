@@ -60,17 +60,17 @@ mod tests {
 
     const MAP: Homography = Homography([1.1, 0.1, 3.0, -0.05, 0.9, -2.0, 1e-4, -2e-4, 1.0]);
 
-    fn near(a: (f64, f64), b: (f64, f64)) -> bool {
+    fn is_near(a: (f64, f64), b: (f64, f64)) -> bool {
         (a.0 - b.0).abs() < 1e-9 && (a.1 - b.1).abs() < 1e-9
     }
 
     #[test]
     fn one_after_the_other_and_back() {
-        let other = Homography([0.8, 0.0, 1.0, 0.2, 1.2, 0.0, 0.0, 1e-3, 1.0]);
+        let second = Homography([0.8, 0.0, 1.0, 0.2, 1.2, 0.0, 0.0, 1e-3, 1.0]);
         for (x, y) in [(0.0, 0.0), (10.0, 5.0), (120.0, 90.0)] {
             let (u, v) = MAP.apply(x, y);
-            assert!(near(other.after(&MAP).apply(x, y), other.apply(u, v)));
-            assert!(near(MAP.inverse().apply(u, v), (x, y)));
+            assert!(is_near(second.after(&MAP).apply(x, y), second.apply(u, v)));
+            assert!(is_near(MAP.inverse().apply(u, v), (x, y)));
         }
         assert_eq!(Homography([0.0; 9]).inverse(), Homography::IDENTITY);
     }
@@ -80,7 +80,7 @@ mod tests {
         let small = MAP.rescaled(4.0);
         for (x, y) in [(0.0, 0.0), (7.0, 3.0)] {
             let (u, v) = MAP.apply(4.0 * x + 1.5, 4.0 * y + 1.5);
-            assert!(near(small.apply(x, y), ((u - 1.5) / 4.0, (v - 1.5) / 4.0)));
+            assert!(is_near(small.apply(x, y), ((u - 1.5) / 4.0, (v - 1.5) / 4.0)));
         }
     }
 }

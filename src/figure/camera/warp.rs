@@ -103,7 +103,7 @@ mod tests {
         let points = grid(|x, y| (if x < 48.0 { x + 4.0 } else { x }, y));
         let warp =
             Warp::new((96, 64), Homography::IDENTITY, points.into_iter().filter(|((x, _), _)| *x < 40.0 || *x > 56.0));
-        let by = |x: f32| warp.apply(x, 32.0).0 - x;
-        assert!(by(12.0) > 3.3 && by(90.0) < 0.5 && by(48.0) > by(90.0) && by(48.0) < by(12.0));
+        let shift = |x: f32| warp.apply(x, 32.0).0 - x;
+        assert!(shift(12.0) > 3.3 && shift(90.0) < 0.5 && shift(48.0) > shift(90.0) && shift(48.0) < shift(12.0));
     }
 }

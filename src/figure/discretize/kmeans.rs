@@ -181,8 +181,8 @@ mod tests {
     /// Four blobs of `each` rows, corners of a square of side 1, `spread` wide; row `i` belongs to blob `i % 4`.
     fn blobs(each: usize, spread: f64) -> Vec<Vec<f64>> {
         let mut rng = Rng::for_stage(11, "blobs");
-        let mut near = |v: f64| v + rng.range(-spread, spread);
-        (0..4 * each).map(|i| vec![near((i % 2) as f64), near((i / 2 % 2) as f64), 0.0, near(0.3)]).collect()
+        let mut around = |v: f64| v + rng.range(-spread, spread);
+        (0..4 * each).map(|i| vec![around((i % 2) as f64), around((i / 2 % 2) as f64), 0.0, around(0.3)]).collect()
     }
 
     #[test]
@@ -199,19 +199,19 @@ mod tests {
     fn eigenvectors_count_by_their_eigenvalues() {
         // Along the first axis the groups are 1 apart, along the second 1.2.
         let rows: Vec<Vec<f64>> = (0..40).map(|i| vec![f64::from(i % 2), 1.2 * f64::from(i / 2 % 2)]).collect();
-        let by =
+        let splits_along =
             |axis: i32| move |labels: &[u32]| (0..4).all(|i| (labels[0] == labels[i as usize]) == (i / axis % 2 == 0));
-        assert!(by(2)(&k_means(&embedding(&[1.0, 1.0], &rows), 2, 0)));
-        assert!(by(1)(&k_means(&embedding(&[1.0, 0.25], &rows), 2, 0)));
+        assert!(splits_along(2)(&k_means(&embedding(&[1.0, 1.0], &rows), 2, 0)));
+        assert!(splits_along(1)(&k_means(&embedding(&[1.0, 0.25], &rows), 2, 0)));
     }
 
     #[test]
     fn the_same_seed_gives_the_same_labels_and_only_leading_eigenvectors_count() {
         let noisy = embedding(&[1.0; 4], &blobs(25, 0.8));
         assert_eq!(k_means(&noisy, 4, 5), k_means(&noisy, 4, 5));
-        let mut other = noisy.clone();
-        other.vectors.iter_mut().skip(3).step_by(4).for_each(|v| *v *= 100.0);
-        assert_eq!(k_means(&noisy, 3, 5), k_means(&other, 3, 5));
+        let mut changed = noisy.clone();
+        changed.vectors.iter_mut().skip(3).step_by(4).for_each(|v| *v *= 100.0);
+        assert_eq!(k_means(&noisy, 3, 5), k_means(&changed, 3, 5));
     }
 
     #[test]

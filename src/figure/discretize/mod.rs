@@ -326,9 +326,9 @@ mod tests {
         links.neighborhoods.pairs.extend([(1, 3), (1, 4)]);
         spread_labels(&mut label, &links);
         assert_eq!(label, [1, 2, 2, 2, 2]);
-        let mut alone = vec![UNLABELLED];
-        spread_labels(&mut alone, &chain(&[]));
-        assert_eq!(alone, [0]);
+        let mut single = vec![UNLABELLED];
+        spread_labels(&mut single, &chain(&[]));
+        assert_eq!(single, [0]);
     }
 
     #[test]
@@ -341,10 +341,10 @@ mod tests {
         ] {
             for count in [CountRule::Eigenvalues, CountRule::Gap] {
                 let params = DiscretizeParams { method, count, ..DiscretizeParams::default() };
-                let (none, links, affinity) = (still(0, 3), chain(&[]), AffinityParams::default());
+                let (no_tracks, links, affinity) = (still(0, 3), chain(&[]), AffinityParams::default());
                 let clusters = discretize(
                     &Embedding::default(),
-                    &EvidenceInput::new(&none, &links, &affinity, None, None),
+                    &EvidenceInput::new(&no_tracks, &links, &affinity, None, None),
                     &params,
                     0,
                 );

@@ -549,12 +549,12 @@ mod tests {
 
     #[test]
     fn two_motions_gain_by_a_model_each() {
-        let (one, same) =
+        let (slow, slow_too) =
             (points([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.1, 1), points([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.1, 2));
-        let other = points([2.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.1, 3);
+        let faster = points([2.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.1, 3);
         let gain = |a: &AffineSums, b: &AffineSums| a.plus(b).residual() - a.residual() - b.residual();
-        assert!(gain(&one, &other) > 100.0 * gain(&one, &same).max(0.1));
-        assert!(gain(&one, &same) > -1e-6);
+        assert!(gain(&slow, &faster) > 100.0 * gain(&slow, &slow_too).max(0.1));
+        assert!(gain(&slow, &slow_too) > -1e-6);
         assert_eq!(AffineSums::default().residual(), 0.0);
     }
 
@@ -627,7 +627,7 @@ mod tests {
             assert!(value(border_share, Some(5.0)) > value(border_share, Some(0.2)));
         }
         assert!(value(1.1, Some(0.2)) < 0.0 && value(0.0, Some(5.0)) > 0.0);
-        // A piece of the scene in the middle of the frame; what is near in a scene of depth.
+        // A piece of the scene in the middle of the frame; a near part of a deep scene.
         assert!(value(0.6, Some(0.3)) < 0.0 && value(2.0, Some(9.0)) < 0.0);
         assert!(value(1.1, None) < 0.0 && value(0.0, None) > 0.0);
     }
@@ -635,7 +635,7 @@ mod tests {
     #[test]
     fn clusters_far_from_the_plate_are_objects() {
         let value = |plate_distance| ClusterCues::Still { plate_distance }.log_odds();
-        // Leaves sway over what looks like them. An object is like the plate in places.
+        // Swaying leaves look like the plate; an object does in places.
         assert!(value(0.02) < -1.5 && value(0.4) > 0.0);
     }
 }

@@ -272,15 +272,15 @@ fn the_fast_context_is_the_mean_over_all_pairs() {
         let params = SaliencyParams { form, ..SaliencyParams::default() };
         let fast = context_saliency(own.clone(), &embedding, &d, &params).in_context;
         for i in (0..n).step_by(97) {
-            let near = |j: &usize| {
+            let is_near = |j: &usize| {
                 let (a, b) = (embedding.row(i), embedding.row(*j));
                 let w: f64 = (0..dimensions).map(|k| embedding.eigenvalues[k] * a[k] * b[k]).sum();
                 let (d, e) = (density[i], density[*j]);
                 w > params.neighborhood * if form == Neighborhood::Max { d.max(e) } else { d.min(e) }
             };
-            let hood: Vec<usize> = (0..n).filter(near).collect();
-            let mean = hood.iter().map(|&j| f64::from(own[j])).sum::<f64>() / hood.len() as f64;
-            let expected = if hood.is_empty() { f64::from(own[i]) } else { mean };
+            let neighbourhood: Vec<usize> = (0..n).filter(is_near).collect();
+            let mean = neighbourhood.iter().map(|&j| f64::from(own[j])).sum::<f64>() / neighbourhood.len() as f64;
+            let expected = if neighbourhood.is_empty() { f64::from(own[i]) } else { mean };
             // A pair at the very bound may fall to either side of it.
             assert!((f64::from(fast[i]) - expected).abs() < 0.01, "{i}: {} not {expected}", fast[i]);
         }
