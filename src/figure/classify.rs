@@ -2,7 +2,7 @@
 
 use crate::background::{Background, BackgroundParams, ObjectClusters, SalientInput};
 use crate::background::{add_salient_objects, segment_rigid_scene};
-use crate::cut::{drop_unsalient_outliers, propagate_labels};
+use crate::cut::{OUTLIER, UNKNOWN, propagate_labels};
 use crate::discretize::Clusters;
 use crate::evidence::{ClusterCues, EvidenceInput, motion_contrasts};
 use crate::objects::cluster_cues;
@@ -37,8 +37,8 @@ pub struct Classification {
     pub clusters: Clusters,
     /// `true` for each cluster that is an object.
     pub is_object: Vec<bool>,
-    /// The cluster of each of the denser trajectories, [`UNKNOWN`](crate::cut::UNKNOWN) or
-    /// [`OUTLIER`](crate::cut::OUTLIER).
+    /// The cluster of each of the denser trajectories, [`UNKNOWN`] or
+    /// [`OUTLIER`].
     pub label: Vec<u32>,
     /// Log-odds against the cluster of each clustered trajectory, at least 0; empty if all are certain.
     pub penalties: Vec<f32>,
@@ -49,7 +49,12 @@ impl Observations<'_> {
     pub(crate) fn propagate_labels(&self, clusters: &Clusters) -> Vec<u32> {
         let count = clusters.count.max(1);
         let mut label = propagate_labels(self.denser, self.clustered.tracks, &clusters.label, count, self.vote_radius);
-        drop_unsalient_outliers(&mut label, self.saliency, self.saliency_threshold);
+        // Outliers that are not salient are errors of the flow.
+        for (label, &saliency) in label.iter_mut().zip(self.saliency) {
+            if *label == OUTLIER && f64::from(saliency) <= self.saliency_threshold {
+                *label = UNKNOWN;
+            }
+        }
         label
     }
 }

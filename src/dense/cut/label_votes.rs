@@ -89,16 +89,6 @@ pub fn propagate_labels(
     votes.chunks_exact(num_labels).zip(weights).map(|(votes, weight)| elect_label(votes, weight)).collect()
 }
 
-/// Makes outliers that are not salient [`UNKNOWN`]: they are errors of the flow. `saliency` has a number for each label, or
-/// none.
-pub fn drop_unsalient_outliers(label: &mut [u32], saliency: &[f32], threshold: f64) {
-    for (label, &saliency) in label.iter_mut().zip(saliency) {
-        if *label == OUTLIER && f64::from(saliency) <= threshold {
-            *label = UNKNOWN;
-        }
-    }
-}
-
 /// Returns `true` in the first, the middle and the last frame of trajectory `i`.
 fn takes_votes(tracks: &Trajectories, i: usize, t: usize) -> bool {
     let frames = tracks.frames(i);

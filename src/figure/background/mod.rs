@@ -9,7 +9,7 @@
 //! 2. A cluster's cue is the mean distance of its trajectories from the plate (`StillScene::plate_distances`), with a
 //!    fitted weight (`evidence`).
 //! 3. Each superpixel has two cues, its mean distance from the plate and the mean length of its flow; their log-odds rise
-//!    linearly up to a bound ([`CueResponse`]).
+//!    linearly up to a bound (`CueResponse`).
 //!
 //! **Moving camera.**
 //! 1. Every second pixel has two *reprojection errors* (`reprojection`): the colour difference to other frames if it moves
