@@ -45,7 +45,7 @@ pub(super) fn fit(chains: &Chains, tolerance: f32, max_length: f32) -> Segments 
         lines = lines.iter().flat_map(|&line| split_evenly(points, line, f64::from(2.0 * max_length))).collect();
     }
     untangle(points, &mut lines);
-    gather(points, &lines)
+    collect_segments(points, &lines)
 }
 
 /// Appends the lines of a chain in their order.
@@ -169,7 +169,7 @@ fn cross(a: Point, b: Point, c: Point) -> i64 {
 }
 
 /// Collects points and lines, each once.
-fn gather(points: &[Point], lines: &[ChainLine]) -> Segments {
+fn collect_segments(points: &[Point], lines: &[ChainLine]) -> Segments {
     let mut places: Vec<Point> = lines.iter().flat_map(|p| [points[p.from], points[p.to]]).collect();
     order::sort_by_key(&mut places, |&(x, y)| order::pair(order::signed(y), order::signed(x)));
     places.dedup();

@@ -169,7 +169,7 @@ impl Network {
         None
     }
 
-    fn wake(&mut self, i: u32) {
+    fn activate(&mut self, i: u32) {
         let node = &mut self.nodes[i as usize];
         if !node.active {
             node.active = true;
@@ -194,7 +194,7 @@ impl Network {
             if node.tree == Tree::Free {
                 node.tree = from.tree;
                 (node.parent, node.stamp, node.distance) = (sister, from.stamp, from.distance + 1);
-                self.wake(head);
+                self.activate(head);
             } else if node.tree != from.tree {
                 return Some((if from.tree == Tree::Source { a } else { sister }, a));
             } else if node.stamp <= from.stamp && node.distance > from.distance {
@@ -293,7 +293,7 @@ impl Network {
                 continue;
             }
             if self.is_open(a, tree) {
-                self.wake(j);
+                self.activate(j);
             }
             if node.parent < ORPHAN && self.arcs[node.parent as usize].head == i {
                 self.nodes[j as usize].parent = ORPHAN;

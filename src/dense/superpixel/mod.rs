@@ -214,6 +214,7 @@ fn partition(
     label.data().iter().for_each(|&f| area[f as usize] += 1);
     let mut edges: Vec<Edge> = graph.edges().collect();
     let sides = graph.sides();
+    // A fitted line lies beside its contour by up to the tolerance.
     let dilated = dilate3x3(thin);
     let lengths_and_pb: Vec<(f32, f32)> =
         sides.iter().map(|side| length_and_mean(&edges[side.edge], &dilated)).collect();
@@ -281,8 +282,8 @@ fn length_and_mean(edge: &Edge, plane: &Plane<f32>) -> (f32, f32) {
     (length, sum / samples as f32)
 }
 
-/// Largest value in the 3×3 pixels around each: a fitted line lies beside its contour by up to the tolerance.
-fn dilate3x3(plane: &Plane<f32>) -> Plane<f32> {
+/// Largest value in the 3×3 pixels around each.
+pub(crate) fn dilate3x3(plane: &Plane<f32>) -> Plane<f32> {
     let (width, height) = (plane.width(), plane.height());
     let mut across = plane.clone();
     for y in 0..height {

@@ -6,6 +6,7 @@
 
 use crate::image::{Frame, Plane};
 use crate::order;
+use crate::superpixel::dilate3x3;
 
 /// Most frames that the plate is made from. Chosen by eye.
 const MAX_SOURCES: usize = 25;
@@ -64,6 +65,7 @@ impl Plate {
             }
         }
         let clip_noise = order::nth(noise.data(), noise.data().len() / 2).max(MIN_NOISE);
+        // Beside small movers the plate is uncertain, too.
         let variance = dilate3x3(&noise).map(|n| n * n + clip_noise * clip_noise);
         Some(Self { colour, variance, is_known })
     }
@@ -160,15 +162,6 @@ fn median(values: &[u8]) -> u8 {
         let middle = low | 1_u8 << bit;
         let less = values.iter().filter(|&&v| v < middle).count();
         if less <= values.len() / 2 { middle } else { low }
-    })
-}
-
-/// Largest value of the 3×3 pixels around each: beside small movers the plate is uncertain, too.
-fn dilate3x3(plane: &Plane<f32>) -> Plane<f32> {
-    let window = |v: usize, side: usize| v.saturating_sub(1)..(v + 2).min(side);
-    Plane::from_fn(plane.width(), plane.height(), |x, y| {
-        let rows = window(y, plane.height()).map(|y| &plane.row(y)[window(x, plane.width())]);
-        rows.flatten().copied().fold(0.0, f32::max)
     })
 }
 

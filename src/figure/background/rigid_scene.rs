@@ -155,7 +155,7 @@ impl PairMotion<'_> {
         let is_visible = (radial.inverse_depth - expected).abs() * radial.radius > MIN_VISIBLE_PX;
         let is_farther = radial.inverse_depth < MAX_FAR_RATIO * expected;
         let is_nearer = radial.inverse_depth > MIN_NEAR_RATIO * expected;
-        is_visible && (is_farther || is_nearer && self.floats(k, slope))
+        is_visible && (is_farther || is_nearer && self.is_floating(k, slope))
     }
 
     /// Returns `true` if a point at this place that is farther than the ground would be noticed.
@@ -166,7 +166,7 @@ impl PairMotion<'_> {
     }
 
     /// Returns `true` if ground is visible that a thing standing on it at the depth of point `k` would hide.
-    fn floats(&self, k: usize, slope: f64) -> bool {
+    fn is_floating(&self, k: usize, slope: f64) -> bool {
         let (x, offset) = (self.pair.motions[k].1.x, self.pair.offset_below_focus(k));
         let foot = self.radial[k].inverse_depth / slope;
         let is_in_front = |j: usize| {

@@ -20,7 +20,7 @@ use crate::rng::Rng;
 const MAX_SAMPLES_PER_SIDE: usize = 40;
 
 /// Triples of samples that are tried: if objects fill 60 % of the frame, one in 16 lies on the scene, and with 150 the
-/// chance that none does is 1 in 10,000.
+/// chance that none does is below 1 in 10,000.
 const NUM_TRIPLES: usize = 150;
 
 /// Most rounds of reweighted least squares for each model. Chosen by eye.
