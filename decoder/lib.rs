@@ -1,6 +1,6 @@
 //! What goes in and comes out as files, for JavaScript: image files to pixels, masks to the size of their pictures, to
-//! run lengths, prompts and a table, strokes to the pixels that they cover; see `npm/worker/decode.js`, `enlarge.js` and
-//! `regions.js` of `npm/kit/edit`, and `coco.js`, `prompts.js` and `table.js` of `npm/kit/export`.
+//! run lengths, prompts and a table, strokes to the pixels that they cover; see `npm/worker/decode.ts`, `enlarge.ts` and
+//! `regions.ts` of `npm/kit/edit`, and `coco.ts`, `prompts.ts` and `table.ts` of `npm/kit/export`.
 //!
 //! It compiles these files of the library, a tenth of it, and not the library: nobody waits for that twice.
 

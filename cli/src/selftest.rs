@@ -1,4 +1,4 @@
-//! `selftest`: whether this machine computes what every other does. `npm/selftest/run.js` is the same program: same clips, same
+//! `selftest`: whether this machine computes what every other does. `npm/selftest/run.ts` is the same program: same clips, same
 //! bytes, same order.
 
 use crate::failure::{Failure, Result, print};

@@ -228,7 +228,7 @@ fn edges(list: &[Edge]) -> JsValue {
     ])
 }
 
-/// The numbers of `EdgeKind` in `npm/stages/image.js`.
+/// The numbers of `EdgeKind` in `npm/stages/image.ts`.
 fn kind_number(kind: EdgeKind) -> u8 {
     match kind {
         EdgeKind::Constraint => 0,

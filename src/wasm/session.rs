@@ -268,7 +268,7 @@ impl JsSession {
         self.0.object_confidence().map_err(|e| convert::to_js_error(&e))
     }
 
-    /// Why the pixel `x`, `y` of frame `t` has its label: an `Explanation` of `npm/session/result.js`.
+    /// Why the pixel `x`, `y` of frame `t` has its label: an `Explanation` of `npm/session/result.ts`.
     pub fn explain(&self, t: usize, x: usize, y: usize) -> Result<JsValue, JsValue> {
         let why = self.0.explain(t, x, y).map_err(|e| convert::to_js_error(&e))?;
         convert::to_js(&why)

@@ -1,4 +1,4 @@
-"""Finds the moving objects in a video, without a trained model and without a click.
+"""Finds the moving objects in a video, without a trained model and without clicks.
 
 >>> import tracecut
 >>> result = tracecut.segment(tracecut.synth.Scene("sample", 160, 90, frames=8), preset="fast")
