@@ -7,5 +7,5 @@ mod expansion;
 #[path = "../src/dense/cut/maxflow.rs"]
 mod maxflow;
 
-pub(crate) use colour::{Colour, Corners, Histogram, UNSEEN};
-pub(crate) use expansion::{Expansion, Potts, rounded};
+pub(crate) use colour::{Colour, Corners, Histogram, UNSEEN_SHARE};
+pub(crate) use expansion::{Expansion, Potts, to_steps};

@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use tracecut::contour::BoundaryMap;
 use tracecut::flow::FlowField;
 use tracecut::image::{Frame, Plane};
-use tracecut::superpixel::{Border, Edge, EdgeKind, Superpixels};
+use tracecut::superpixel::{Edge, EdgeKind, SuperpixelBorder, Superpixels};
 use tracecut::trajectory::Trajectories;
 
 /// Rows of values as a matrix, without a copy.
@@ -77,7 +77,7 @@ pub(crate) fn trajectories<'py>(py: Python<'py>, t: &Trajectories, numbers: &[u3
 pub(crate) fn superpixels<'py>(py: Python<'py>, s: &Superpixels) -> Result<Bound<'py, PyDict>> {
     let sides = s.borders.iter().flat_map(|b| [b.a, b.b]).collect();
     let ends = s.edges.iter().flat_map(|e| [e.from.0, e.from.1, e.to.0, e.to.1]).collect();
-    let column = |field: fn(&Border) -> f32| list(py, s.borders.iter().map(field).collect());
+    let column = |field: fn(&SuperpixelBorder) -> f32| list(py, s.borders.iter().map(field).collect());
     let fields = PyDict::new(py);
     fields.set_item("count", s.count)?;
     fields.set_item("label", plane(py, s.label()))?;

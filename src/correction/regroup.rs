@@ -1,6 +1,6 @@
 //! Clusters that agree with corrected labels.
 
-use crate::discretize::{Clusters, canonical};
+use crate::discretize::Clusters;
 use crate::trajectory::Trajectories;
 
 /// Clusters of one mask label each, and their relation to the clusters before.
@@ -22,7 +22,7 @@ pub(crate) fn regroup(
     label: &[u8],
 ) -> RegroupedClusters {
     let part = clusters.label.iter().zip(label).map(|(&c, &l)| c << 8 | u32::from(l)).collect();
-    let regrouped = canonical(tracks, part);
+    let regrouped = Clusters::from_labels(tracks, part);
     let mut of_cluster = vec![0; regrouped.count];
     // Whether the heir has another label, and its number: larger clusters have lower numbers.
     let mut heir = vec![(true, u32::MAX); clusters.count];

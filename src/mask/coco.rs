@@ -182,7 +182,7 @@ mod tests {
         }
     }
 
-    /// Known strings of pycocotools.
+    /// EvidenceInput strings of pycocotools.
     #[test]
     fn lengths_are_compressed_as_pycocotools_does() {
         for (counts, text) in

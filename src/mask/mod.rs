@@ -11,7 +11,7 @@ mod prompts;
 mod refine;
 mod table;
 
-pub use crate::judge::{Figure, Observations, cluster_doubts, judge_clusters};
+pub use crate::classify::{Classification, Observations, classify_clusters, cluster_penalties};
 pub use crate::objects::{Objects, find_objects, number_objects};
 #[doc(hidden)] // For the command line, and the packages for Python and JavaScript.
 pub use coco::{CocoRuns, coco_counts, coco_mask, coco_runs, coco_text};

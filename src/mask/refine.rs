@@ -14,7 +14,7 @@
 //! energy from Rother, Kolmogorov and Blake ("GrabCut", SIGGRAPH 2004). The cost is the cut's, a few times linear in the
 //! band. It fails where object and background have the same colours. Not in the paper.
 
-use crate::cut::{Colour, Corners, Expansion, Histogram, Potts, UNSEEN, rounded};
+use crate::cut::{Colour, Corners, Expansion, Histogram, Potts, UNSEEN_SHARE, to_steps};
 use crate::image::{Frame, Plane};
 use std::ops::Range;
 
@@ -283,9 +283,9 @@ impl Band {
                     let costs = &mut unary[self.node[p] as usize * num_labels..][..num_labels];
                     let present = self.label_index[usize::from(mask.data()[p])] as usize;
                     let depth = depth.data()[p] as f32 / params.band as f32;
-                    let colour = Colour::of(&frame.rgb()[3 * p..]);
+                    let colour = Colour::from_rgb(&frame.rgb()[3 * p..]);
                     models.costs(colour, present, params.colour_weight, &mut *costs, &mut shares);
-                    let keep = rounded(params.displacement_weight * depth * depth);
+                    let keep = to_steps(params.displacement_weight * depth * depth);
                     for cost in costs.iter_mut().enumerate().filter(|(l, _)| *l != present).map(|(_, cost)| cost) {
                         *cost += keep;
                     }
@@ -333,7 +333,7 @@ impl Band {
                 Some(entry) => *entry.get_or_insert_with(|| likeness(difference)),
                 None => likeness(difference),
             };
-            let weight = rounded(smoothness * length * likeness);
+            let weight = to_steps(smoothness * length * likeness);
             match (self.node[p as usize], self.node[q as usize]) {
                 (OUTSIDE, node) => self.tie(problem, node, mask.data()[p as usize], weight),
                 (node, OUTSIDE) => self.tie(problem, node, mask.data()[q as usize], weight),
@@ -388,7 +388,7 @@ impl ColourModels {
                 let label = mask.data()[p];
                 if depth.data()[p] >= MIN_SAMPLE_DEPTH_PX && band.labels.contains(&label) {
                     let index = band.label_index[usize::from(label)];
-                    let colour = Colour::of(&frame.rgb()[3 * p..]).corners();
+                    let colour = Colour::from_rgb(&frame.rgb()[3 * p..]).corners();
                     self.histograms[index as usize].add(&colour, 1.0);
                     if count % TEST_STRIDE == 0 {
                         self.samples.push((index, colour));
@@ -408,7 +408,7 @@ impl ColourModels {
         for (label, colour) in &self.samples {
             let label = *label as usize;
             // The histogram without the sample itself.
-            let share = self.histograms[label].share_of_others(colour) + UNSEEN;
+            let share = self.histograms[label].leave_one_out_share(colour) + UNSEEN_SHARE;
             let other_shares = self.shares(colour, &mut shares) - shares[label];
             let (sum, count) = &mut sums[label];
             *sum += share / (share + other_shares);
@@ -431,7 +431,7 @@ impl ColourModels {
     /// Computes the likelihood of a colour for each label, 0 without a model, and returns the sum.
     fn shares(&self, colour: &Corners, shares: &mut [f32]) -> f32 {
         for (share, histogram) in shares.iter_mut().zip(&self.histograms) {
-            *share = if histogram.total() >= MIN_SAMPLES { histogram.share(colour) + UNSEEN } else { 0.0 };
+            *share = if histogram.total() >= MIN_SAMPLES { histogram.share(colour) + UNSEEN_SHARE } else { 0.0 };
         }
         shares.iter().sum()
     }
@@ -441,7 +441,7 @@ impl ColourModels {
     fn costs(&self, colour: Colour, present: usize, weight: f32, costs: &mut [i32], shares: &mut [f32]) {
         let sum = self.shares(&colour.corners(), shares);
         for (l, (cost, share)) in costs.iter_mut().zip(shares).enumerate() {
-            *cost = rounded(match self.has_model(l) && self.has_model(present) {
+            *cost = to_steps(match self.has_model(l) && self.has_model(present) {
                 true => -weight * self.separation * libm::logf(*share / sum),
                 false if l == present => 0.0,
                 false => FORBIDDEN_COST,

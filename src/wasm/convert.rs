@@ -9,7 +9,7 @@ use crate::mask::Objects;
 use crate::params::{ParamTree, ParamValue};
 use crate::saliency::Saliency;
 use crate::still::ImageDiscontinuities;
-use crate::superpixel::{Border, Edge, EdgeKind, Superpixels};
+use crate::superpixel::{Edge, EdgeKind, SuperpixelBorder, Superpixels};
 use crate::trajectory::Trajectories;
 use crate::{Error, Params};
 use js_sys::{
@@ -215,9 +215,9 @@ pub(super) fn superpixels(s: &Superpixels) -> JsValue {
     ])
 }
 
-fn borders(list: &[Border]) -> JsValue {
-    let column = |field: fn(&Border) -> f32| float32_array(&list.iter().map(field).collect::<Vec<_>>());
-    let side = |field: fn(&Border) -> u32| uint32_array(&list.iter().map(field).collect::<Vec<_>>());
+fn borders(list: &[SuperpixelBorder]) -> JsValue {
+    let column = |field: fn(&SuperpixelBorder) -> f32| float32_array(&list.iter().map(field).collect::<Vec<_>>());
+    let side = |field: fn(&SuperpixelBorder) -> u32| uint32_array(&list.iter().map(field).collect::<Vec<_>>());
     object([("a", side(|b| b.a)), ("b", side(|b| b.b)), ("length", column(|b| b.length)), ("pb", column(|b| b.pb))])
 }
 

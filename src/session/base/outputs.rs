@@ -10,7 +10,7 @@ use crate::cut::{CutInput, CutLabels};
 use crate::discontinuity::Discontinuities;
 use crate::discretize::Clusters;
 use crate::embedding::Embedding;
-use crate::evidence::Known;
+use crate::evidence::EvidenceInput;
 use crate::image::{Plane, Runs};
 use crate::objects::Objects;
 use crate::saliency::{Saliency, SaliencyMaps};
@@ -163,9 +163,9 @@ impl Corrections {
 
 impl Outputs {
     /// Collects what clusters are compared by. Without flow the camera is assumed to be still.
-    pub(crate) fn cluster_evidence<'a>(&'a self, params: &'a AffinityParams) -> Known<'a> {
+    pub(crate) fn cluster_evidence<'a>(&'a self, params: &'a AffinityParams) -> EvidenceInput<'a> {
         let maps = self.saliency.as_ref().map(|saliency| &saliency.maps);
-        Known::new(&self.track_set.tracks, &self.discontinuities, params, maps, self.separation.as_ref())
+        EvidenceInput::new(&self.track_set.tracks, &self.discontinuities, params, maps, self.separation.as_ref())
     }
 
     /// Returns the input of a cut with these labels of the mask trajectories.

@@ -5,7 +5,7 @@ use crate::affinity::AffinityParams;
 use crate::background::BackgroundParams;
 use crate::connectedness::ConnectednessParams;
 use crate::contour::ContourParams;
-use crate::cut::{CutParams, VOTE_RADIUS};
+use crate::cut::{CutParams, VOTE_RADIUS_PX};
 use crate::discontinuity::DiscontinuityParams;
 use crate::discretize::{DiscretizeMethod, DiscretizeParams};
 use crate::embedding::EmbeddingParams;
@@ -274,7 +274,7 @@ impl Params {
             *count = (*count as f32 * density).round() as u32;
         }
         // The votes of farther trajectories have hardly any weight, but take time.
-        let vote_radius = (VOTE_RADIUS * scale).min(MAX_VOTE_SPACINGS * spacing);
+        let vote_radius = (VOTE_RADIUS_PX * scale).min(MAX_VOTE_SPACINGS * spacing);
         ScaledParams { params, spacing, vote_radius }
     }
 }
@@ -320,7 +320,7 @@ impl ScaledParams {
     }
 
     #[doc(hidden)]
-    /// Returns the radius within which labelled trajectories vote on others ([`crate::cut::labels_for`]), in pixels of the
+    /// Returns the radius within which labelled trajectories vote on others ([`crate::cut::propagate_labels`]), in pixels of the
     /// processed frames.
     pub fn vote_radius(&self) -> f32 {
         self.vote_radius

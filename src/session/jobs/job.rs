@@ -5,14 +5,14 @@
 
 use super::pair::PairFlow;
 use crate::affinity::AffinityBlock;
-use crate::background::{Accounts, Sought};
-use crate::camera::{Forward, Ways};
+use crate::background::{ReprojectionErrors, ReprojectionInput};
+use crate::camera::{Egomotion, PointMatches};
 use crate::delaunay::delaunay_edges;
-use crate::discretize::RowsOf;
+use crate::discretize::NormalizedRows;
 use crate::flow::FlowScratch;
 use crate::image::{Frame, Plane};
 use crate::mask::refine;
-use crate::saliency::Asked;
+use crate::saliency::SaliencyQuery;
 use crate::session::base::Params;
 use crate::superpixel::{Superpixels, frame_superpixels};
 
@@ -40,7 +40,7 @@ pub(crate) enum JobKind {
     Delaunay = 4,
     /// A block of rows of the affinity matrix.
     Affinities = 5,
-    /// Forward motion of the camera in a frame pair.
+    /// Egomotion motion of the camera in a frame pair.
     CameraMotion = 6,
     /// Clusters from a number of eigenvectors.
     Rotation = 7,
@@ -76,12 +76,12 @@ pub(crate) enum JobInput {
     Superpixels(Frame),
     /// A frame and its mask, whose borders are to be refined.
     Mask(Frame, Plane<u8>),
-    Saliency(Asked),
+    Saliency(SaliencyQuery),
     Delaunay(Vec<(f32, f32)>),
     Affinities(Box<AffinityBlock>),
-    CameraMotion(Ways),
-    Rotation(RowsOf),
-    Reprojection(Sought),
+    CameraMotion(PointMatches),
+    Rotation(NormalizedRows),
+    Reprojection(ReprojectionInput),
 }
 
 /// The result of a job of each kind.
@@ -94,9 +94,9 @@ pub(crate) enum JobResult {
     Delaunay(Vec<(u32, u32)>),
     Affinities(Vec<(u32, u32, f32)>),
     /// The motion, and whether it is reliable.
-    CameraMotion(Option<(Forward, bool)>),
+    CameraMotion(Option<(Egomotion, bool)>),
     Rotation(Vec<u32>),
-    Reprojection(Accounts),
+    Reprojection(ReprojectionErrors),
 }
 
 impl Job {
@@ -112,12 +112,12 @@ impl Job {
             JobInput::Mask(frame, labels) => {
                 JobResult::Mask(refine(labels, frame, &params.for_size((frame.width(), frame.height())).refine))
             }
-            JobInput::Saliency(asked) => JobResult::Saliency(asked.answer(&params.saliency)),
+            JobInput::Saliency(query) => JobResult::Saliency(query.evaluate(&params.saliency)),
             JobInput::Delaunay(points) => JobResult::Delaunay(delaunay_edges(points)),
             JobInput::Affinities(rows) => JobResult::Affinities(rows.entries()),
-            JobInput::CameraMotion(ways) => JobResult::CameraMotion(ways.forward()),
-            JobInput::Rotation(rows) => JobResult::Rotation(rows.turned()),
-            JobInput::Reprojection(sought) => JobResult::Reprojection(sought.accounts()),
+            JobInput::CameraMotion(matches) => JobResult::CameraMotion(matches.estimate_egomotion()),
+            JobInput::Rotation(rows) => JobResult::Rotation(rows.rotate()),
+            JobInput::Reprojection(input) => JobResult::Reprojection(input.errors()),
         }
     }
 }

@@ -11,13 +11,13 @@
 use super::job::{Job, JobId, JobInput, JobKind, JobResult};
 use super::pair::PairFlow;
 use crate::affinity::{AffinityBlock, AffinityParams};
-use crate::background::{Lattice, Other, Sought};
-use crate::camera::{Forward, Ways};
-use crate::discretize::RowsOf;
+use crate::background::{ReferenceFrame, ReprojectionInput, WarpGrid};
+use crate::camera::{Egomotion, PointMatches};
+use crate::discretize::NormalizedRows;
 use crate::flow::FlowField;
 use crate::image::{Frame, Plane, Runs};
-use crate::saliency::Asked;
-use crate::superpixel::{Border, Edge, EdgeKind, Superpixels};
+use crate::saliency::SaliencyQuery;
+use crate::superpixel::{Edge, EdgeKind, SuperpixelBorder, Superpixels};
 use crate::trajectory::Trajectories;
 
 /// Words before the payload: epoch, kind, index, width and height.
@@ -46,7 +46,7 @@ impl Job {
             JobInput::Affinities(rows) => rows.tracks.size,
             JobInput::CameraMotion(ways) => ways.size,
             JobInput::Rotation(rows) => (rows.k, 0),
-            JobInput::Reprojection(sought) => (sought.picture.width(), sought.picture.height()),
+            JobInput::Reprojection(input) => (input.picture.width(), input.picture.height()),
             JobInput::Delaunay(_) => (0, 0),
         };
         let mut message = self.id.header(size.0, size.1);
@@ -74,11 +74,11 @@ impl Job {
                 message.extend(tracks.start_frame.iter().chain(&tracks.offset));
                 [&tracks.x, &tracks.y, &tracks.variation].into_iter().for_each(|v| put_floats(&mut message, v));
             }
-            JobInput::CameraMotion(ways) => put_floats(&mut message, ways.points.as_flattened()),
+            JobInput::CameraMotion(matches) => put_floats(&mut message, matches.points.as_flattened()),
             JobInput::Rotation(rows) => put_doubles(&mut message, &rows.rows),
-            JobInput::Reprojection(sought) => {
-                put_bytes(&mut message, sought.picture.data().as_flattened());
-                for Other { picture, scene, object } in &sought.others {
+            JobInput::Reprojection(input) => {
+                put_bytes(&mut message, input.picture.data().as_flattened());
+                for ReferenceFrame { picture, scene, object } in &input.references {
                     put_bytes(&mut message, picture.data().as_flattened());
                     put_points(&mut message, &scene.0);
                     message.push(u32::from(object.is_some()));
@@ -96,15 +96,17 @@ impl Job {
             JobKind::PairFlow => JobInput::PairFlow(reader.frame()?, reader.frame()?),
             JobKind::Superpixels => JobInput::Superpixels(reader.frame()?),
             JobKind::Mask => JobInput::Mask(reader.frame()?, reader.bytes()?),
-            JobKind::Saliency => JobInput::Saliency(Asked { bins: reader.bytes()?, pixels: reader.rest.to_vec() }),
+            JobKind::Saliency => {
+                JobInput::Saliency(SaliencyQuery { bins: reader.bytes()?, pixels: reader.rest.to_vec() })
+            }
             JobKind::Delaunay => JobInput::Delaunay(reader.pairs(float)),
             JobKind::Affinities => JobInput::Affinities(Box::new(reader.rows()?)),
             JobKind::CameraMotion => {
                 let points = reader.rest.as_chunks().0.iter().map(|point| point.map(float)).collect();
-                JobInput::CameraMotion(Ways { size: reader.size, points })
+                JobInput::CameraMotion(PointMatches { size: reader.size, points })
             }
-            JobKind::Rotation => JobInput::Rotation(RowsOf { k: reader.size.0, rows: reader.doubles() }),
-            JobKind::Reprojection => JobInput::Reprojection(reader.sought()?),
+            JobKind::Rotation => JobInput::Rotation(NormalizedRows { k: reader.size.0, rows: reader.doubles() }),
+            JobKind::Reprojection => JobInput::Reprojection(reader.reprojection_input()?),
         };
         Some(Self { id, input })
     }
@@ -126,7 +128,7 @@ impl JobResult {
                 let mut message = id.header(width, height);
                 message.extend([runs.len() as u32, superpixels.borders.len() as u32]);
                 message.extend(runs.iter().flat_map(|&(end, label)| [end, label]));
-                for Border { a, b, length, pb } in &superpixels.borders {
+                for SuperpixelBorder { a, b, length, pb } in &superpixels.borders {
                     message.extend([*a, *b, length.to_bits(), pb.to_bits()]);
                 }
                 for Edge { from, to, kind } in &superpixels.edges {
@@ -157,8 +159,8 @@ impl JobResult {
             }
             Self::CameraMotion(motion) => {
                 let mut message = id.header(0, 0);
-                if let Some((forward, is_sure)) = motion {
-                    put_doubles(&mut message, &forward.numbers());
+                if let Some((egomotion, is_sure)) = motion {
+                    put_doubles(&mut message, &egomotion.to_array());
                     message.push(u32::from(*is_sure));
                 }
                 message
@@ -189,7 +191,7 @@ impl JobResult {
                 let runs = Runs::from_vec(width, height, runs.collect())?;
                 runs.ends().iter().all(|&(_, label)| label < num_runs).then_some(())?;
                 let borders = reader.read(4 * num_borders as usize)?.chunks_exact(4);
-                let border = |w: &[u32]| Border { a: w[0], b: w[1], length: float(w[2]), pb: float(w[3]) };
+                let border = |w: &[u32]| SuperpixelBorder { a: w[0], b: w[1], length: float(w[2]), pb: float(w[3]) };
                 let edge = |w: &[u32]| {
                     let kind = [EdgeKind::Constraint, EdgeKind::Frame, EdgeKind::Gabriel, EdgeKind::Deleted]
                         .get(w[4] as usize)?;
@@ -206,7 +208,7 @@ impl JobResult {
                 Self::Affinities(reader.rest.as_chunks().0.iter().map(|&[i, j, w]| (i, j, float(w))).collect())
             }
             JobKind::CameraMotion => Self::CameraMotion(match reader.rest.split_last() {
-                Some((&is_sure, _)) => Some((Forward::from_numbers(reader.doubles().try_into().ok()?), is_sure == 1)),
+                Some((&is_sure, _)) => Some((Egomotion::from_array(reader.doubles().try_into().ok()?), is_sure == 1)),
                 None => None,
             }),
             JobKind::Rotation => Self::Rotation(reader.rest.to_vec()),
@@ -299,21 +301,21 @@ impl<'a> Reader<'a> {
         Some(AffinityBlock { tracks, first, count, params, radius, seed })
     }
 
-    fn sought(&mut self) -> Option<Sought> {
+    fn reprojection_input(&mut self) -> Option<ReprojectionInput> {
         let picture = self.pixels()?;
-        let mut frames = Vec::new();
+        let mut references = Vec::new();
         while !self.rest.is_empty() {
-            let (picture, scene, [has_object]) = (self.pixels()?, self.lattice()?, self.array()?);
-            let object = if has_object == 1 { Some(self.lattice()?) } else { None };
-            frames.push(Other { picture, scene, object });
+            let (picture, scene, [has_object]) = (self.pixels()?, self.warp_grid()?, self.array()?);
+            let object = if has_object == 1 { Some(self.warp_grid()?) } else { None };
+            references.push(ReferenceFrame { picture, scene, object });
         }
-        Some(Sought { picture, others: frames })
+        Some(ReprojectionInput { picture, references })
     }
 
-    fn lattice(&mut self) -> Option<Lattice> {
-        let (columns, rows) = Lattice::size(self.size);
+    fn warp_grid(&mut self) -> Option<WarpGrid> {
+        let (columns, rows) = WarpGrid::dimensions(self.size);
         let rest = self.read(2 * columns * rows)?;
-        Some(Lattice(Reader { size: self.size, rest }.pairs(float)))
+        Some(WarpGrid(Reader { size: self.size, rest }.pairs(float)))
     }
 
     /// Reads a plane of pixels of `N` bytes each.

@@ -1,9 +1,9 @@
 //! Laws of corrections, on synthetic clips.
 
 use crate::Session;
+use crate::classify::cluster_penalties;
 use crate::correction::{Correction, Stroke};
 use crate::image::Plane;
-use crate::judge::cluster_doubts;
 use crate::session::base::Outputs;
 use crate::session::run::Phase;
 use crate::synth::Scene;
@@ -247,7 +247,7 @@ fn doubts_stay_with_their_trajectories_when_clusters_are_made_anew() {
     }
     fn doubts_now(session: &mut Session, is_sure: bool) -> Vec<f32> {
         let Outputs { clusters, doubts, .. } = outputs(session);
-        cluster_doubts(clusters, doubts, |_| is_sure)
+        cluster_penalties(clusters, doubts, |_| is_sure)
     }
     let of_cluster = session.objects().unwrap().of_cluster.clone();
     let doubted = |l: &u32| f32::from(u8::from(of_cluster[*l as usize] == 2));

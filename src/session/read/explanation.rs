@@ -2,7 +2,7 @@
 
 use super::results::missing_frame;
 use crate::Error;
-use crate::cut::{CutInput, Link, Reasons, STEPS_PER_UNIT, STRANGER};
+use crate::cut::{CutInput, Link, OUTLIER, STEPS_PER_UNIT, SuperpixelTerms};
 use crate::session::base::{Outputs, Stage};
 use crate::session::run::{Clip, Session};
 use serde::{Serialize, Serializer};
@@ -214,51 +214,51 @@ impl PixelQuery<'_> {
         let (context, params) = (&*cut.context, &self.clip.params.cut);
         let input = self.outputs.cut_input();
         let superpixel = superpixels[self.t].label()[self.pixel];
-        let mut reasons = Reasons::of(&input, params, &cut.labels, self.t, superpixel);
+        let mut terms = SuperpixelTerms::new(&input, params, &cut.labels, self.t, superpixel);
         let allowed = context.region.iter().flat_map(|region| &region.allowed);
-        allowed.filter(|entry| (entry.0, entry.1) == (self.t, superpixel)).for_each(|entry| reasons.hold(&entry.2));
+        allowed.filter(|entry| (entry.0, entry.1) == (self.t, superpixel)).for_each(|entry| terms.restrict(&entry.2));
         let node = superpixels[..self.t].iter().map(|s| s.count).sum::<usize>() + superpixel as usize;
         let at_node = |values: &[f32]| values.get(node).copied().unwrap_or(0.0);
         let runner_up =
-            reasons.runner_up(|cluster| self.outputs.mask_label(cluster) != self.outputs.mask_label(reasons.label));
+            terms.runner_up(|cluster| self.outputs.mask_label(cluster) != self.outputs.mask_label(terms.label));
         let (label, nearest) = (masks[self.t][self.pixel], self.nearest(x, y));
-        let cost = |cluster| self.cost(&reasons, cluster);
+        let cost = |cluster| self.cost(&terms, cluster);
         let link = |link: &Link| {
             let &Link { t, superpixel, label, cost, tracks } = link;
             SuperpixelLink { t, superpixel, cluster: label, tracks, cost: units(cost.into()) }
         };
         Explanation {
             label,
-            source: self.source(label, reasons.label),
+            source: self.source(label, terms.label),
             superpixel,
-            cluster: reasons.label,
-            weight: reasons.lambda,
+            cluster: terms.label,
+            weight: terms.lambda,
             evidence: Evidence {
                 background: at_node(&context.cues),
                 looks: at_node(&context.evidence) - at_node(&context.cues),
             },
-            costs: (0..reasons.own.len() as u32).map(cost).collect(),
-            links: reasons.links.iter().map(link).collect(),
-            voters: self.voters(&input, &reasons),
+            costs: (0..terms.unary.len() as u32).map(cost).collect(),
+            links: terms.links.iter().map(link).collect(),
+            voters: self.voters(&input, &terms),
             nearest,
             affinities: nearest.map_or_else(Vec::new, |i| self.affinities(i)),
             flip: runner_up.map(|(cluster, margin)| {
-                let votes = reasons.votes_to_flip(cluster, params);
+                let votes = terms.votes_to_flip(cluster, params);
                 LabelFlip { cluster, margin: units(margin), votes }
             }),
-            border: runner_up.and_then(|(cluster, _)| self.border(reasons.label, cluster)),
+            border: runner_up.and_then(|(cluster, _)| self.border(terms.label, cluster)),
         }
     }
 
-    fn cost(&self, reasons: &Reasons, cluster: u32) -> LabelCost {
-        let unary = reasons.own[cluster as usize];
+    fn cost(&self, terms: &SuperpixelTerms, cluster: u32) -> LabelCost {
+        let unary = terms.unary[cluster as usize];
         let [trajectories, colours, evidence, forbidden] =
             [unary.trajectories, unary.colours, unary.evidence, unary.forbidden].map(|steps| units(steps.into()));
-        let total = units(reasons.cost(cluster));
+        let total = units(terms.cost(cluster));
         LabelCost {
             cluster,
             label: self.outputs.mask_label(cluster),
-            votes: reasons.votes[cluster as usize],
+            votes: terms.votes[cluster as usize],
             trajectories,
             colours,
             evidence,
@@ -277,20 +277,20 @@ impl PixelQuery<'_> {
         if label == self.outputs.mask_label(cluster) { LabelSource::Superpixel } else { LabelSource::Border }
     }
 
-    fn voters(&self, input: &CutInput, reasons: &Reasons) -> Vec<Voter> {
+    fn voters(&self, input: &CutInput, terms: &SuperpixelTerms) -> Vec<Voter> {
         let (sx, sy) = (self.clip.scale.x(), self.clip.scale.y());
         let to_input = |v: f32, s: f64| ((f64::from(v) + 0.5) * s - 0.5) as f32;
         let voter = |&i: &u32| {
             let ((x, y), cluster) = (input.tracks.at(i as usize, self.t).unwrap_or_default(), input.label[i as usize]);
-            let is_clustered = (cluster as usize) < reasons.own.len();
+            let is_clustered = (cluster as usize) < terms.unary.len();
             Voter {
                 x: to_input(x, sx),
                 y: to_input(y, sy),
                 cluster: is_clustered.then_some(cluster),
-                stranger: cluster == STRANGER,
+                stranger: cluster == OUTLIER,
             }
         };
-        reasons.voters.iter().map(voter).collect()
+        terms.voters.iter().map(voter).collect()
     }
 
     /// Returns the clustered trajectory nearest to an input pixel, the first of equally near ones.

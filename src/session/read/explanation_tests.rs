@@ -136,23 +136,23 @@ fn what_is_behind_the_terms_agrees_with_the_other_results() {
 
 #[test]
 fn the_votes_that_flip_do_flip_and_one_less_does_not() {
-    use crate::cut::{CutParams, OwnCost, Reasons};
+    use crate::cut::{CutParams, SuperpixelTerms, UnaryCost};
     let unit = STEPS_PER_UNIT;
     // Six trajectories of label 0 and two of label 1, and half a unit of evidence against label 1.
-    let own = |trajectories, evidence| OwnCost { trajectories, evidence, ..OwnCost::default() };
-    let reasons = Reasons {
+    let own = |trajectories, evidence| UnaryCost { trajectories, evidence, ..UnaryCost::default() };
+    let reasons = SuperpixelTerms {
         label: 0,
         lambda: 1.0,
         votes: vec![6, 2],
-        strangers: 0,
+        outliers: 0,
         voters: Vec::new(),
-        own: vec![own(unit / 4, 0), own(unit / 4 * 3, unit / 2)],
+        unary: vec![own(unit / 4, 0), own(unit / 4 * 3, unit / 2)],
         links: Vec::new(),
     };
     let needed = reasons.votes_to_flip(1, &CutParams::default()).unwrap();
     // (6 − 2 − n) / (8 + n) + 1/2 is 0 at n = 16.
     assert_eq!(needed, 16);
-    let strong = Reasons { own: vec![own(unit / 4, 0), own(unit / 4 * 3, 2 * unit)], ..reasons };
+    let strong = SuperpixelTerms { unary: vec![own(unit / 4, 0), own(unit / 4 * 3, 2 * unit)], ..reasons };
     assert_eq!(strong.votes_to_flip(1, &CutParams::default()), None);
 }
 

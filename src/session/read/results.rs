@@ -2,20 +2,20 @@
 
 use crate::Error;
 use crate::affinity::affinities;
-use crate::background::{Background, PlateInput, clean_plate};
+use crate::background::{Background, CleanPlateInput, clean_plate};
 use crate::camera::Camera;
 use crate::connectedness::Components;
 use crate::contour::{BoundaryMap, frame_boundaries};
 use crate::cut::paint;
 use crate::discontinuity::{Discontinuities, discontinuities};
 use crate::discretize::{
-    Clusters, DiscretizeMethod, DiscretizeParams, discretize, discretize_into, pieces, threshold_segmentation,
+    Clusters, DiscretizeMethod, DiscretizeParams, discretize, discretize_into, oversegment, threshold_segmentation,
 };
 use crate::embedding::{Embedding, embed};
-use crate::evidence::{Known, Pair, Signs, UNLABELLED, pairs, strangeness};
+use crate::evidence::{ClusterCues, ClusterPair, EvidenceInput, UNLABELLED, cluster_pairs, motion_contrasts};
 use crate::flow::{CompactFlow, FlowField};
 use crate::image::{Frame, Plane};
-use crate::objects::{Objects, signs};
+use crate::objects::{Objects, cluster_cues};
 use crate::saliency::Saliency;
 use crate::session::base::{Outputs, Scale, Stage, TrackSet};
 use crate::session::run::{Phase, Session, estimate_camera, model_background};
@@ -98,7 +98,7 @@ impl Session {
         let saliency = self.outputs().and_then(|outputs| outputs.saliency.as_ref());
         let pair = t.min(flows.len().saturating_sub(1));
         match (saliency, flows.get(pair)) {
-            (Some(saliency), Some(flow)) if t < frames => Ok(saliency.maps.whole(pair, flow)),
+            (Some(saliency), Some(flow)) if t < frames => Ok(saliency.maps.map_of_field(pair, flow)),
             (saliency, _) => Err(missing_frame("saliency map", t, saliency.map_or(0, |_| frames))),
         }
     }
@@ -148,7 +148,7 @@ impl Session {
         let still = Camera::new(&[], &[], None);
         let is_scene = outputs.clusters.label.iter().map(|&cluster| outputs.mask_label(cluster) == 0).collect();
         let (camera, tracks) = (outputs.camera.as_ref().unwrap_or(&still), &outputs.track_set.tracks);
-        Ok(clean_plate(&PlateInput { frames, masks, camera, tracks, is_scene }, t))
+        Ok(clean_plate(&CleanPlateInput { frames, masks, camera, tracks, is_scene }, t))
     }
 
     /// Returns the cluster of each pixel of frame `t` at input size.
@@ -209,7 +209,7 @@ impl Session {
         let neighborhoods = outputs.discontinuities.neighborhoods.clone();
         let edges = discontinuities(neighborhoods, &embedding, &params.discontinuity);
         let maps = outputs.saliency.as_ref().map(|saliency| &saliency.maps);
-        let evidence = Known::new(&track_set.tracks, &edges, &params.affinity, maps, None);
+        let evidence = EvidenceInput::new(&track_set.tracks, &edges, &params.affinity, maps, None);
         Ok(Some(discretize(&embedding, &evidence, &params.discretize, seed)))
     }
 
@@ -233,11 +233,11 @@ impl Session {
     /// weights of merging. Trajectories that are not embedded share the highest label. `None` until the discontinuities are
     /// computed.
     #[doc(hidden)]
-    pub fn pieces(&self) -> Option<(Vec<u32>, Vec<Pair>)> {
+    pub fn pieces(&self) -> Option<(Vec<u32>, Vec<ClusterPair>)> {
         let (clip, outputs) = (self.clip()?, self.outputs_after(Stage::Discontinuities)?);
         let evidence = outputs.cluster_evidence(&clip.params.affinity);
-        let mut label = pieces(&outputs.embedding, &clip.params.discretize, clip.params.clip.seed);
-        let pairs = pairs(&label, &evidence);
+        let mut label = oversegment(&outputs.embedding, &clip.params.discretize, clip.params.clip.seed);
+        let pairs = cluster_pairs(&label, &evidence);
         let count = label.iter().filter(|&&l| l != UNLABELLED).max().map_or(0, |&l| l + 1);
         label.iter_mut().filter(|l| **l == UNLABELLED).for_each(|l| *l = count);
         Some((label, pairs))
@@ -251,21 +251,21 @@ impl Session {
         let clip = self.clip()?;
         let outputs = self.outputs_after(Stage::Masks).filter(|outputs| outputs.masks.is_empty())?;
         let settings = &clip.params.background;
-        let camera = estimate_camera(outputs, &clip.frames, settings, &mut |_, ways| ways.forward())?;
+        let camera = estimate_camera(outputs, &clip.frames, settings, &mut |_, matches| matches.estimate_egomotion())?;
         let (tracks, clusters) = (&outputs.track_set.tracks, &outputs.clusters);
-        let (is_still, signs) = match camera {
+        let (is_still, cues) = match camera {
             Camera::Forward(..) => return None,
             Camera::Moving(_) => {
-                let strangeness = strangeness(&clusters.label, &outputs.cluster_evidence(&clip.params.affinity));
-                (false, signs(tracks, clusters, &strangeness))
+                let contrasts = motion_contrasts(&clusters.label, &outputs.cluster_evidence(&clip.params.affinity));
+                (false, cluster_cues(tracks, clusters, &contrasts))
             }
             Camera::Still => {
                 let Background::Still(scene) = model_background(camera, outputs, clip)? else { return None };
-                let unlike = scene.unlike_plate(tracks, clusters);
-                (true, unlike.iter().map(|&unlike| Some(Signs::Still { unlike })).collect())
+                let cues = scene.plate_distances(tracks, clusters).into_iter();
+                (true, cues.map(|plate_distance| Some(ClusterCues::Still { plate_distance })).collect())
             }
         };
-        Some((is_still, signs.iter().map(|signs| signs.as_ref()?.terms()).collect()))
+        Some((is_still, cues.iter().map(|cues| cues.as_ref()?.terms()).collect()))
     }
 
     /// Returns the clip-wide number of each trajectory, which it keeps in the next window.

@@ -7,10 +7,10 @@ use super::clip::Clip;
 use super::recut::Recut;
 use super::work::{StageWork, StepReport};
 use crate::Error;
-use crate::background::{Accounts, LabelledTracks, Sought};
-use crate::cut::{CutInput, CutParams, GabrielCut, Region, add_appearance, pixel_of};
-use crate::evidence::Known;
-use crate::judge::{Observations, cluster_doubts, judge_clusters};
+use crate::background::{ReprojectionErrors, ReprojectionInput, SegmentedTracks};
+use crate::classify::{Observations, classify_clusters, cluster_penalties};
+use crate::cut::{CutInput, CutParams, GabrielCut, Region, add_appearance, pixel_index};
+use crate::evidence::EvidenceInput;
 use crate::objects::{Objects, find_objects, number_objects};
 use crate::order::{pair_key, sort_by_key};
 use crate::session::base::{Cut, CutContext, CutRegion, Outputs, Stage};
@@ -151,7 +151,7 @@ impl StageWork for CutWork {
         let CutStep::Selection(Some(selection)) = &self.step else { return None };
         let frames = selection.reprojection_errors.len()..selection.num_frames;
         let id = clip.pending_jobs.assign(JobKind::Reprojection, frames)?;
-        Some(Job { id, input: JobInput::Reprojection(selection.sought(id.index as usize, outputs)?) })
+        Some(Job { id, input: JobInput::Reprojection(selection.reprojection_input(id.index as usize, outputs)?) })
     }
 
     fn is_waiting(&self, pending_jobs: &PendingJobs, _: &Outputs) -> bool {
@@ -174,7 +174,7 @@ impl CutRounds {
         if !is_more && self.rounds_left > 0 {
             let clusters = self.moves.labels().labels;
             self.evidence = self.terms.evidence_with_appearance(outputs, &clusters, clip);
-            self.moves.begin_again(&self.terms.input(outputs, &self.evidence), &clip.params.cut);
+            self.moves.restart(&self.terms.input(outputs, &self.evidence), &clip.params.cut);
             (self.steps_before, self.rounds_left) = (done, self.rounds_left - 1);
         }
         StepReport { is_last, ..report }
@@ -200,9 +200,10 @@ impl CutTerms {
             let CutInput { tracks, label, objects: is_object, .. } = terms.input(outputs, &[]);
             let is_sure =
                 |cluster: usize| recut.is_some_and(|recut| recut.is_open[usize::from(objects.of_cluster[cluster])]);
-            let doubts = cluster_doubts(&outputs.clusters, &outputs.doubts, is_sure);
-            let labelled = LabelledTracks { tracks, label, is_object };
-            terms.evidence = background.evidence(superpixels, &clip.flows, labelled, &doubts, &clip.params.background);
+            let penalties = cluster_penalties(&outputs.clusters, &outputs.doubts, is_sure);
+            let segmented = SegmentedTracks { tracks, label, is_object };
+            terms.evidence =
+                background.evidence(superpixels, &clip.flows, segmented, &penalties, &clip.params.background);
         }
         terms
     }
@@ -222,7 +223,7 @@ impl Recut {
     /// Sets up the energy of the part that is cut again.
     fn cut(&self, input: &CutInput, params: &CutParams) -> GabrielCut {
         let CutRegion { is_open, allowed } = self.region(input.superpixels);
-        GabrielCut::within(input, params, &Region { present: &self.clusters, open: &is_open, held: &allowed })
+        GabrielCut::of_region(input, params, &Region { current: &self.clusters, open: &is_open, constraints: &allowed })
     }
 
     /// Returns the clusters and superpixels that the new cut may change.
@@ -244,7 +245,7 @@ impl Recut {
         for constraint in &self.constraints {
             let Some(cluster) = self.objects.of_cluster.iter().position(|&l| l == constraint.label) else { continue };
             for (i, x, y) in tracks.alive(constraint.t) {
-                if constraint.pixels.binary_search(&(pixel_of(size, x, y) as u32)).is_ok() {
+                if constraint.pixels.binary_search(&(pixel_index(size, x, y) as u32)).is_ok() {
                     label[i] = cluster as u32;
                 }
             }
@@ -278,7 +279,7 @@ struct ObjectSelection {
     is_object: Vec<bool>,
     /// The clusters of the mask trajectories; `None` without them.
     mask_track_labels: Option<Vec<u32>>,
-    reprojection_errors: Vec<Accounts>,
+    reprojection_errors: Vec<ReprojectionErrors>,
     /// Number of frames that need reprojection errors; 0 with a still camera or without objects.
     num_frames: usize,
 }
@@ -289,11 +290,11 @@ impl ObjectSelection {
         let figure = outputs.background.as_ref().map(|background| {
             let evidence = outputs.cluster_evidence(&clip.params.affinity);
             let observations = observations(outputs, &evidence, clip);
-            judge_clusters(background, &outputs.clusters, &observations, &clip.params.background)
+            classify_clusters(background, &outputs.clusters, &observations, &clip.params.background)
         });
         let (is_object, mask_track_labels) = match figure {
             Some(figure) => {
-                (outputs.clusters, outputs.doubts) = (figure.clusters, figure.doubts);
+                (outputs.clusters, outputs.doubts) = (figure.clusters, figure.penalties);
                 (figure.is_object, Some(figure.label))
             }
             None => {
@@ -302,20 +303,20 @@ impl ObjectSelection {
                 (is_object, label_mask_tracks(outputs, clip))
             }
         };
-        let num_frames = outputs.background.as_ref().map_or(0, |background| background.num_accounts(&is_object));
+        let num_frames = outputs.background.as_ref().map_or(0, |background| background.num_error_frames(&is_object));
         Self { is_object, mask_track_labels, reprojection_errors: Vec::new(), num_frames }
     }
 
-    fn sought(&self, t: usize, outputs: &Outputs) -> Option<Sought> {
+    fn reprojection_input(&self, t: usize, outputs: &Outputs) -> Option<ReprojectionInput> {
         let (tracks, label) = (outputs.track_set.mask_tracks.as_ref()?, self.mask_track_labels.as_deref()?);
-        let labelled = LabelledTracks { tracks, label, is_object: &self.is_object };
-        outputs.background.as_ref()?.sought(t, labelled)
+        let segmented = SegmentedTracks { tracks, label, is_object: &self.is_object };
+        outputs.background.as_ref()?.reprojection_input(t, segmented)
     }
 
     /// Adds the reprojection errors of the next frame.
     fn step(&mut self, outputs: &Outputs, clip: &mut Clip) {
         let t = self.reprojection_errors.len();
-        let compute = || self.sought(t, outputs).map(|sought| sought.accounts()).unwrap_or_default();
+        let compute = || self.reprojection_input(t, outputs).map(|input| input.errors()).unwrap_or_default();
         let errors = match clip.pending_jobs.take_result(JobKind::Reprojection, t) {
             Some(JobResult::Reprojection(errors)) => errors,
             _ => compute(),
@@ -330,7 +331,7 @@ impl ObjectSelection {
         let Outputs { background, track_set, .. } = &mut *outputs;
         if let (Some(background), Some(tracks), Some(label)) = (background, &track_set.mask_tracks, &mask_track_labels)
         {
-            background.account(errors, LabelledTracks { tracks, label, is_object: &self.is_object });
+            background.set_reprojection_errors(errors, SegmentedTracks { tracks, label, is_object: &self.is_object });
         }
         (label_objects(outputs, &self.is_object, clip), mask_track_labels)
     }
@@ -344,10 +345,10 @@ fn label_mask_tracks(outputs: &Outputs, clip: &Clip) -> Option<Vec<u32>> {
 }
 
 /// Collects the inputs of the selection.
-fn observations<'a>(outputs: &'a Outputs, evidence: &'a Known<'a>, clip: &Clip) -> Observations<'a> {
+fn observations<'a>(outputs: &'a Outputs, evidence: &'a EvidenceInput<'a>, clip: &Clip) -> Observations<'a> {
     let params = &clip.params;
     Observations {
-        known: evidence,
+        clustered: evidence,
         denser: outputs.track_set.densest(),
         saliency: outputs.saliency.as_ref().map_or(&[], |saliency| &saliency.mask_tracks),
         saliency_threshold: params.saliency.threshold,

@@ -5,7 +5,7 @@ use super::recut::Recut;
 use super::work::{StageWork, StepReport};
 use crate::Error;
 use crate::background::{Background, BackgroundParams};
-use crate::camera::{Camera, Forward, Travel, Ways};
+use crate::camera::{Camera, Egomotion, ForwardMotion, PointMatches};
 use crate::cut::paint;
 use crate::image::{Frame, Plane};
 use crate::mask::refine;
@@ -27,10 +27,11 @@ impl StageWork for SuperpixelWork {
         let report = StepReport::new(Stage::Superpixels, t + 1, clip.frames.len());
         if report.is_last {
             let Clip { pending_jobs, frames, params, .. } = &mut *clip;
-            let mut pair_motion = |k: usize, ways: Ways| match pending_jobs.take_result(JobKind::CameraMotion, k) {
-                Some(JobResult::CameraMotion(forward)) => forward,
-                _ => ways.forward(),
-            };
+            let mut pair_motion =
+                |k: usize, matches: PointMatches| match pending_jobs.take_result(JobKind::CameraMotion, k) {
+                    Some(JobResult::CameraMotion(egomotion)) => egomotion,
+                    _ => matches.estimate_egomotion(),
+                };
             outputs.camera = estimate_camera(outputs, frames, &params.background, &mut pair_motion);
             outputs.background = outputs.camera.clone().and_then(|camera| model_background(camera, outputs, clip));
         }
@@ -86,12 +87,12 @@ pub(crate) fn estimate_camera(
     outputs: &Outputs,
     frames: &[Frame],
     settings: &BackgroundParams,
-    pair_motion: &mut dyn FnMut(usize, Ways) -> Option<(Forward, bool)>,
+    pair_motion: &mut dyn FnMut(usize, PointMatches) -> Option<(Egomotion, bool)>,
 ) -> Option<Camera> {
     let motions = outputs.saliency.as_ref()?.maps.motions();
     let is_rigid = settings.enabled && settings.rigid_scene;
-    let travel = is_rigid.then(|| Travel::by(&outputs.track_set.tracks, pair_motion)).flatten();
-    Some(Camera::new(motions, frames, travel))
+    let forward = is_rigid.then(|| ForwardMotion::estimate_with(&outputs.track_set.tracks, pair_motion)).flatten();
+    Some(Camera::new(motions, frames, forward))
 }
 
 /// Models the background of the clip; `None` with `background.enabled` off.

@@ -5,10 +5,10 @@ use super::work::{StageWork, StepReport};
 use crate::Error;
 use crate::connectedness::{ConnectednessMode, Separation, components, constrain};
 use crate::discontinuity::discontinuities;
-use crate::discretize::{MOST_ROTATIONS, RowsOf, discretize_by, rotation_counts, with_background};
+use crate::discretize::{NUM_ROTATIONS, NormalizedRows, discretize_with, rotation_counts, with_background};
 use crate::embedding::{Embedding, embed};
 use crate::flow::Field;
-use crate::saliency::{Asked, SaliencyMaps, context_saliency, pixels_at, trajectory_saliency};
+use crate::saliency::{SaliencyMaps, SaliencyQuery, context_saliency, point_pixels, trajectory_saliency};
 use crate::session::base::{Outputs, SaliencyOutputs, Stage, TrackSet};
 use crate::session::jobs::{Job, JobInput, JobKind, JobResult, PendingJobs};
 use crate::sparse::SymCsr;
@@ -50,11 +50,11 @@ impl SaliencyWork {
     }
 
     /// Collects the points of trajectories in frame `t`, then the points of mask trajectories.
-    fn asked(&self, t: usize, clip: &Clip, track_set: &TrackSet) -> Asked {
+    fn query(&self, t: usize, clip: &Clip, track_set: &TrackSet) -> SaliencyQuery {
         let flow = &clip.flows[t];
-        let pixels = |tracks| pixels_at(tracks, t, flow.size()).map(|(_, pixel)| pixel);
+        let pixels = |tracks| point_pixels(tracks, t, flow.size()).map(|(_, pixel)| pixel);
         let sets: [Option<&Trajectories>; 2] = [Some(&track_set.tracks), track_set.mask_tracks.as_ref()];
-        self.maps.asked(t, flow, &mut sets.into_iter().flatten().flat_map(pixels))
+        self.maps.query(t, flow, &mut sets.into_iter().flatten().flat_map(pixels))
     }
 
     /// Stores the saliency of the trajectory points in frame `t`.
@@ -62,12 +62,12 @@ impl SaliencyWork {
         let size = clip.scale.working;
         let values = match clip.pending_jobs.take_result(JobKind::Saliency, t) {
             Some(JobResult::Saliency(values)) => values,
-            _ => self.asked(t, clip, track_set).answer(&clip.params.saliency),
+            _ => self.query(t, clip, track_set).evaluate(&clip.params.saliency),
         };
-        let points = pixels_at(&track_set.tracks, t, size).zip(&values);
+        let points = point_pixels(&track_set.tracks, t, size).zip(&values);
         let count = points.map(|((point, _), &value)| self.track_points[point] = value).count();
         if let Some(mask_tracks) = &track_set.mask_tracks {
-            let points = pixels_at(mask_tracks, t, size).zip(values.get(count..).unwrap_or_default());
+            let points = point_pixels(mask_tracks, t, size).zip(values.get(count..).unwrap_or_default());
             points.for_each(|((point, _), &value)| self.mask_track_points[point] = value);
         }
     }
@@ -91,7 +91,7 @@ impl StageWork for SaliencyWork {
             SaliencyStep::WithoutFlow => StepReport::new(Stage::Saliency, 1, 1),
             SaliencyStep::DominantMotion => {
                 let t = self.maps.motions().len();
-                self.maps.look(&clip.flows[t]);
+                self.maps.add_field(&clip.flows[t]);
                 self.step = if t + 1 < pairs { SaliencyStep::DominantMotion } else { SaliencyStep::Map(0) };
                 report(t + 1)
             }
@@ -110,7 +110,7 @@ impl StageWork for SaliencyWork {
     fn take_job(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Job> {
         let SaliencyStep::Map(next) = self.step else { return None };
         let id = clip.pending_jobs.assign(JobKind::Saliency, next..clip.flows.len())?;
-        Some(Job { id, input: JobInput::Saliency(self.asked(id.index as usize, clip, &outputs.track_set)) })
+        Some(Job { id, input: JobInput::Saliency(self.query(id.index as usize, clip, &outputs.track_set)) })
     }
 
     fn is_waiting(&self, pending_jobs: &PendingJobs, _: &Outputs) -> bool {
@@ -191,11 +191,11 @@ impl StageWork for ClusterWork {
             let job = counts.iter().position(|&c| c == count);
             match job.and_then(|k| pending_jobs.take_result(JobKind::Rotation, k)) {
                 Some(JobResult::Rotation(labels)) => labels,
-                _ => RowsOf::new(embedding, count).turned(),
+                _ => NormalizedRows::new(embedding, count).rotate(),
             }
         };
         let evidence = outputs.cluster_evidence(&params.affinity);
-        let mut clusters = discretize_by(embedding, &evidence, &params.discretize, params.clip.seed, rotated_labels);
+        let mut clusters = discretize_with(embedding, &evidence, &params.discretize, params.clip.seed, rotated_labels);
         if let (Some(saliency), ConnectednessMode::ForegroundOnly) = (&outputs.saliency, params.connectedness.mode) {
             clusters = with_background(&outputs.track_set.tracks, clusters, &saliency.tracks.foreground);
         }
@@ -206,10 +206,10 @@ impl StageWork for ClusterWork {
     fn take_job(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Job> {
         let counts = counts_of_rotations(clip, &outputs.embedding);
         let id = clip.pending_jobs.assign(JobKind::Rotation, 0..counts.len())?;
-        Some(Job { id, input: JobInput::Rotation(RowsOf::new(&outputs.embedding, counts[id.index as usize])) })
+        Some(Job { id, input: JobInput::Rotation(NormalizedRows::new(&outputs.embedding, counts[id.index as usize])) })
     }
 
     fn is_waiting(&self, pending_jobs: &PendingJobs, _: &Outputs) -> bool {
-        (0..MOST_ROTATIONS).any(|k| pending_jobs.is_pending(JobKind::Rotation, k))
+        (0..NUM_ROTATIONS).any(|k| pending_jobs.is_pending(JobKind::Rotation, k))
     }
 }

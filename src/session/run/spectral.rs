@@ -4,7 +4,7 @@ use super::clip::Clip;
 use super::work::{StageWork, StepReport};
 use crate::Error;
 use crate::affinity::AffinityRows;
-use crate::camera::{Travel, Ways};
+use crate::camera::{ForwardMotion, PointMatches};
 use crate::delaunay::delaunay_edges;
 use crate::discontinuity::{alive_points, discontinuities, neighborhoods_from_edges};
 use crate::embedding::embed;
@@ -113,7 +113,7 @@ fn take_ahead(track_set: &TrackSet, clip: &mut Clip) -> Option<Job> {
     }
     let settings = &clip.params.background;
     let is_needed = clip.params.clip.dense && settings.enabled && settings.rigid_scene && !clip.frames.is_empty();
-    let pairs = if is_needed { Travel::num_pairs(tracks) } else { 0 };
+    let pairs = if is_needed { ForwardMotion::num_pairs(tracks) } else { 0 };
     let id = clip.pending_jobs.assign(JobKind::CameraMotion, 0..pairs)?;
-    Some(Job { id, input: JobInput::CameraMotion(Ways::new(tracks, id.index as usize)) })
+    Some(Job { id, input: JobInput::CameraMotion(PointMatches::new(tracks, id.index as usize)) })
 }

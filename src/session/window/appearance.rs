@@ -39,7 +39,7 @@ pub(crate) fn object_appearances(
             let Some((_, appearance)) = appearances.iter_mut().find(|(l, _)| *l == label) else { continue };
             let pixel = |v: f32, side: usize| ((v + 0.5).max(0.0) as usize).min(side - 1);
             let offset = 3 * (pixel(y, h) * w + pixel(x, w));
-            appearance.colours.add(&Colour::of(&frame.rgb()[offset..offset + 3]).corners(), 1.0);
+            appearance.colours.add(&Colour::from_rgb(&frame.rgb()[offset..offset + 3]).corners(), 1.0);
             let sum = &mut sums[label];
             *sum = (sum.0 + x / w as f32, sum.1 + y / h as f32, sum.2 + 1.0);
         }
@@ -57,7 +57,7 @@ impl Appearance {
     /// Returns the similarity of two appearances, at most 1: similarity of colours, less a little for their distance.
     pub(super) fn similarity(&self, other: &Self) -> f32 {
         let (x, y) = (self.position.0 - other.position.0, self.position.1 - other.position.1);
-        self.colours.likeness(&other.colours) - DISTANCE_PENALTY * (x * x + y * y).sqrt()
+        self.colours.similarity(&other.colours) - DISTANCE_PENALTY * (x * x + y * y).sqrt()
     }
 }
 
