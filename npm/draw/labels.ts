@@ -5,6 +5,7 @@ import { MAX_LABEL, type MaskSource, type ObjectChoice, checkMasks, chosenLabels
 import { type Context2D, asideFrom, onPixelCentres, outlines, pack, painted, strokePieces } from './canvas.js';
 import { type LabelColors, colorsOf, rgbOf } from './palette.js';
 
+/** Options of `drawLabels`. */
 export interface DrawLabelsOptions {
   /** Of the fill, 0 to 1; 0.5 if not given. */
   opacity?: number;

@@ -8,6 +8,7 @@ import { FramePoints, type TrajectorySource, choice } from './trajectories.js';
 /** The grid of a map; `scaleX` and `scaleY` are 1 if not given. */
 export type MapGrid = { width: number; height: number; scaleX?: number; scaleY?: number };
 
+/** Options of `drawBoundaries`. */
 export interface DrawBoundariesOptions {
   /** Which of the map's arrays; `pb` if not given. */
   of?: 'pb' | 'thin' | 'discontinuity' | 'spectral' | 'combined';
@@ -146,13 +147,16 @@ export function drawCells(
 /** Two trajectories each, and the discontinuity between them. */
 export type EdgeEnds = { i: ArrayLike<number>; j: ArrayLike<number>; d: ArrayLike<number> };
 
+/** The edges of frames: a result is one. */
 export interface FrameEdges {
+  /** Returns the edges of frame `t`. */
   edges: (t: number) => EdgeEnds;
 }
 
 /** What discontinuities are drawn of: a result. */
 export type EdgeSource = TrajectorySource & FrameEdges;
 
+/** Options of `drawDiscontinuities`. */
 export interface DrawDiscontinuitiesOptions {
   /** Discontinuity from which an edge is drawn as one, 0 to 1; 0.6 if not given. */
   threshold?: number;

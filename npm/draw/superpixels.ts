@@ -20,6 +20,7 @@ export type SuperpixelPicture = MapGrid & {
   };
 };
 
+/** Options of `drawSuperpixels`. */
 export interface DrawSuperpixelsOptions {
   /** The mean colours of `image`, colours at random, or nothing; `mean` if there is an image, else `random`. */
   fill?: 'mean' | 'random' | 'none';

@@ -19,6 +19,7 @@ import type { MaskSource, ObjectChoice } from '../../check/masks.js';
 import type { WasmSource } from '../../check/options.js';
 import type { ExportProgress } from './masks.js';
 
+/** Options of `encodeImages`. */
 export interface EncodeImagesOptions {
   /** `cutout`, the objects alone on nothing, if not given; `alpha`, how opaque they are, white on black. */
   style?: 'cutout' | 'alpha';

@@ -24,6 +24,7 @@ export type ObjectPrompt = {
   mask: { size: [number, number]; counts: string };
 };
 
+/** Options of `prompts`. */
 export interface PromptsOptions {
   /** All but the background if not given. */
   objects?: ObjectChoice;
