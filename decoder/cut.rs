@@ -1,4 +1,4 @@
-//! What borders are moved with: colours and the expansion of `src/dense/cut`.
+//! Colour models and alpha-expansion of `src/dense/cut`, for the refinement of borders.
 
 #[path = "../src/dense/cut/colour.rs"]
 mod colour;

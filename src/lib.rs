@@ -100,7 +100,7 @@ pub use motion::{affinity, discontinuity, embedding, flow, trajectory};
 pub use error::Error;
 #[cfg(not(target_arch = "wasm32"))]
 pub use session::{Checkpoint, Window, Windows};
-pub use session::{Explanation, Params, Progress, Session, Source, Stage, Step};
+pub use session::{Explanation, LabelSource, Params, Progress, Session, Stage, Step};
 
 /// The README's Rust, tested with the examples in comments.
 #[cfg(doctest)]

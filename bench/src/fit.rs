@@ -61,7 +61,7 @@ pub(super) fn eval(args: &FitArgs) -> Result<()> {
     let mut params = args.suite.settings.params()?;
     params.clip.dense = false;
     let items = items(&args.suite)?;
-    let work = |item: &Item| lessons_of(item, &params, args).map_err(|failure| failure.of(&item.name));
+    let work = |item: &Item| lessons_of(item, &params, args).map_err(|failure| failure.with_subject(&item.name));
     let report = |lessons: &Lessons| {
         let [pairs, objects, still] = lessons.each_ref().map(|lesson| lesson.examples.len());
         print(format_args!("{:20} {pairs:6} pairs {:4} clusters", lessons[0].kind, objects + still))
