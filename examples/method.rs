@@ -1,10 +1,9 @@
-//! The whole method in straight lines, to be read with the paper in one hand: `cargo run --release --example method --
-//! FRAMES`.
+//! The whole method, top to bottom, to read beside the paper: `cargo run --release --example method -- FRAMES`.
 //!
-//! `FRAMES` is a folder of PNG or JPEG files and nothing else, taken in name order. For each frame a line is printed:
-//! its mask as runs of a label and a number of pixels, row by row; 0 is the background. The labels equal those of
-//! [`tracecut::Session`] with default parameters, which does the same step by step, reduces large frames, and takes long
-//! clips window by window.
+//! `FRAMES` is a folder of PNG or JPEG files and nothing else, taken in name order. It prints one line per frame:
+//! the mask as runs of a label and a number of pixels, row by row; 0 is the background. The labels equal those of
+//! [`tracecut::Session`] with default parameters, which does the same step by step, scales large frames down, and
+//! processes long clips window by window.
 
 use std::error::Error;
 use std::{env, fs};
@@ -24,7 +23,7 @@ use tracecut::saliency::{SaliencyMaps, context_saliency, sample_map, trajectory_
 use tracecut::superpixel::superpixels_of;
 use tracecut::trajectory::{Tracker, structure};
 
-/// A label for every pixel of at least two frames of one size.
+/// Returns a label for every pixel of at least two frames of equal size.
 fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut::Error> {
     // Lengths are stated for large frames, counts of trajectories for a grid step of 8 pixels there.
     let (width, height) = (frames[0].width(), frames[0].height());

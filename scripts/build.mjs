@@ -1,5 +1,5 @@
-// Builds the npm package into dist/: Rust to wasm, its JavaScript glue, optimisation, the hand-written modules and
-// their types. Steps whose inputs have not changed are skipped. `node scripts/build.mjs --force` takes them all, `--fast`
+// Builds the npm package into dist/: Rust to wasm, its JavaScript glue, optimisation, the modules of `npm` and their
+// types; and the page into build/. Steps whose inputs have not changed are skipped. `node scripts/build.mjs --force` takes them all, `--fast`
 // makes the wasm files in seconds after an edit, larger and as fast, to test with.
 
 import { createHash } from 'node:crypto';
@@ -9,6 +9,8 @@ import { basename, dirname, join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { gzipSync } from 'node:zlib';
 import { BUNDLE_SOURCES, buildBundles } from './bundles.mjs';
+import { compilePackage, compilePage } from './compile.mjs';
+import { finishDeclarations } from './declarations.mjs';
 import { parameterSources, writeParameters } from './parameters.mjs';
 import { MOST_WASM } from './size.mjs';
 import {
@@ -55,7 +57,9 @@ export async function build({ force = false, overBudget = 'fail', fast = false, 
   mkdirSync(dist, { recursive: true });
   const stamps = readStamps(force);
 
-  const scripts = ['build', 'parameters', 'declarations'].map((name) => join(root, 'scripts', `${name}.mjs`));
+  const scripts = ['build', 'compile', 'parameters', 'declarations'].map((name) =>
+    join(root, 'scripts', `${name}.mjs`),
+  );
   const making = [...scripts, ownToolSource('bindgen')];
   const vendored = ['media', 'zip'].map((name) => join(root, 'scripts', 'vendor', `${name}.js`));
   const lock = join(root, 'package-lock.json');
@@ -85,7 +89,8 @@ export async function build({ force = false, overBudget = 'fail', fast = false, 
   writeExpected();
   const sources = libraryFiles().map((name) => join(lib, name));
   removeStale();
-  copyModules('.js');
+  await compilePackage();
+  await compilePage();
   if (!onlyPage) {
     // With the wasm files, whose declarations it goes on with.
     const declared = [engine, decoder, ...['parameters.js', 'selftest/expected.js'].map((name) => join(dist, name))];
@@ -254,10 +259,10 @@ async function buildVendored(entry) {
   copyFileSync(entry, outfile.replace('.js', '.d.ts'));
 }
 
-/** The hand-written modules, by their places below `npm`. */
+/** The modules of the package, by their places below `npm`, and how they are compiled. */
 function libraryFiles() {
   return readdirSync(lib, { recursive: true })
-    .filter((name) => /\.(js|json|d\.ts)$/.test(name))
+    .filter((name) => /\.(ts|json)$/.test(name))
     .sort();
 }
 
@@ -269,7 +274,7 @@ function removeStale() {
       !/^(tracecut|decoder|glue|parameters|inline|worker\.bundle|selftest\/expected)\b|^\w+_bg\.wasm|^vendor\//.test(
         name,
       );
-    const sources = [name, name.replace(/\.d\.ts$/, '.js')].map((source) => join(lib, source));
+    const sources = [name, name.replace(/(\.d\.ts|\.js)$/, '.ts')].map((source) => join(lib, source));
     if (isModule && !sources.some(existsSync)) rmSync(join(dist, name));
   }
 }
@@ -287,23 +292,12 @@ function writeExpected() {
   writeFileSync(`${file}.d.ts`, `export declare const EXPECTED: ${type};\n`);
 }
 
-/** Copies the hand-written modules, `.js`, or their declarations, `.d.ts`. */
-function copyModules(ending) {
-  for (const name of libraryFiles().filter((file) => file.endsWith(ending))) {
-    mkdirSync(dirname(join(dist, name)), { recursive: true });
-    copyFileSync(join(lib, name), join(dist, name));
-  }
-}
-
-async function buildTypes() {
-  // These need npm packages, which a fresh clone has not had when this file is read.
-  const { describeTypes, importPlatform } = await import('./declarations.mjs');
-  copyModules('.d.ts');
+function buildTypes() {
+  copyFileSync(join(lib, 'dom.d.ts'), join(dist, 'dom.d.ts'));
   run(process.execPath, [bin('typescript/bin/tsc'), '--project', join(lib, 'tsconfig.json')], {
     hint: 'The types of npm do not agree.',
   });
-  describeTypes(lib, dist);
-  importPlatform(dist);
+  finishDeclarations(dist);
 }
 
 function checkSize(complain) {

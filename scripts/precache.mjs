@@ -3,6 +3,7 @@
 import { createHash } from 'node:crypto';
 import { existsSync, readFileSync, readdirSync } from 'node:fs';
 import { join, sep } from 'node:path';
+import { PAGE } from './compile.mjs';
 import { root } from './tools.mjs';
 
 const PLACEHOLDER = "const PRECACHE = { version: '', files: [] };";
@@ -14,6 +15,7 @@ const NOT_THE_PAGES = ['node.js', 'inline.js', 'worker.bundle.js'];
  * Folders of the site: where they lie, where they are served, and which of their files a page in a browser may ask for.
  */
 const folders = [
+  { folder: PAGE, at: './', wanted: () => true },
   {
     folder: join(root, 'studio'),
     at: './',

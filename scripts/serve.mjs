@@ -1,16 +1,18 @@
-// A static file server for development and tests: `studio/` at `/`, the lab (`www/`) at `/lab/`, the built package at `/dist/`. Nothing
-// else is reachable, and from no other machine.
+// A static file server for development and tests: the page (`build/` and `studio/`) at `/`, the lab (`www/`) at `/lab/`, the
+// built package at `/dist/`. Nothing else is reachable, and from no other machine.
 
 import { createReadStream } from 'node:fs';
 import { realpath, stat } from 'node:fs/promises';
 import { createServer } from 'node:http';
 import { extname, join, resolve, sep } from 'node:path';
+import { PAGE } from './compile.mjs';
 import { precacheList, serviceWorker } from './precache.mjs';
 import { root } from './tools.mjs';
 
 export const mounts = [
   { prefix: '/dist/', folder: join(root, 'dist') },
   { prefix: '/lab/', folder: join(root, 'www') },
+  { prefix: '/', folder: PAGE },
   { prefix: '/', folder: join(root, 'studio') },
 ];
 

@@ -33,7 +33,7 @@ const PAGE = readFileSync(join(root, 'studio', 'index.html'), 'utf8');
 const { imports: NAMES } = JSON.parse(/** @type {string} */ (IMPORT_MAP.exec(PAGE)?.[1]));
 
 /** The page's list of the package's entries: served as the one file that they are together, which weighs less. */
-const LIBRARY = join(root, 'studio', 'model', 'library.js');
+const LIBRARY = join(root, 'studio', 'model', 'library.ts');
 
 /** The lab is bundled with the package, so that it loads only what it takes of it. */
 const LAB = join(root, 'www');
@@ -153,7 +153,8 @@ async function writeBundle({ folder, entries }, target, splits) {
 /** @param {string} folder @param {string} name of a bundle in it */
 function sourceOf(folder, name) {
   if (name === 'lab.js') return join(LAB, 'main.js');
-  return folder === 'dist' && name === 'index.js' ? LIBRARY : join(PLACES[folder], name);
+  if (folder === 'view') return join(PLACES.view, name.replace('.js', '.ts'));
+  return name === 'index.js' ? LIBRARY : join(PLACES.dist, name);
 }
 
 /**
@@ -172,7 +173,7 @@ function apart(folder) {
       }
       const place = resolve(resolveDir, path);
       const inDist = relative(PLACES.dist, place).replaceAll(sep, '/');
-      const ofPage = place === LIBRARY ? 'dist/index.js' : NAMES[path];
+      const ofPage = place === LIBRARY.replace('.ts', '.js') ? 'dist/index.js' : NAMES[path];
       const file = folder === 'view' ? ofPage : /^(vendor\/|index\.js$)/.test(inDist) && `dist/${inDist}`;
       if (!file) return undefined;
       const to = relative(folder, file).replaceAll(sep, '/');

@@ -6,6 +6,7 @@ import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import { parseArgs } from 'node:util';
 import { build } from './build.mjs';
+import { compilePage } from './compile.mjs';
 import { serve } from './serve.mjs';
 import { fail, root } from './tools.mjs';
 
@@ -15,6 +16,7 @@ if (!existsSync(join(root, 'dist', 'stamps.json')))
     'The first start compiles the library to WebAssembly and optimises it: three minutes on two idle cores, longer beside other work. The next one takes a second.',
   );
 await build({ overBudget: 'warn', onlyPage: true });
+await compilePage({ watch: true });
 const { url } = await serve({ port }).catch((error) =>
   fail(
     error.code === 'EADDRINUSE'

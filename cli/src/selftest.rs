@@ -1,4 +1,4 @@
-//! `tracecut selftest`: compares hashes of results with those of other machines. `npm/selftest/run.js` is the same program: same
+//! `tracecut selftest`: compares hashes of results with those of other machines. `npm/selftest/run.ts` is the same program: same
 //! clips, same bytes, same order.
 
 use crate::failure::{Failure, Result, print};

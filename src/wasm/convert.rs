@@ -232,7 +232,7 @@ fn edges(list: &[Edge]) -> JsValue {
     ])
 }
 
-/// Returns the numbers of `EdgeKind` in `npm/stages/image.js`.
+/// Returns the numbers of `EdgeKind` in `npm/stages/image.ts`.
 fn kind_number(kind: EdgeKind) -> u8 {
     match kind {
         EdgeKind::Constraint => 0,

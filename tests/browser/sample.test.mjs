@@ -5,7 +5,7 @@ import { describe, test } from 'node:test';
 import { createSession, synthClip } from '../../dist/node.js';
 import { screenshot, text, useSample, useSite } from './support.mjs';
 
-const { SAMPLE } = await import('../../studio/view/source.js');
+const { SAMPLE } = await import('../../build/view/source.js');
 
 const FRAME = 12;
 

@@ -86,7 +86,7 @@ export async function openSave(page) {
   await page.evaluate(() => (document.querySelector('#export-more').open = true));
 }
 
-/** Waits for one phase of the page (see studio/model/store.js). */
+/** Waits for one phase of the page (see studio/model/store.ts). */
 export async function inPhase(page, phase) {
   await page.waitForFunction((wanted) => document.body.dataset.phase === wanted, phase);
 }

@@ -39,7 +39,7 @@ const groups = new Set(rows.map(({ group }) => group).filter(Boolean));
 const codeIn = (folder) =>
   readdirSync(join(root, folder), { recursive: true })
     .map((name) => `${folder}/${name.replaceAll('\\', '/')}`)
-    .filter((name) => /\.(rs|js)$/.test(name));
+    .filter((name) => /\.(rs|js|ts)$/.test(name) && !name.endsWith('.d.ts'));
 
 /** The path of a file in `src`, from its room on. */
 const inRoom = (file) => file.split('/').slice(groups.has(file.split('/')[1]) ? 2 : 1);
@@ -64,11 +64,12 @@ function importsOf(file) {
   return rooms.map((name) => AT_TOP[name] ?? name).filter((name) => name !== roomOf(file));
 }
 
-/** The files of a folder that a file of JavaScript imports, at once or later. */
+/** The files of a folder that a file of JavaScript or TypeScript imports, at once or later; types do not count. */
 function localImports(file) {
-  const code = read(file).replace(/\/\*[^]*?\*\/|^\s*\/\/.*$/gm, '');
+  const code = read(file).replace(/\/\*[^]*?\*\/|^\s*\/\/.*$|^(im|ex)port type [^;]*;/gm, '');
   const names = [...code.matchAll(/(?:\bfrom|\bimport)\s*\(?\s*'(\.[^'\n]+)'/g)].map(([, name]) => name);
-  return names.map((name) => posix.join(posix.dirname(file), name));
+  const ending = posix.extname(file);
+  return names.map((name) => posix.join(posix.dirname(file), name).replace(/\.js$/, ending));
 }
 
 /** Groups of files of which each leads to each other by imports. @param {Map<string, string[]>} imports */
@@ -128,7 +129,7 @@ test('the package imports nothing of the studio, and the studio takes the packag
     });
   const [ofPackage, ofPage] = [
     imported('npm'),
-    imported('studio').filter(({ file }) => !/(library|service-worker)\.js$/.test(file)),
+    imported('studio').filter(({ file }) => !/(library\.ts|service-worker\.js)$/.test(file)),
   ];
   assert.ok(ofPackage.length > 200 && ofPage.length > 200);
   assert.deepEqual(
@@ -162,7 +163,7 @@ test('the model of the studio has no word of the DOM, and imports nothing of the
     model.filter((file) => /\.\.\/view\//.test(read(file))),
     [],
   );
-  assert.match(code('studio/view/viewer.js'), DOM);
+  assert.match(code('studio/view/viewer.ts'), DOM);
 });
 
 test('the lab imports the public entries of the package and nothing else', () => {

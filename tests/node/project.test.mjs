@@ -5,7 +5,7 @@ import { test } from 'node:test';
 import { segmentVideo } from 'tracecut';
 import { editMasks, encodeRuns, openProject, saveProject } from 'tracecut/edit';
 import { clipsZip, cocoRle } from 'tracecut/export';
-import { lookOf, lookPatch } from '../../studio/model/look.js';
+import { lookOf, lookPatch } from '../../build/model/look.js';
 import { framesOf, ready, rejects } from './support.mjs';
 
 test('a result and a video are opened again as they were, with edits, words and files', async (t) => {

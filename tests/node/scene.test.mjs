@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { segmentVideo, synthClip } from 'tracecut';
 import { sceneMotion } from 'tracecut/stages';
-import { alikeObjects } from '../../studio/model/alike.js';
+import { alikeObjects } from '../../build/model/alike.js';
 import { framesOf, open, ready, rejects } from './support.mjs';
 
 /** Trajectories from lists of places, each with its first frame and label. */

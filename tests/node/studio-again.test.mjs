@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { showCorrected } from '../../studio/model/show-result.js';
+import { showCorrected } from '../../build/model/show-result.js';
 import { movingFrames } from '../moving.mjs';
 import { CLIP, openModel } from './studio.mjs';
 

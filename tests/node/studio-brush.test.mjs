@@ -2,8 +2,8 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Brush, NEW_OBJECT } from '../../studio/model/brush.js';
-import { showCorrected } from '../../studio/model/show-result.js';
+import { Brush, NEW_OBJECT } from '../../build/model/brush.js';
+import { showCorrected } from '../../build/model/show-result.js';
 import { movingFrames } from '../moving.mjs';
 import { CLIP, openModel } from './studio.mjs';
 

@@ -2,11 +2,11 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Autosave, rememberRuns } from '../../studio/model/autosave.js';
-import { RunMemory } from '../../studio/model/cut-off.js';
-import { showCorrected } from '../../studio/model/show-result.js';
-import { bytesOf, keep, kept } from '../../studio/model/slots.js';
-import { Packer, clipId, projectFile, readProjectFile, reopened } from '../../studio/model/work.js';
+import { Autosave, rememberRuns } from '../../build/model/autosave.js';
+import { RunMemory } from '../../build/model/cut-off.js';
+import { showCorrected } from '../../build/model/show-result.js';
+import { bytesOf, keep, kept } from '../../build/model/slots.js';
+import { Packer, clipId, projectFile, readProjectFile, reopened } from '../../build/model/work.js';
 import { CLIP, SAMPLE, memoryStorage, openModel, openSampleWork } from './studio.mjs';
 
 const work = (at, more = {}) => ({

@@ -4,12 +4,12 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { unzipSync } from 'fflate';
 import { version } from 'tracecut';
-import { subjectOf } from '../../studio/model/export.js';
-import { framesOf } from '../../studio/model/export-size.js';
-import { FIRST, otherExports } from '../../studio/model/exports.js';
-import { recipeOf } from '../../studio/model/recipe.js';
-import { showCorrected } from '../../studio/model/show-result.js';
-import { frameText } from '../../studio/model/describe.js';
+import { subjectOf } from '../../build/model/export.js';
+import { framesOf } from '../../build/model/export-size.js';
+import { FIRST, otherExports } from '../../build/model/exports.js';
+import { recipeOf } from '../../build/model/recipe.js';
+import { showCorrected } from '../../build/model/show-result.js';
+import { frameText } from '../../build/model/describe.js';
 import { CLIP, SAMPLE, openModel, openSampleWork } from './studio.mjs';
 
 /** Every headline that is shown from now on. */

@@ -3,18 +3,18 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { parameters } from 'tracecut';
-import { clipFacts, lastOf, partWords, takeText, wantedTake } from '../../studio/model/clip-words.js';
-import { durationOf, sizesOf } from '../../studio/model/export-size.js';
-import { colourName } from '../../studio/model/palette.js';
-import { linkOf, readLink } from '../../studio/model/recipe.js';
-import { ESSENTIALS, Settings, optionsOf } from '../../studio/model/settings.js';
-import { fitTake, usualTake } from '../../studio/model/source.js';
-import { Countdown, StageClock, timeLeft } from '../../studio/model/stage-clock.js';
-import { Store } from '../../studio/model/store.js';
-import { TimeLeft } from '../../studio/model/time-left.js';
-import { triesOf, whereWords } from '../../studio/model/tries.js';
-import { PageError, count, explain, percent, remaining } from '../../studio/model/words.js';
-import { MOST, Zoom } from '../../studio/model/zoom.js';
+import { clipFacts, lastOf, partWords, takeText, wantedTake } from '../../build/model/clip-words.js';
+import { durationOf, sizesOf } from '../../build/model/export-size.js';
+import { colourName } from '../../build/model/palette.js';
+import { linkOf, readLink } from '../../build/model/recipe.js';
+import { ESSENTIALS, Settings, optionsOf } from '../../build/model/settings.js';
+import { fitTake, usualTake } from '../../build/model/source.js';
+import { Countdown, StageClock, timeLeft } from '../../build/model/stage-clock.js';
+import { Store } from '../../build/model/store.js';
+import { TimeLeft } from '../../build/model/time-left.js';
+import { triesOf, whereWords } from '../../build/model/tries.js';
+import { PageError, count, explain, percent, remaining } from '../../build/model/words.js';
+import { MOST, Zoom } from '../../build/model/zoom.js';
 
 const VIDEO = { kind: 'video', name: 'a.mp4', width: 1920, height: 1080, fps: 25, count: 100 };
 

@@ -6,10 +6,10 @@ import { join } from 'node:path';
 import { openProject, saveProject } from 'tracecut/edit';
 import { fitSize, segmentVideo, synthClip } from 'tracecut';
 import { root } from '../../scripts/tools.mjs';
-import { App } from '../../studio/model/app.js';
-import { Selection } from '../../studio/model/selection.js';
-import { Store } from '../../studio/model/store.js';
-import { PageError } from '../../studio/model/words.js';
+import { App } from '../../build/model/app.js';
+import { Selection } from '../../build/model/selection.js';
+import { Store } from '../../build/model/store.js';
+import { PageError } from '../../build/model/words.js';
 
 /** A file that is opened as a clip. */
 export const CLIP = new File(['clip'], 'clip.mp4', { type: 'video/mp4' });

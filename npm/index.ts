@@ -1,0 +1,101 @@
+/**
+ * TraceCut in browsers and bundlers: finds the moving objects in a video. The work runs in a module worker.
+ *
+ * ```js
+ * const session = await createSession();
+ * for (const frame of frames) await session.push(frame);
+ * const result = await session.run({ onProgress: ({ stage, done, total }) => {} });
+ * result.labels(0); result.trajectories; result.clusters.label; session.close();
+ * ```
+ * @module
+ */
+
+import { PARAMETERS, type Parameter, VERSION } from './parameters.js';
+import { part } from './places.js';
+
+export { VideoSegmentation, segmentVideo } from './video/segment.js';
+export { Session, createSession } from './session/session.js';
+export { drawLabels } from './draw/labels.js';
+
+// These are loaded when they are first called.
+export const masksZip: typeof import('./kit/export/masks.js').masksZip = async (...args) =>
+  (await part(import('./kit/export/masks.js'))).masksZip(...args);
+export const encodeVideo: typeof import('./kit/export/video.js').encodeVideo = async (...args) =>
+  (await part(import('./kit/export/video.js'))).encodeVideo(...args);
+export const maskPng: typeof import('./kit/export/masks.js').maskPng = async (...args) =>
+  (await part(import('./kit/export/masks.js'))).maskPng(...args);
+export const segmentEach: typeof import('./video/each.js').segmentEach = async function* (...args) {
+  yield* (await part(import('./video/each.js'))).segmentEach(...args);
+};
+export const readFrames: typeof import('./video/listed.js').readFrames = async function* (...args) {
+  yield* (await part(import('./video/listed.js'))).readFrames(...args);
+};
+export const videoStrip: typeof import('./video/strip.js').videoStrip = async function* (...args) {
+  yield* (await part(import('./video/strip.js'))).videoStrip(...args);
+};
+
+export { previewMasks } from './video/segment.js';
+export { videoFrames, videoInfo } from './video/source.js';
+export { sortFiles } from './video/kind.js';
+export { fitSize } from './video/pixels.js';
+export { Clip, synthClip } from './stages/clip.js';
+export { searchReport } from './session/report.js';
+export { Result } from './session/result.js';
+export { VideoResult } from './video/result.js';
+export { WindowResult } from './video/window.js';
+export { TraceCutError } from './check/errors.js';
+export { configure } from './places.js';
+
+/** The package's version. */
+export const version = VERSION;
+
+/** All parameters with their meaning, kind, range and default, in the order of the stages. */
+export function parameters(): Parameter[] {
+  return PARAMETERS.map((parameter) => ({ ...parameter }));
+}
+
+export type { ErrorCode } from './check/errors.js';
+export type { MaskSource, ObjectChoice } from './check/masks.js';
+export type { SessionOptions, SessionSettings, WasmSource } from './check/options.js';
+export type { Context2D } from './draw/canvas.js';
+export type { DrawLabelsOptions } from './draw/labels.js';
+export type { LabelColors } from './draw/palette.js';
+export type { ExportProgress, MaskPngOptions, MasksZipOptions } from './kit/export/masks.js';
+export type { VideoQuality } from './kit/export/quality.js';
+export type { SoundOptions } from './kit/export/sound.js';
+export type { EncodeFrame, EncodeFrames, EncodeVideoOptions } from './kit/export/video.js';
+export type { Parameter, ParameterOptions } from './parameters.js';
+export type { Places, WorkerSource } from './places.js';
+export type { FlowField, Progress, Stage } from './session/engine.js';
+export type { Place, Stroke, TrajectoryInput } from './session/inputs.js';
+export type { ObjectList, SearchReport, Searched, VideoObject } from './session/report.js';
+export type {
+  Background,
+  ClusterList,
+  ClusterObjects,
+  ComponentTable,
+  ConfidenceMap,
+  EdgeTable,
+  Edges,
+  EmbeddingTable,
+  Explanation,
+  LabelCost,
+  SaliencyMap,
+  SaliencyTable,
+  SuperpixelLink,
+  TrajectoryList,
+  Voter,
+} from './session/result.js';
+export type { RunOptions } from './session/session.js';
+export type { ClipOptions } from './stages/clip.js';
+export type { BoundaryMap, Superpixels } from './stages/image.js';
+export type { EachOptions, EachProgress, QueuedClip, SegmentedClip } from './video/each.js';
+export type { SortedFile } from './video/kind.js';
+export type { FrameAtTime, FrameFile, ListedFrame } from './video/listed.js';
+export type { Damage, TakeOptions, VideoInfo } from './video/reader.js';
+export type { ClipTrajectories, Shot, Truncated } from './video/result.js';
+export type { VideoOptions, VideoProgress, WindowOptions } from './video/segment.js';
+export type { DecodedFrame, VideoSource } from './video/source.js';
+export type { StripCount, StripOptions } from './video/strip.js';
+export type { SettledFrame } from './video/window.js';
+export type { FrameSource, PixelFrame } from './worker/frames.js';

@@ -1,0 +1,29 @@
+// `tracecut` in Node: the same as in browsers, and folders are read by their paths.
+
+import { readFile, readdir } from 'node:fs/promises';
+import { basename, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { TraceCutError } from '../check/errors.js';
+import { frameNames, readFrames as framesOfFiles } from '../video/listed.js';
+import './platform.js';
+
+export * from '../index.js';
+
+export async function* readFrames(folder: Parameters<typeof framesOfFiles>[0]): ReturnType<typeof framesOfFiles> {
+  if (typeof folder !== 'string' && !(folder instanceof URL)) {
+    yield* framesOfFiles(folder);
+    return;
+  }
+  const path = typeof folder === 'string' ? folder : fileURLToPath(folder);
+  for (const name of frameNames(await filesIn(path), `the folder ${basename(path)}`))
+    yield { frame: new Uint8Array(await readFile(join(path, name))), name };
+}
+
+async function filesIn(path: string) {
+  try {
+    const entries = await readdir(path, { withFileTypes: true });
+    return entries.filter((entry) => !entry.isDirectory()).map(({ name }) => name);
+  } catch (cause) {
+    throw new TraceCutError('no-frames', `the folder ${path} cannot be read: ${String(cause)}`, { cause });
+  }
+}

@@ -1,0 +1,131 @@
+// What Node has in the place of browsers' ways: files from the disk, and work on the calling thread, with threads beside
+// it where they help.
+
+import { existsSync } from 'node:fs';
+import { readFile } from 'node:fs/promises';
+import { availableParallelism } from 'node:os';
+import { type MessagePort, type Transferable, Worker } from 'node:worker_threads';
+import { TraceCutError } from '../check/errors.js';
+import { known } from '../places.js';
+import { type HelperData, type Platform, loadModule, loader, setPlatform } from '../platform.js';
+import type { WasmSource } from '../check/options.js';
+import type { HelperWorker } from '../worker/helpers.js';
+
+// Bundlers that carry files along look for these very expressions.
+const packagedFile = () => new URL('../tracecut_bg.wasm', import.meta.url);
+const packagedDecoder = () => new URL('../decoder_bg.wasm', import.meta.url);
+
+setPlatform({
+  loadModule: loader('wasm', load, () => readPackaged('wasm', 'tracecut_bg.wasm', packagedFile)),
+  loadDecoder: loader('decoder', load, () => readPackaged('decoder', 'decoder_bg.wasm', packagedDecoder)),
+  startWorker: startThread,
+  inProcess: true,
+  startHelper,
+  cores: availableParallelism,
+});
+
+function startHelper(data: HelperData): HelperWorker {
+  const port = data.port as unknown as MessagePort;
+  const worker = new Worker(new URL('./worker.js', import.meta.url), {
+    workerData: data,
+    transferList: [port],
+    // Those of the process may be for its script alone, as `--input-type` is.
+    execArgv: [],
+  });
+  // A session that nobody closed keeps no process alive.
+  worker.unref();
+  return {
+    watch(onLost) {
+      worker.on('error', onLost);
+      worker.on('exit', onLost);
+    },
+    end: () => void worker.terminate(),
+  };
+}
+
+function load(source: WasmSource) {
+  if (source instanceof URL && source.protocol === 'file:') return readModule(source);
+  return typeof source === 'string' && !/^[a-z][a-z\d+.-]+:/i.test(source) ? readModule(source) : loadModule(source);
+}
+
+/**
+ * A file beside this module. Where a bundler gives an address of its own in its place, as webpack does, it is looked for
+ * where this module was when it was bundled.
+ */
+async function readPackaged(name: 'wasm' | 'decoder', file: string, make: () => URL) {
+  const url = known(name, make, wayOut(name, file));
+  const here = import.meta.url;
+  const candidates = url.href.startsWith('file:') ? [new URL(url.href)] : [];
+  candidates.push(new URL(`../${file}`, here));
+  const found = candidates.find((candidate) => existsSync(candidate)) ?? candidates[0];
+  return readModule(found!, wayOut(name, file));
+}
+
+/** The way out where a bundler has left a file behind. */
+function wayOut(name: string, file: string) {
+  return `If your bundler leaves it out, keep the package out of the bundle (external: ['tracecut'], serverExternalPackages: ['tracecut']), or copy tracecut/dist/${file} and say where: configure({ ${name}: 'path/of/${file}' })`;
+}
+
+async function readModule(place: URL | string, hint?: string) {
+  try {
+    return await loadModule(await readFile(place));
+  } catch (cause) {
+    if (cause instanceof TraceCutError) throw cause;
+    const words = `${place instanceof URL ? place.href : place} could not be read: ${String(cause)}`;
+    throw new TraceCutError('wasm-load', hint ? `${words}. ${hint}` : words, { cause });
+  }
+}
+
+type Listener = (event: { data?: unknown; message?: string; preventDefault?: () => void }) => void;
+
+/**
+ * Starts a thread that serves a session, or helps one. It keeps the process alive only while something is asked of it:
+ * a session that nobody closed does not.
+ */
+function startThread(): globalThis.Worker {
+  return new Thread() as unknown as globalThis.Worker;
+}
+
+class Thread {
+  // Options of the process may be for its script alone, as `--input-type` is.
+  #worker = new Worker(new URL('./worker.js', import.meta.url), { execArgv: [] });
+  #unanswered = 0;
+  #ended = false;
+
+  constructor() {
+    this.#worker.unref();
+  }
+
+  postMessage(message: { id: number; type: string }, transfer?: Transferable[]) {
+    this.#worker.postMessage(message, transfer);
+    if (message.id === 0 || message.type === 'abort') return;
+    this.#unanswered += 1;
+    this.#worker.ref();
+  }
+
+  addEventListener(type: 'message' | 'messageerror' | 'error', listener: Listener) {
+    if (type === 'error') this.#onError(listener);
+    else if (type === 'messageerror') this.#worker.on('messageerror', () => listener({}));
+    else this.#worker.on('message', (data) => this.#onMessage(data, listener));
+  }
+
+  terminate() {
+    this.#ended = true;
+    void this.#worker.terminate();
+  }
+
+  #onMessage(data: { id: number; type: string }, listener: Listener) {
+    if (data.id !== 0 && data.type !== 'progress') {
+      this.#unanswered -= 1;
+      if (this.#unanswered === 0) this.#worker.unref();
+    }
+    listener({ data });
+  }
+
+  #onError(listener: Listener) {
+    this.#worker.on('error', (error) => listener({ message: String(error) }));
+    this.#worker.on('exit', (code) => {
+      if (!this.#ended) listener({ message: `the thread ended with code ${code}` });
+    });
+  }
+}

@@ -1,0 +1,61 @@
+// Small helpers to build elements without a framework and without inline styles, which the page's policy forbids.
+
+/** Whether fingers point here: words say “tap” then. */
+export const TOUCH = matchMedia('(pointer: coarse)').matches;
+
+/** Whether there is a decoder for H.264. */
+export const PLAYS_MP4 = document.createElement('video').canPlayType('video/mp4; codecs="avc1.42001f"') !== '';
+
+/** @param props attributes; functions are listeners under the event's name; `false` leaves an attribute out */
+export function h<K extends keyof HTMLElementTagNameMap>(
+  tag: K,
+  props: Record<string, string | boolean | number | ((event: never) => void)> = {},
+  ...children: (Node | string)[]
+): HTMLElementTagNameMap[K] {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(props)) {
+    if (typeof value === 'function') element.addEventListener(name, value as EventListener);
+    else if (value === true) element.setAttribute(name, '');
+    else if (value !== false) element.setAttribute(name, String(value));
+  }
+  element.append(...children);
+  return element;
+}
+
+/** Returns the element of index.html with this id. */
+export function byId<T extends HTMLElement = HTMLElement>(id: string): T {
+  const element = document.getElementById(id);
+  if (!element) throw new Error(`index.html has no element #${id}`);
+  return element as T;
+}
+
+export function icon(symbol: string): SVGSVGElement {
+  const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
+  const use = document.createElementNS('http://www.w3.org/2000/svg', 'use');
+  use.setAttribute('href', `#${symbol}`);
+  svg.setAttribute('class', 'icon');
+  svg.setAttribute('aria-hidden', 'true');
+  svg.append(use);
+  return svg;
+}
+
+/** One line of a legend: a mark and what it means. */
+export function key(kind: 'dot' | 'line' | 'thin', color: string, text: string): HTMLElement {
+  const mark = h('span', { class: `mark mark-${kind}`, 'aria-hidden': 'true' });
+  mark.style.setProperty('--mark', color);
+  return h('span', { class: 'key' }, mark, text);
+}
+
+export function choosesMore({ shiftKey, ctrlKey, metaKey }: MouseEvent | KeyboardEvent) {
+  return shiftKey || ctrlKey || metaKey;
+}
+
+/** A click beside a dialog closes it. */
+export function connectDialog(dialog: HTMLDialogElement) {
+  dialog.addEventListener('click', (event) => {
+    if (event.target !== dialog) return;
+    const { left, right, top, bottom } = dialog.getBoundingClientRect();
+    const inside = event.clientX >= left && event.clientX <= right && event.clientY >= top && event.clientY <= bottom;
+    if (!inside) dialog.close();
+  });
+}

@@ -1,0 +1,58 @@
+// Keys of the page: whoever does something registers the key for it. panels/help.ts lists them.
+
+type Action = { act: () => unknown; when: () => boolean };
+
+export class Keys {
+  actions = new Map<string, Action>();
+  /** Whether the focus got where it is by the keyboard: then the space bar belongs to the button that has it. */
+  tabbed = false;
+
+  constructor() {
+    addEventListener('pointerdown', () => (this.tabbed = false), true);
+    addEventListener('keydown', (event) => this.press(event));
+  }
+
+  /**
+   * @param key as in `KeyboardEvent.key`, letters small; `Ctrl+z` with the control or the command key,
+   *   `Shift+ArrowUp`, `Ctrl+Shift+z` with shift too
+   * @param when else the key is left to the browser
+   */
+  on(key: string, act: () => unknown, when: () => boolean = () => true) {
+    this.actions.set(key, { act, when });
+  }
+
+  actionOf(key: string): Action | undefined {
+    const action = this.actions.get(key);
+    return action?.when() ? action : undefined;
+  }
+
+  press(event: KeyboardEvent) {
+    const { key } = event;
+    if (key === 'Tab') this.tabbed = true;
+    if (event.ctrlKey || event.metaKey) {
+      const shift = event.shiftKey ? 'Shift+' : '';
+      return this.perform(event, this.actionOf(`Ctrl+${shift}${key.toLowerCase()}`));
+    }
+    if (event.altKey || document.querySelector('dialog[open]') || keepsKey(event, this.tabbed)) return;
+    const held = event.shiftKey ? this.actionOf(`Shift+${key}`) : undefined;
+    const action = held ?? this.actionOf(key) ?? this.actionOf(key.toLowerCase());
+    // A button that was clicked with the mouse would still answer to the space bar.
+    if (action && key === ' ') (event.target as HTMLElement).blur();
+    this.perform(event, action);
+  }
+
+  perform(event: KeyboardEvent, action: Action | undefined) {
+    if (!action) return;
+    event.preventDefault();
+    action.act();
+  }
+}
+
+/** Form fields keep the keys that they use themselves, and so do buttons that were reached with the keyboard. */
+function keepsKey(event: KeyboardEvent, tabbed: boolean): boolean {
+  if (event.key === 'Escape') return false;
+  const target = event.target as HTMLElement;
+  if (target.matches('select, textarea, input[type="number"]')) return true;
+  if (target.matches('input[type="range"]')) return /^(Arrow|Home|End|Page)/.test(event.key);
+  return event.key === ' ' && tabbed && target.matches('button, input, a');
+}

@@ -1,0 +1,125 @@
+// Puts the page together: store, canvas, keys, and panels. A panel shows a part of the store or changes it: a function
+// that takes of the page what it needs, watches the store, and registers its keys. To add one, write its file and list
+// it here.
+
+import { objectColor, parameters } from '../model/library.js';
+import { App } from '../model/app.js';
+import { FrameStore } from './frame-store.js';
+import { Keys } from './keyboard.js';
+import { openFiles, sampleSource } from './source.js';
+import { readsAreNoisy } from './video.js';
+import { createLayers } from './layers/layers.js';
+import { readLink } from '../model/recipe.js';
+import { Selection } from '../model/selection.js';
+import { Settings } from '../model/settings.js';
+import { Smoothing } from '../model/smoothing.js';
+import { type Store, withinFilm } from '../model/store.js';
+import { Viewer } from './viewer.js';
+import { clipPanel } from './panels/clip.js';
+import { comparePanel, groundPanel } from './panels/views.js';
+import { correctPanel, exportPanel, helpPanel, nothingPanel } from './panels/on-demand.js';
+import { edgesPanel } from './panels/edges.js';
+import { labPanel } from './panels/lab.js';
+import { layersPanel } from './panels/layers.js';
+import { objectsPanel } from './panels/objects.js';
+import { readoutPanel } from './panels/readout.js';
+import { runPanel } from './panels/run.js';
+import { savedPanel } from './panels/saved.js';
+import { settingsPanel } from './panels/settings.js';
+import { timelinePanel } from './panels/timeline.js';
+import { trimPanel } from './panels/trim.js';
+import { zoomPanel } from './panels/zoom.js';
+import type { Layer } from './layers/layer.js';
+
+export function openPage(store: Store): Page {
+  const layers = createLayers();
+  const settings = new Settings(store, parameters());
+  readLink(settings, location.hash);
+  store.set({ calm: matchMedia('(prefers-reduced-motion: reduce)').matches, isNoisy: readsAreNoisy() });
+  const page = {
+    store,
+    settings,
+    layers,
+    app: new App(store, { openSample: sampleSource, openFiles, createImages: () => new FrameStore() }),
+    keys: new Keys(),
+    selection: new Selection(store),
+    viewer: new Viewer(store, layers),
+  };
+  for (const connect of PANELS) connect(page);
+  new Smoothing(store);
+  expose(page);
+  return page;
+}
+
+export interface Page {
+  store: Store;
+  app: App;
+  keys: Keys;
+  settings: Settings;
+  selection: Selection;
+  layers: Layer[];
+  viewer: Viewer;
+}
+
+const PANELS: ((page: Page) => void)[] = [
+  runPanel,
+  zoomPanel,
+  comparePanel,
+  groundPanel,
+  timelinePanel,
+  trimPanel,
+  readoutPanel,
+  nothingPanel,
+  objectsPanel,
+  edgesPanel,
+  layersPanel,
+  labPanel,
+  clipPanel,
+  settingsPanel,
+  correctPanel,
+  exportPanel,
+  helpPanel,
+  savedPanel,
+];
+
+/** What tests and the curious may read: the result on screen and how it was made. */
+function expose({ store, layers, viewer }: Page) {
+  const timeline = {
+    seek: (frame: number) => store.set({ frame: withinFilm(store.state, frame) }),
+    get frame() {
+      return store.state.frame;
+    },
+    get playing() {
+      return store.state.playing;
+    },
+  };
+  const app = {
+    layers,
+    viewer,
+    timeline,
+    get job() {
+      return store.state.job;
+    },
+    get points() {
+      return store.state.found?.points ?? null;
+    },
+  };
+  const value = {
+    app,
+    objectColor,
+    get result() {
+      return resultOf(store.state.job);
+    },
+    get take() {
+      return store.state.job?.take ?? null;
+    },
+    get source() {
+      return store.state.source;
+    },
+  };
+  Object.defineProperty(globalThis, 'tracecutStudio', { value });
+}
+
+function resultOf(job: object | null) {
+  return job && 'result' in job ? job.result : null;
+}
