@@ -36,7 +36,7 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
     let mut flows = Vec::new();
     for pair in frames.windows(2) {
         let structure = structure(&pair[0].luma());
-        let [from, to] = [&pair[0], &pair[1]].map(|frame| FlowPyramid::of_frame(frame, params.flow.max_side));
+        let [from, to] = [&pair[0], &pair[1]].map(|frame| FlowPyramid::from_frame(frame, params.flow.max_side));
         let forward = flow_between(&from, &to, &params.flow).at_size(width, height);
         let backward = flow_between(&to, &from, &params.flow).at_size(width, height);
         let variation = local_flow_variation(&forward);

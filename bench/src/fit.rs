@@ -54,7 +54,7 @@ struct Lesson {
     examples: Vec<Example>,
 }
 
-/// What a clip teaches: of pairs, of objects, and of objects before a still camera.
+/// Examples of a clip: of pairs, of objects, and of objects before a still camera.
 type Lessons = [Lesson; 3];
 
 pub(super) fn eval(args: &FitArgs) -> Result<()> {
@@ -66,10 +66,10 @@ pub(super) fn eval(args: &FitArgs) -> Result<()> {
         let [pairs, objects, still] = lessons.each_ref().map(|lesson| lesson.examples.len());
         print(format_args!("{:20} {pairs:6} pairs {:4} clusters", lessons[0].kind, objects + still))
     };
-    let found = in_order(&items, args.suite.jobs(), work, report)?;
+    let lessons_of_clips = in_order(&items, args.suite.jobs(), work, report)?;
     let mut tables = Vec::new();
     for (k, names) in [&PAIR[..], &OBJECT, &OBJECT_BEFORE_PLATE].into_iter().enumerate() {
-        let lessons: Vec<&Lesson> = found.iter().map(|lessons| &lessons[k]).collect();
+        let lessons: Vec<&Lesson> = lessons_of_clips.iter().map(|lessons| &lessons[k]).collect();
         let weights = fit(&examples(&lessons, |_| true), RIDGE);
         if weights.is_empty() {
             return Err(Failure::new("no clip has clusters to learn from: nothing can be fitted".to_owned()));
@@ -89,7 +89,7 @@ fn examples(lessons: &[&Lesson], wanted: impl Fn(&str) -> bool) -> Vec<Example> 
 
 /// The pairs and clusters of a clip under all seeds; the weights of each sum up to one.
 fn lessons_of(item: &Item, params: &Params, args: &FitArgs) -> Result<Lessons> {
-    let mut found = <[Vec<Example>; 3]>::default();
+    let mut examples = <[Vec<Example>; 3]>::default();
     for &seed in &args.seeds {
         let mut params = params.clone();
         params.clip.seed = seed;
@@ -100,23 +100,23 @@ fn lessons_of(item: &Item, params: &Params, args: &FitArgs) -> Result<Lessons> {
         };
         if let Some((label, pairs)) = session.pieces() {
             let count = 1 + label.iter().max().map_or(0, |&l| l as usize);
-            pairs_in(&overlap(&Clusters { count, label })?, pairs, &mut found[0]);
+            pairs_in(&overlap(&Clusters { count, label })?, pairs, &mut examples[0]);
         }
         // Regions of shots can be parts of the scene; masks show objects.
-        let known = session.cluster_terms().filter(|_| item.has_masks());
-        if let (Some((still, terms)), Some(clusters)) = (known, session.clusters()) {
-            objects_in(&overlap(clusters)?, terms, &mut found[1 + usize::from(still)]);
+        let terms = session.cluster_terms().filter(|_| item.has_masks());
+        if let (Some((still, terms)), Some(clusters)) = (terms, session.clusters()) {
+            objects_in(&overlap(clusters)?, terms, &mut examples[1 + usize::from(still)]);
         }
     }
-    let lesson = |mut examples: Vec<Example>| {
-        let all: f64 = examples.iter().map(|e| e.weight).sum();
-        examples.iter_mut().for_each(|e| e.weight /= all);
+    let normalized = |mut examples: Vec<Example>| {
+        let total: f64 = examples.iter().map(|e| e.weight).sum();
+        examples.iter_mut().for_each(|e| e.weight /= total);
         Lesson { kind: item.kind.clone(), examples }
     };
-    Ok(found.map(lesson))
+    Ok(examples.map(normalized))
 }
 
-/// How many points of each cluster there are in scored frames.
+/// Counts the points of each cluster in scored frames.
 fn points(overlap: &[Vec<u64>], cluster: usize) -> f64 {
     overlap.iter().map(|row| row[cluster]).sum::<u64>() as f64
 }
@@ -134,10 +134,10 @@ fn pairs_in(overlap: &[Vec<u64>], pairs: Vec<ClusterPair>, found: &mut Vec<Examp
 
 fn objects_in(overlap: &[Vec<u64>], terms: Vec<Option<Vec<f64>>>, found: &mut Vec<Example>) {
     for (cluster, terms) in terms.into_iter().enumerate() {
-        let all = points(overlap, cluster);
-        if let (Some(terms), true) = (terms, all >= FEWEST) {
-            let truth = points(&overlap[1..], cluster) / all;
-            found.push(Example { terms, truth, weight: all.sqrt() });
+        let num_points = points(overlap, cluster);
+        if let (Some(terms), true) = (terms, num_points >= FEWEST) {
+            let truth = points(&overlap[1..], cluster) / num_points;
+            found.push(Example { terms, truth, weight: num_points.sqrt() });
         }
     }
 }
@@ -148,10 +148,10 @@ fn report_losses(lessons: &[&Lesson], weights: &[f64], names: &[&str]) -> Result
     kinds.dedup();
     print(format_args!("\n{:24} {:>10} {:>10}", "loss", "left out", "fitted on"))?;
     for &kind in &kinds {
-        let (own, others) = (examples(lessons, |k| k == kind), examples(lessons, |k| k != kind));
-        if !own.is_empty() && !others.is_empty() {
-            let left_out = loss(&fit(&others, RIDGE), &own);
-            print(format_args!("{kind:24} {left_out:10.3} {:10.3}", loss(weights, &own)))?;
+        let (tests, training) = (examples(lessons, |k| k == kind), examples(lessons, |k| k != kind));
+        if !tests.is_empty() && !training.is_empty() {
+            let left_out = loss(&fit(&training, RIDGE), &tests);
+            print(format_args!("{kind:24} {left_out:10.3} {:10.3}", loss(weights, &tests)))?;
         }
     }
     print(format_args!("\n{:24} {:>10}", "left out, mean of kinds", ""))?;
@@ -164,16 +164,16 @@ fn report_losses(lessons: &[&Lesson], weights: &[f64], names: &[&str]) -> Result
 
 /// The mean over the kinds of the loss on each by weights that were fitted on the others, without a term.
 fn left_out(lessons: &[&Lesson], kinds: &[&str], without: Option<usize>) -> f64 {
-    let of = |wanted: &dyn Fn(&str) -> bool| {
-        let mut found = examples(lessons, wanted);
+    let select = |is_wanted: &dyn Fn(&str) -> bool| {
+        let mut selection = examples(lessons, is_wanted);
         if let Some(k) = without {
-            found.iter_mut().for_each(|e| e.terms[k] = 0.0);
+            selection.iter_mut().for_each(|e| e.terms[k] = 0.0);
         }
-        found
+        selection
     };
     let losses = kinds.iter().filter_map(|&kind| {
-        let (own, others) = (of(&|k| k == kind), of(&|k| k != kind));
-        (!own.is_empty() && !others.is_empty()).then(|| loss(&fit(&others, RIDGE), &own))
+        let (tests, training) = (select(&|k| k == kind), select(&|k| k != kind));
+        (!tests.is_empty() && !training.is_empty()).then(|| loss(&fit(&training, RIDGE), &tests))
     });
     let losses: Vec<f64> = losses.collect();
     losses.iter().sum::<f64>() / losses.len().max(1) as f64

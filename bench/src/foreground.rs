@@ -58,11 +58,16 @@ pub(super) fn eval(args: &ForegroundArgs) -> Result<()> {
     print("sequence     frames  tracks     IoU  recall  false alarms   alone  seconds")?;
     let outcomes = args.batch.run(&sequences, |s| &s.name, |s| run_sequence(s, &params, args.frames), print_row)?;
     let means = |scores: fn(&Outcome) -> ForegroundScores| mean(&outcomes.iter().map(scores).collect::<Vec<_>>());
-    let (in_context, alone) = (means(|o| o.scores), means(|o| o.alone));
+    let (in_context, without_context) = (means(|o| o.scores), means(|o| o.alone));
     let seconds: f64 = outcomes.iter().map(|o| o.time.best()).sum();
-    print(format_args!("{:27}{} {seconds:8.1}", "mean", columns(&in_context, &alone)))?;
-    let report =
-        Report { frames: args.frames, sequences: &outcomes, mean: in_context, mean_alone: alone, params: &params };
+    print(format_args!("{:27}{} {seconds:8.1}", "mean", columns(&in_context, &without_context)))?;
+    let report = Report {
+        frames: args.frames,
+        sequences: &outcomes,
+        mean: in_context,
+        mean_alone: without_context,
+        params: &params,
+    };
     write_json(args.batch.json.as_deref(), &report)
 }
 

@@ -83,8 +83,8 @@ struct Means {
 
 impl Means {
     fn over(outcomes: &[Outcome], scores: impl Fn(&Outcome) -> Option<&Scores>) -> Self {
-        let all: Vec<Scores> = outcomes.iter().filter_map(scores).cloned().collect();
-        Self { mean: mean(&all), trimmed_mean: trimmed_mean(&all) }
+        let scores: Vec<Scores> = outcomes.iter().filter_map(scores).cloned().collect();
+        Self { mean: mean(&scores), trimmed_mean: trimmed_mean(&scores) }
     }
 }
 

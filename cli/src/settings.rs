@@ -64,7 +64,7 @@ pub(crate) fn list(args: &ParamsArgs) -> Result<()> {
             num_hidden += 1;
             return;
         }
-        let (low, high) = field.range;
+        let (low, high) = (field.min, field.max);
         let form = match field.kind() {
             "choice" => {
                 let names = field.choices();

@@ -92,7 +92,7 @@ fn sorted_groups(embedding: &Embedding, c: usize, group: Option<&[u32]>) -> Vec<
         None => nodes.filter(embedded).map(|i| vec![i]).collect(),
         Some(group) => {
             let mut sorted: Vec<u32> = nodes.collect();
-            order::sort_by_key(&mut sorted, |&i| order::pair(group[i as usize], i));
+            order::sort_by_key(&mut sorted, |&i| order::pair_key(group[i as usize], i));
             sorted.chunk_by(|&a, &b| group[a as usize] == group[b as usize]).map(<[u32]>::to_vec).collect()
         }
     };
@@ -103,7 +103,7 @@ fn sorted_groups(embedding: &Embedding, c: usize, group: Option<&[u32]>) -> Vec<
             .fold((0.0, 0_u32), |(sum, count), &i| (sum + embedding.row(i as usize)[c], count + 1));
         sum / f64::from(count.max(1))
     };
-    order::sort_by_key(&mut lists, |list| order::double(mean(list)));
+    order::sort_by_key(&mut lists, |list| order::f64_key(mean(list)));
     lists
 }
 

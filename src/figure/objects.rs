@@ -136,7 +136,7 @@ impl CellCounts {
 
     /// Numbers these clusters by falling area.
     fn number(&self, mut objects: Vec<usize>) -> Objects {
-        order::sort_by_key(&mut objects, |&c| !order::double(self.cells[c]));
+        order::sort_by_key(&mut objects, |&c| !order::f64_key(self.cells[c]));
         objects.truncate(MAX_OBJECTS);
         let mut of_cluster = vec![0; self.cells.len()];
         for (label, &c) in (1..=255).zip(&objects) {

@@ -61,7 +61,7 @@ struct Parameter {
 pub fn parameters() -> Result<JsValue, JsValue> {
     let mut list = Vec::new();
     Params::default().for_each(&mut |field| {
-        let ((min, max), expert) = (field.range, field.expert);
+        let (min, max, expert) = (field.min, field.max, field.expert);
         let (kind, default, choices) = (field.kind(), field.get(), field.choices());
         list.push(Parameter { name: field.name, kind, min, max, default, expert, choices });
     });

@@ -125,7 +125,7 @@ fn near_pairs(points: &[Point], lines: &[ChainLine]) -> Vec<(usize, usize)> {
         }
     }
     // Stable: within a cell they stay in the order of their indices.
-    order::sort_by_key(&mut entries, |&(y, x, _)| order::pair(y as u32, x as u32));
+    order::sort_by_key(&mut entries, |&(y, x, _)| order::pair_key(y as u32, x as u32));
     let mut pairs = Vec::new();
     for group in entries.chunk_by(|p, q| (p.0, p.1) == (q.0, q.1)) {
         for (k, p) in group.iter().enumerate() {
@@ -171,7 +171,7 @@ fn cross(a: Point, b: Point, c: Point) -> i64 {
 /// Collects points and lines, each once.
 fn collect_segments(points: &[Point], lines: &[ChainLine]) -> Segments {
     let mut places: Vec<Point> = lines.iter().flat_map(|p| [points[p.from], points[p.to]]).collect();
-    order::sort_by_key(&mut places, |&(x, y)| order::pair(order::signed(y), order::signed(x)));
+    order::sort_by_key(&mut places, |&(x, y)| order::pair_key(order::i32_key(y), order::i32_key(x)));
     places.dedup();
     let index = |p: Point| places.partition_point(|&(x, y)| (y, x) < (p.1, p.0)) as u32;
     let mut lines: Vec<(u32, u32)> = lines
@@ -180,7 +180,7 @@ fn collect_segments(points: &[Point], lines: &[ChainLine]) -> Segments {
         .map(|(a, b)| (a.min(b), a.max(b)))
         .filter(|(a, b)| a != b)
         .collect();
-    order::sort_by_key(&mut lines, |&(a, b)| order::pair(a, b));
+    order::sort_by_key(&mut lines, |&(a, b)| order::pair_key(a, b));
     lines.dedup();
     Segments { points: places.iter().map(|&(x, y)| (0.5 * x as f32, 0.5 * y as f32)).collect(), lines }
 }

@@ -1,7 +1,7 @@
 //! Boundary strength of each pixel in each of eight directions, over channels and scales: histogram gradients.
 
 use super::thin::{Normal, ORIENTATIONS, normals};
-use crate::image::{Frame, weigh};
+use crate::image::{Frame, convolve_symmetric};
 use crate::order::larger;
 use std::ops::Range;
 
@@ -390,13 +390,15 @@ impl Blur {
             pad(row, radius, &mut self.padded);
             let span = dilate_span(span, radius, width);
             let start = |k: isize| (span.start + radius).wrapping_add_signed(k);
-            weigh(&mut out[span.clone()], &self.kernel, |k| &self.padded[start(k)..][..span.len()]);
+            convolve_symmetric(&mut out[span.clone()], &self.kernel, |k| &self.padded[start(k)..][..span.len()]);
         }
         *spans = dilate_spans(spans, radius, width);
         for (y, out) in image.chunks_exact_mut(width).enumerate() {
             let span = &spans[y];
             let row = |k: isize| mirror(y as isize + k, height) * width;
-            weigh(&mut out[span.clone()], &self.kernel, |k| &self.across[row(k) + span.start..][..span.len()]);
+            convolve_symmetric(&mut out[span.clone()], &self.kernel, |k| {
+                &self.across[row(k) + span.start..][..span.len()]
+            });
         }
     }
 }

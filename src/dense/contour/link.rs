@@ -61,7 +61,7 @@ impl LineMap {
             let begin = (y + 1) * stride + 1;
             for (x, &value) in thin.row(y).iter().enumerate() {
                 if value > low {
-                    strength[begin + x] = order::single(value);
+                    strength[begin + x] = order::f32_key(value);
                     if value > high {
                         stack.push(begin + x);
                     }
@@ -108,7 +108,7 @@ impl LineMap {
     fn thin(&mut self) {
         let mut pass = self.line_pixels();
         while !pass.is_empty() {
-            order::sort_by_key(&mut pass, |&p| order::pair(self.strength[p], p as u32));
+            order::sort_by_key(&mut pass, |&p| order::pair_key(self.strength[p], p as u32));
             pass.dedup();
             let mut next = Vec::new();
             for p in pass {

@@ -64,7 +64,7 @@ pub fn propagate_labels(
 ) -> Vec<u32> {
     let mut votes = vec![0.0_f32; unlabelled.len() * num_labels];
     let mut weights = vec![0.0_f32; unlabelled.len()];
-    let mut grid = Grid::new(labelled.size, radius);
+    let mut grid = Grid::new(labelled.size.0, labelled.size.1, radius);
     let radius_sq = radius * radius;
     for t in 0..unlabelled.num_frames.min(labelled.num_frames) {
         let is_voter = |i: usize| label.get(i).is_some_and(|&l| (l as usize) < num_labels);
@@ -72,7 +72,7 @@ pub fn propagate_labels(
         labelled.alive(t).filter(|&(i, ..)| is_voter(i)).for_each(|(i, x, y)| grid.add(i as u32, x, y));
         for (i, x, y) in unlabelled.alive(t).filter(|&(i, ..)| takes_votes(unlabelled, i, t)) {
             let votes = &mut votes[i * num_labels..(i + 1) * num_labels];
-            for (j, distance_sq) in grid.around(x, y).filter(|&(_, d_sq)| d_sq <= radius_sq) {
+            for (j, distance_sq) in grid.nearby(x, y).filter(|&(_, d_sq)| d_sq <= radius_sq) {
                 let j = j as usize;
                 if let Some(m_sq) = motion_difference_sq(unlabelled, i, labelled, j, t) {
                     let weight = libm::expf(-4.0 * distance_sq / radius_sq);

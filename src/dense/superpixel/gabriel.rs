@@ -6,7 +6,7 @@
 use crate::contour::Segments;
 use crate::delaunay::{Triangulation, TriangulationEdge, constrained_delaunay};
 use crate::image::Plane;
-use crate::order::{pair, signed, sort_by_key};
+use crate::order::{i32_key, pair_key, sort_by_key};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -119,7 +119,7 @@ impl Graph {
     /// the left side (included) to the right one (excluded). Neighbours compute the same bound for their common side.
     fn fill(&self, corners: [Point; 3], face: u32, label: &mut Plane<u32>) {
         let mut c = corners;
-        sort_by_key(&mut c, |&(x, y)| pair(signed(y as i32), signed(x as i32)));
+        sort_by_key(&mut c, |&(x, y)| pair_key(i32_key(y as i32), i32_key(x as i32)));
         let [top, middle, bottom] = c;
         for y in pixel_rows(top.1, middle.1) {
             fill_span(label.row_mut(y as usize), first_pixel(top, middle, y), first_pixel(top, bottom, y), face);
@@ -177,7 +177,7 @@ fn add_frame(points: &mut Vec<Point>, corner: Point, step: f64) {
 /// Both ends of a side, and the points that are missing on it for gaps of at most `step`.
 fn missing_points(mut on_side: Vec<i64>, end: i64, step: i64) -> impl Iterator<Item = i64> {
     on_side.extend([LOW, end]);
-    sort_by_key(&mut on_side, |&v| signed(v as i32).into());
+    sort_by_key(&mut on_side, |&v| i32_key(v as i32).into());
     let gaps: Vec<(i64, i64)> = on_side.windows(2).map(|pair| (pair[0], pair[1] - pair[0])).collect();
     let between = gaps.into_iter().flat_map(move |(begin, gap)| {
         let num_intervals = ceil_div(gap, step);
@@ -192,7 +192,7 @@ fn edge_kind(edge: &TriangulationEdge, triangulation: &Triangulation, points: &[
     let [Some(s), Some(t)] = edge.triangles else {
         return EdgeKind::Frame;
     };
-    if edge.constraint {
+    if edge.is_constraint {
         return EdgeKind::Constraint;
     }
     let [a, b] = edge.ends.map(|i| points[i as usize]);

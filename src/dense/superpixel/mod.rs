@@ -71,7 +71,7 @@ impl Superpixels {
 
     /// Computes the superpixel of each pixel.
     pub fn label(&self) -> Plane<u32> {
-        self.runs.plane()
+        self.runs.to_plane()
     }
 
     /// The superpixel of each pixel, in runs.
@@ -82,7 +82,7 @@ impl Superpixels {
     /// Number of pixels of each superpixel.
     pub(crate) fn areas(&self) -> Vec<u32> {
         let mut areas = vec![0; self.count];
-        self.runs.lengths().for_each(|(length, p)| areas[p as usize] += length);
+        self.runs.rows().for_each(|(_, columns, p)| areas[p as usize] += columns.len() as u32);
         areas
     }
 }
@@ -90,7 +90,7 @@ impl Superpixels {
 /// Converts another partition that keeps the law. It has no borders.
 impl From<&Plane<u32>> for Superpixels {
     fn from(label: &Plane<u32>) -> Self {
-        Self::new(Runs::of(label), Vec::new(), Vec::new())
+        Self::new(Runs::from_plane(label), Vec::new(), Vec::new())
     }
 }
 
@@ -235,7 +235,7 @@ fn partition(
             edge.kind = EdgeKind::Deleted;
         }
     }
-    Superpixels::new(Runs::of(&label), sum_borders(parts), edges)
+    Superpixels::new(Runs::from_plane(&label), sum_borders(parts), edges)
 }
 
 /// Replaces faces by the numbers of their regions, in the order of first occurrence. Returns the number of each region.
@@ -256,7 +256,7 @@ fn number_regions(regions: &mut Regions, label: &mut Plane<u32>, num_faces: usiz
 
 /// Sums up the parts of each pair's border.
 fn sum_borders(mut parts: Vec<SuperpixelBorder>) -> Vec<SuperpixelBorder> {
-    order::sort_by_key(&mut parts, |p| order::pair(p.a, p.b));
+    order::sort_by_key(&mut parts, |p| order::pair_key(p.a, p.b));
     let mut borders = Vec::with_capacity(parts.len());
     for group in parts.chunk_by(|p, q| (p.a, p.b) == (q.a, q.b)) {
         let length: f32 = group.iter().map(|p| p.length).sum();

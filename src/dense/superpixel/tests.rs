@@ -169,7 +169,7 @@ fn check_triangulation(graph: &Graph, segments: &Segments, width: usize, height:
     let area: i128 = triangles.iter().map(|&[a, b, c]| cross(p(a), p(b), p(c))).sum();
     assert_eq!(area, 2 * (width * height) as i128 * i128::from(UNITS_PER_PX * UNITS_PER_PX));
     let given: Vec<(u32, u32)> =
-        graph.triangulation.edges.iter().filter(|e| e.constraint).map(|e| (e.ends[0], e.ends[1])).collect();
+        graph.triangulation.edges.iter().filter(|e| e.is_constraint).map(|e| (e.ends[0], e.ends[1])).collect();
     let mut wanted = segments.lines.clone();
     wanted.sort();
     assert_eq!(given, wanted);
@@ -178,7 +178,7 @@ fn check_triangulation(graph: &Graph, segments: &Segments, width: usize, height:
         let apex = |t: u32| p(*triangles[t as usize].iter().find(|i| !edge.ends.contains(i)).unwrap());
         let [a, b, c] = triangles[s as usize].map(p);
         assert!(cross(a, b, c) > 0);
-        assert!(edge.constraint || in_circle(a, b, c, apex(t)) <= 0, "{edge:?} is not Delaunay");
+        assert!(edge.is_constraint || in_circle(a, b, c, apex(t)) <= 0, "{edge:?} is not Delaunay");
         let [e, f] = edge.ends.map(p);
         assert!(cross(e, f, apex(s)).signum() * cross(e, f, apex(t)).signum() < 0, "{edge:?} folds over");
     }

@@ -64,7 +64,7 @@ impl Plate {
                 (colour.row_mut(y)[x], noise.row_mut(y)[x]) = median_colour(&colours);
             }
         }
-        let clip_noise = order::nth(noise.data(), noise.data().len() / 2).max(MIN_NOISE);
+        let clip_noise = order::nth_smallest(noise.data(), noise.data().len() / 2).max(MIN_NOISE);
         // Beside small movers the plate is uncertain, too.
         let variance = dilate3x3(&noise).map(|n| n * n + clip_noise * clip_noise);
         Some(Self { colour, variance, is_known })

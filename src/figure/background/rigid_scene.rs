@@ -85,7 +85,7 @@ fn moving_tracks(motion: &ForwardMotion, num_tracks: usize) -> Vec<bool> {
     let pairs: Vec<PairMotion> =
         motion.pairs.iter().map(|pair| PairMotion { pair, radial: pair.radial_motions() }).collect();
     let mut slopes: Vec<f64> = pairs.iter().filter_map(|pair| pair.ground_slope(motion.scale)).collect();
-    order::sort_by_key(&mut slopes, |&slope| order::double(slope));
+    order::sort_by_key(&mut slopes, |&slope| order::f64_key(slope));
     let slope = slopes.get(slopes.len() / 2).copied();
     let mut votes = vec![0_i32; num_tracks];
     for pair in &pairs {
@@ -236,7 +236,7 @@ impl GroupRules<'_> {
             displacements.push(dx.abs().max(dy.abs()) / self.pixel);
             is_at_border |= tracks.y[first] + self.max_edge > tracks.size.1 as f32;
         }
-        order::sort_by_key(&mut displacements, |&length| u64::from(order::single(length)));
+        order::sort_by_key(&mut displacements, |&length| u64::from(order::f32_key(length)));
         is_at_border && f64::from(displacements[displacements.len() / 2]) < MAX_CARRIER_MOTION_PX
     }
 }

@@ -125,13 +125,13 @@ impl GroupExtent {
 /// Joins salient trajectories that are within `radius` pixels in some frame and move alike around it.
 fn connect_alike(tracks: &Trajectories, is_salient: &[bool], radius: f32) -> DisjointSets {
     let mut sets = DisjointSets::new(tracks.len());
-    let mut grid = Grid::new(tracks.size, radius);
+    let mut grid = Grid::new(tracks.size.0, tracks.size.1, radius);
     for t in 0..tracks.num_frames {
         grid.clear();
         let points: Vec<_> = tracks.alive(t).filter(|&(i, ..)| is_salient.get(i) == Some(&true)).collect();
         points.iter().for_each(|&(i, x, y)| grid.add(i as u32, x, y));
         for &(i, x, y) in &points {
-            for (j, _) in grid.around(x, y).filter(|&(j, d_sq)| j as usize > i && d_sq <= radius * radius) {
+            for (j, _) in grid.nearby(x, y).filter(|&(j, d_sq)| j as usize > i && d_sq <= radius * radius) {
                 let difference_sq = motion_difference_sq(tracks, i, tracks, j as usize, t);
                 if difference_sq.is_some_and(|sq| sq < VOTE_MOTION_PX * VOTE_MOTION_PX) {
                     sets.join(i, j as usize);

@@ -129,7 +129,7 @@ impl CameraPath {
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
-    order::sort_by_key(&mut values, |&v| order::double(v));
+    order::sort_by_key(&mut values, |&v| order::f64_key(v));
     values[values.len() / 2]
 }
 
@@ -168,7 +168,7 @@ impl Edges {
         let [first, second] = [first, second].map(Gradients::new);
         let (w, h) = (first.x.width(), first.x.height());
         let gradient_sq = Plane::from_fn(w, h, |x, y| first.magnitude_sq(x, y));
-        let quantile = order::nth(gradient_sq.data(), ((1.0 - MAX_EDGE_SHARE) * (w * h - 1) as f64) as usize);
+        let quantile = order::nth_smallest(gradient_sq.data(), ((1.0 - MAX_EDGE_SHARE) * (w * h - 1) as f64) as usize);
         let threshold = quantile.max(MIN_EDGE_GRADIENT * MIN_EDGE_GRADIENT);
         let pixels = (0..h).flat_map(|y| (0..w).map(move |x| (x, y)));
         let pixels = pixels.map(|(x, y)| (x, y, gradient_sq[(x, y)])).filter(|&(.., sq)| sq >= threshold).collect();

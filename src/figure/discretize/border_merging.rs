@@ -32,7 +32,7 @@ impl BorderSums {
                 neighbours.extend([(i, q), (j, p)]);
             }
         }
-        order::sort_by_key(&mut neighbours, |&(i, q)| order::pair(i, q));
+        order::sort_by_key(&mut neighbours, |&(i, q)| order::pair_key(i, q));
         neighbours.dedup();
         for (i, q) in neighbours {
             borders.tracks[label[i as usize] as usize * k + q as usize] += 1;

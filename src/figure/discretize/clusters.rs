@@ -28,7 +28,7 @@ impl Clusters {
             *entry = (entry.0 + tracks.points(i).len(), entry.1.min(i));
         }
         let mut by_size: Vec<usize> = (0..old_labels.len()).collect();
-        order::sort_by_key(&mut by_size, |&k| order::pair(u32::MAX - size[k].0 as u32, size[k].1 as u32));
+        order::sort_by_key(&mut by_size, |&k| order::pair_key(u32::MAX - size[k].0 as u32, size[k].1 as u32));
         let mut rank = vec![0_u32; old_labels.len()];
         for (new, &old) in by_size.iter().enumerate() {
             rank[old] = new as u32;

@@ -263,7 +263,7 @@ fn spread_labels(label: &mut [u32], discontinuities: &Discontinuities) {
         if votes.is_empty() {
             break;
         }
-        order::sort_by_key(&mut votes, |&(i, vote)| order::pair(i, vote));
+        order::sort_by_key(&mut votes, |&(i, vote)| order::pair_key(i, vote));
         for ballot in votes.chunk_by(|a, b| a.0 == b.0) {
             let equal_votes = ballot.chunk_by(|a, b| a == b).rev();
             let winner = equal_votes.max_by_key(|votes| votes.len()).map_or(0, |votes| votes[0].1);

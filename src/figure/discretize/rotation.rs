@@ -13,7 +13,7 @@
 
 use crate::embedding::Embedding;
 use crate::evidence::UNLABELLED;
-use crate::order::{double, sort_by_key};
+use crate::order::{f64_key, sort_by_key};
 
 /// First rows tried, as fractions of the number of rows. Chosen by eye.
 const START_ROWS: [f64; 3] = [0.5, 0.25, 0.75];
@@ -194,7 +194,7 @@ fn orthogonal_product(g: &[f64], b: &[f64], k: usize) -> (Vec<f64>, f64) {
     let tiny = 1e-12 * omega.iter().fold(0.0_f64, |a, &v| a.max(v));
     let mut basis: Vec<Vec<f64>> = Vec::with_capacity(k);
     let mut order: Vec<usize> = (0..k).collect();
-    sort_by_key(&mut order, |&c| !double(omega[c]));
+    sort_by_key(&mut order, |&c| !f64_key(omega[c]));
     let mut rotation = vec![0.0; k * k];
     for &c in &order {
         let row = if omega[c] > tiny && omega[c] > 0.0 {

@@ -1,7 +1,7 @@
 //! Log-odds of pairs of clusters to be one object, merging by them, and log-odds of clusters to be objects.
 
 use super::weights::{OBJECT_WEIGHTS, PAIR_WEIGHTS, STILL_OBJECT_WEIGHTS};
-use crate::affinity::{AffinityParams, Motions};
+use crate::affinity::{AffinityParams, Velocities};
 use crate::camera::DominantMotion;
 use crate::connectedness::Separation;
 use crate::discontinuity::Discontinuities;
@@ -134,8 +134,8 @@ struct ClusterSums {
 impl ClusterSums {
     fn new(label: &[u32], count: usize, input: &EvidenceInput) -> Vec<Self> {
         let tracks = input.tracks;
-        let velocities = Motions::new(tracks, input.affinity);
-        let horizon = velocities.horizon();
+        let velocities = Velocities::new(tracks, input.affinity);
+        let horizon = velocities.horizon;
         let motion = vec![AffineSums::default(); tracks.num_frames];
         let mut clusters = vec![Self { size: 0.0, motion, contrast: 0.0, num_velocities: 0.0 }; count];
         let half = [tracks.size.0, tracks.size.1].map(|side| side as f64 / 2.0);

@@ -201,7 +201,7 @@ impl Outputs {
         self.corrections.snapshots.push(Snapshot {
             clusters: self.clusters.clone(),
             cut: self.cut.clone(),
-            masks: self.masks.iter().map(Runs::of).collect(),
+            masks: self.masks.iter().map(Runs::from_plane).collect(),
             constraints: self.corrections.constraints.clone(),
         });
     }
@@ -212,7 +212,7 @@ impl Outputs {
             return false;
         };
         (self.clusters, self.cut, self.corrections.constraints) = (clusters, cut, constraints);
-        self.masks = masks.iter().map(Runs::plane).collect();
+        self.masks = masks.iter().map(Runs::to_plane).collect();
         true
     }
 }

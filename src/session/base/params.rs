@@ -49,24 +49,24 @@ crate::params! {
 impl ClipParams {
     /// Checks the number of pixels of a frame, whose size must be valid ([`crate::image::Frame`]).
     pub(crate) fn check_pixels(&self, width: usize, height: usize) -> Result<(), Error> {
-        Error::unless(width * height, self.max_pixels, "pixels in a frame", "clip.maxPixels")
+        Error::check_limit(width * height, self.max_pixels, "pixels in a frame", "clip.maxPixels")
     }
 
     /// Checks the number of frames.
     pub(crate) fn check_frames(&self, count: usize) -> Result<(), Error> {
-        Error::unless(count, self.max_frames, "frames in a session", "clip.maxFrames")
+        Error::check_limit(count, self.max_frames, "frames in a session", "clip.maxFrames")
     }
 
     /// Checks the number of trajectories.
     pub(crate) fn check_trajectories(&self, count: usize) -> Result<(), Error> {
-        Error::unless(count, self.max_trajectories, "trajectories", "clip.maxTrajectories")
+        Error::check_limit(count, self.max_trajectories, "trajectories", "clip.maxTrajectories")
     }
 
     /// Checks the counts of trajectories from another tracker.
     pub(crate) fn check_external(&self, tracks: &Trajectories) -> Result<(), Error> {
         self.check_frames(tracks.num_frames)?;
         self.check_trajectories(tracks.start_frame.len())?;
-        Error::unless(tracks.x.len(), self.max_points, "points of trajectories", "clip.maxPoints")
+        Error::check_limit(tracks.x.len(), self.max_points, "points of trajectories", "clip.maxPoints")
     }
 }
 

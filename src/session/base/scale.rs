@@ -16,7 +16,7 @@ pub(crate) struct Scale {
 impl Scale {
     /// Limits the long side of the working size to `max_side`.
     pub(crate) fn new(input: (usize, usize), max_side: usize) -> Self {
-        Self { input, working: fit_within(input, max_side) }
+        Self { input, working: fit_within(input.0, input.1, max_side) }
     }
 
     /// Returns the input pixels per working pixel, horizontally.

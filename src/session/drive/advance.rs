@@ -142,7 +142,7 @@ impl Clip {
         let num_dropped = self.num_dropped(overlap);
         let Some(windows) = &mut self.windows else { return };
         if let Some(first) = windows.next_shot.take() {
-            windows.first_number = windows.trackers.take().map_or(windows.first_number, |t| t.tracks.next_number());
+            windows.first_number = windows.trackers.take().map_or(windows.first_number, |t| t.tracks.state.next_number);
             windows.overlap = 0;
             windows.identities.forget_appearances();
             self.frames = vec![first];

@@ -9,7 +9,7 @@ use crate::image::Frame;
 use crate::session::jobs::{FlowFrame, ForwardFlow};
 use crate::session::run::{Clip, Phase, Session, Trackers};
 use crate::session::window::{Identities, Thumbnail, WindowPlan};
-use crate::trajectory::Found;
+use crate::trajectory::TrackerState;
 use serde::{Deserialize, Serialize};
 
 /// The state of a clip between two windows, without the frames; see [`Windows::resume`].
@@ -54,7 +54,7 @@ pub(crate) struct Handover {
     first_number: u32,
     identities: Identities,
     /// The states of both trackers; the second is `None` without masks.
-    trackers: Option<(Found, Option<Found>)>,
+    trackers: Option<(TrackerState, Option<TrackerState>)>,
 }
 
 impl Session {
@@ -62,7 +62,7 @@ impl Session {
     pub(super) fn handover(&self) -> Option<Handover> {
         let Phase::Frames(clip) = &self.phase else { return None };
         let windows = clip.windows.as_ref()?;
-        let state = |t: &Trackers| (t.tracks.found().clone(), t.masks.as_ref().map(|masks| masks.found().clone()));
+        let state = |t: &Trackers| (t.tracks.state.clone(), t.masks.as_ref().map(|masks| masks.state.clone()));
         Some(Handover {
             overlap: windows.overlap,
             first_number: windows.first_number,
@@ -88,8 +88,8 @@ impl Clip {
         self.flows = (1..handover.overlap).map(|t| self.flow_to(t)).collect();
         let trackers = handover.trackers.map(|(tracks, masks)| {
             let mut trackers = Trackers::new(handover.first_number, self.scale.working, &self.params);
-            trackers.tracks.go_on(tracks);
-            trackers.masks.iter_mut().zip(masks).for_each(|(tracker, state)| tracker.go_on(state));
+            trackers.tracks.state = tracks;
+            trackers.masks.iter_mut().zip(masks).for_each(|(tracker, state)| tracker.state = state);
             trackers
         });
         let last_thumbnail = self.frames.last().map(Thumbnail::new);

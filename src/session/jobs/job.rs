@@ -4,7 +4,7 @@
 //! itself, so results do not depend on who does the work, and a lost job only costs time.
 
 use super::pair::PairFlow;
-use crate::affinity::Rows;
+use crate::affinity::AffinityBlock;
 use crate::background::{ReprojectionErrors, ReprojectionInput};
 use crate::camera::{Egomotion, PointMatches};
 use crate::delaunay::delaunay_edges;
@@ -78,7 +78,7 @@ pub(crate) enum JobInput {
     Mask(Frame, Plane<u8>),
     Saliency(SaliencyQuery),
     Delaunay(Vec<(f32, f32)>),
-    Affinities(Box<Rows>),
+    Affinities(Box<AffinityBlock>),
     CameraMotion(PointMatches),
     Rotation(NormalizedRows),
     Reprojection(ReprojectionInput),

@@ -10,7 +10,7 @@
 
 use super::job::{Job, JobId, JobInput, JobKind, JobResult};
 use super::pair::PairFlow;
-use crate::affinity::{AffinityParams, Rows};
+use crate::affinity::{AffinityBlock, AffinityParams};
 use crate::background::{ReferenceFrame, ReprojectionInput, WarpGrid};
 use crate::camera::{Egomotion, PointMatches};
 use crate::discretize::NormalizedRows;
@@ -66,7 +66,7 @@ impl Job {
             }
             JobInput::Delaunay(points) => put_points(&mut message, points),
             JobInput::Affinities(rows) => {
-                let Rows { tracks, first, count, params, radius, seed } = rows.as_ref();
+                let AffinityBlock { tracks, first, count, params, radius, seed } = rows.as_ref();
                 let AffinityParams { lambda, noise_floor, variation_weight, local_radius, .. } = *params;
                 message.extend([tracks.num_frames, tracks.len(), *first, *count].map(|n| n as u32));
                 message.extend([*seed, params.horizon, params.far_sampling, params.min_overlap]);
@@ -287,7 +287,7 @@ impl<'a> Reader<'a> {
         Some(self.read(count)?.iter().map(|&w| float(w)).collect())
     }
 
-    fn rows(&mut self) -> Option<Rows> {
+    fn rows(&mut self) -> Option<AffinityBlock> {
         let [num_frames, len, first, count] = self.array()?.map(|n| n as usize);
         let [seed, horizon, far_sampling, min_overlap] = self.array()?;
         let [lambda, noise_floor, variation_weight, local_radius, radius] = self.array()?.map(float);
@@ -298,7 +298,7 @@ impl<'a> Reader<'a> {
         let tracks = Trajectories { num_frames, size: self.size, start_frame, offset, x, y, variation };
         let params =
             AffinityParams { lambda, horizon, noise_floor, variation_weight, local_radius, far_sampling, min_overlap };
-        Some(Rows { tracks, first, count, params, radius, seed })
+        Some(AffinityBlock { tracks, first, count, params, radius, seed })
     }
 
     fn reprojection_input(&mut self) -> Option<ReprojectionInput> {

@@ -87,6 +87,8 @@ impl Trackers {
     /// Creates trackers for frames of `size` pixels; trajectories are numbered from `first` on.
     pub(crate) fn new(first: u32, size: (usize, usize), params: &Params) -> Self {
         let masks = params.clip.dense.then(|| Tracker::new(size, &params.trajectory.for_masks()));
-        Self { tracks: Tracker::numbering_from(first, size, &params.trajectory), masks, has_external: false }
+        let mut tracks = Tracker::new(size, &params.trajectory);
+        tracks.state.next_number = first;
+        Self { tracks, masks, has_external: false }
     }
 }

@@ -12,7 +12,7 @@ use crate::classify::{Observations, classify_clusters, cluster_penalties};
 use crate::cut::{CutInput, CutParams, GabrielCut, Region, add_appearance, pixel_index};
 use crate::evidence::EvidenceInput;
 use crate::objects::{Objects, find_objects, number_objects};
-use crate::order::{pair, sort_by_key};
+use crate::order::{pair_key, sort_by_key};
 use crate::session::base::{Cut, CutContext, CutRegion, Outputs, Stage};
 use crate::session::jobs::{Job, JobInput, JobKind, JobResult, PendingJobs};
 use crate::session::window::{NumberedTracks, object_appearances};
@@ -267,7 +267,7 @@ impl Recut {
             let superpixels = covered.chunk_by(|a, b| a == b).filter(is_enough).map(|pixels| pixels[0]);
             fixed.extend(superpixels.map(|superpixel| (superpixel, constraint.label)));
         }
-        sort_by_key(&mut fixed, |&(s, l)| pair(s, l.into()));
+        sort_by_key(&mut fixed, |&(s, l)| pair_key(s, l.into()));
         fixed.dedup();
         fixed.chunk_by(|a, b| a.0 == b.0).filter(|labels| labels.len() == 1).map(|labels| labels[0]).collect()
     }

@@ -6,7 +6,7 @@ use crate::Error;
 use crate::affinity::AffinityRows;
 use crate::camera::{ForwardMotion, PointMatches};
 use crate::delaunay::delaunay_edges;
-use crate::discontinuity::{discontinuities, neighborhoods_by, points_in};
+use crate::discontinuity::{alive_points, discontinuities, neighborhoods_from_edges};
 use crate::embedding::embed;
 use crate::session::base::{Outputs, Stage, TrackSet};
 use crate::session::jobs::{Job, JobInput, JobKind, JobResult, PendingJobs};
@@ -26,14 +26,14 @@ impl AffinityWork {
 
     /// Returns the number of the next block.
     fn block(&self) -> usize {
-        self.0.done() / AFFINITY_BLOCK
+        self.0.num_done / AFFINITY_BLOCK
     }
 
     fn take_rows(&self, clip: &mut Clip, track_set: &TrackSet) -> Option<Job> {
         let tracks = track_set.with_past();
         clip.params.clip.check_trajectories(tracks.len()).ok()?;
         let id = clip.pending_jobs.assign(JobKind::Affinities, self.block()..tracks.len().div_ceil(AFFINITY_BLOCK))?;
-        let rows = self.0.rows(tracks, id.index as usize * AFFINITY_BLOCK, AFFINITY_BLOCK);
+        let rows = self.0.block(tracks, id.index as usize * AFFINITY_BLOCK, AFFINITY_BLOCK);
         Some(Job { id, input: JobInput::Affinities(Box::new(rows)) })
     }
 }
@@ -48,7 +48,7 @@ impl StageWork for AffinityWork {
             Some(JobResult::Affinities(entries)) => self.0.accept(entries, AFFINITY_BLOCK),
             _ => self.0.advance(tracks, AFFINITY_BLOCK),
         };
-        let report = StepReport::new(Stage::Affinities, blocks(self.0.done()), blocks(tracks.len()));
+        let report = StepReport::new(Stage::Affinities, blocks(self.0.num_done), blocks(tracks.len()));
         if !is_more {
             outputs.affinities = self.0.finish()?;
         }
@@ -88,9 +88,9 @@ impl StageWork for DiscontinuityWork {
         let tracks = &outputs.track_set.tracks;
         let mut graph = |t: usize| match clip.pending_jobs.take_result(JobKind::Delaunay, t) {
             Some(JobResult::Delaunay(edges)) => edges,
-            _ => delaunay_edges(&points_in(tracks, t)),
+            _ => delaunay_edges(&alive_points(tracks, t)),
         };
-        let neighborhoods = neighborhoods_by(tracks, &mut graph);
+        let neighborhoods = neighborhoods_from_edges(tracks, &mut graph);
         outputs.discontinuities = discontinuities(neighborhoods, &outputs.embedding, &clip.params.discontinuity);
         Ok(StepReport::new(Stage::Discontinuities, 1, 1))
     }
@@ -109,7 +109,7 @@ impl StageWork for DiscontinuityWork {
 fn take_ahead(track_set: &TrackSet, clip: &mut Clip) -> Option<Job> {
     let tracks = &track_set.tracks;
     if let Some(id) = clip.pending_jobs.assign(JobKind::Delaunay, 0..tracks.num_frames) {
-        return Some(Job { id, input: JobInput::Delaunay(points_in(tracks, id.index as usize)) });
+        return Some(Job { id, input: JobInput::Delaunay(alive_points(tracks, id.index as usize)) });
     }
     let settings = &clip.params.background;
     let is_needed = clip.params.clip.dense && settings.enabled && settings.rigid_scene && !clip.frames.is_empty();

@@ -1,24 +1,25 @@
-//! A walking figure: a chain of rotated limbs, all of one object.
+//! A walking person: a chain of rotated limbs, all of one object.
 //!
-//! Lengths are in the figure's own units, in which it is about 140 high; the hip is the origin, x points the way it
-//! walks.
+//! Lengths are in the person's own units, in which it is about 140 high; the hip is the origin, x points forward. All sizes
+//! and colours were chosen by eye.
 
 use super::affine::{Affine, sin_turns};
 use super::brush::{Colour, Noise, bar, blend, disc, ramp, rounded_box, shade};
 use super::scene::{Scene, Sprite};
 
+// Lengths of limbs.
 const THIGH: f32 = 32.0;
 const SHIN: f32 = 31.0;
 const UPPER_ARM: f32 = 23.0;
 const FOREARM: f32 = 21.0;
-/// Height of the shoulder over the hip.
+/// Height of the shoulder above the hip.
 const SHOULDER: f32 = 42.0;
-/// From the hip down to the sole of a straight leg.
+/// Distance from the hip to the sole of a straight leg.
 pub(super) const LEG: f32 = THIGH + SHIN + 5.0;
 
-/// What a figure looks like.
+/// The appearance of a walking person.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Figure {
+pub(crate) struct Person {
     /// Main and second colour of the striped jumper.
     pub jumper: [Colour; 2],
     /// Colour of the trousers.
@@ -27,32 +28,27 @@ pub(crate) struct Figure {
     pub hat: Colour,
     /// Colour of the backpack.
     pub backpack: Colour,
-    /// Texels a unit; the number of pixels a unit in the frame is best.
+    /// Texels per unit; best equal to the pixels per unit in the frame.
     pub density: f32,
     /// Seed of the cloth's texture.
     pub seed: u64,
 }
 
-/// How a figure walks.
+/// The motion of the limbs.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Gait {
-    /// Frames for two steps.
+    /// Frames of two steps.
     pub period: f64,
-    /// Where in the cycle it is at frame 0, in turns.
+    /// Phase at frame 0, in turns.
     pub phase: f64,
     /// Swing of a leg to either side of the vertical, in turns.
     pub swing: f64,
 }
 
-impl Figure {
-    /// Adds the figure to a scene as object `label`: `hip(t)` is the pose of its hip at frame `t`.
-    pub(crate) fn add_to(&self, scene: &mut Scene, label: u8, gait: Gait, hip: impl Fn(f64) -> Affine) {
-        self.add_reaching(scene, label, gait, hip, |_| 0.0);
-    }
-
-    /// The same, and `reach(t)` is how far both arms are stretched out: 0 swinging with the gait, 1 forward at shoulder
-    /// height.
-    pub(crate) fn add_reaching(
+impl Person {
+    /// Adds the person to a scene as object `label`. `hip(t)` is the pose of its hip at frame `t`; `reach(t)` stretches both
+    /// arms, from 0, swinging with the gait, to 1, forward at shoulder height.
+    pub(crate) fn add_to(
         &self,
         scene: &mut Scene,
         label: u8,
@@ -60,11 +56,11 @@ impl Figure {
         hip: impl Fn(f64) -> Affine,
         reach: impl Fn(f64) -> f64,
     ) {
-        let stretched = |t: f64, swinging: f64, out: f64| swinging + (out - swinging) * reach(t);
+        let arm_angle = |t: f64, swinging: f64, stretched: f64| swinging + (stretched - swinging) * reach(t);
         let cycle = |t: f64| t / gait.period + gait.phase;
         // The body is highest when one leg is straight below it, twice a cycle.
         let body = |t: f64| Affine::translation(0.0, 1.6 * sin_turns(2.0 * cycle(t) + 0.25)).then(&hip(t));
-        let leg = |t: f64, side: f64| forward(gait.swing * sin_turns(cycle(t) + side)).then(&body(t));
+        let leg = |t: f64, side: f64| swing_forward(gait.swing * sin_turns(cycle(t) + side)).then(&body(t));
         // The knee bends while its leg swings forward.
         let knee = |t: f64, side: f64| {
             let bend = (0.5 + 0.5 * sin_turns(cycle(t) + side + 0.33)).max(0.0);
@@ -72,13 +68,13 @@ impl Figure {
         };
         let arm = |t: f64, side: f64| {
             let swinging = -0.02 - 0.9 * gait.swing * sin_turns(cycle(t) + side);
-            forward(stretched(t, swinging, 0.24 - 0.03 * side))
+            swing_forward(arm_angle(t, swinging, 0.24 - 0.03 * side))
                 .then(&Affine::translation(0.5, f64::from(-SHOULDER)))
                 .then(&body(t))
         };
         let elbow = |t: f64, side: f64| {
             let swinging = 0.085 - 0.035 * sin_turns(cycle(t) + side);
-            joint(stretched(t, swinging, 0.01), UPPER_ARM).then(&arm(t, side))
+            joint(arm_angle(t, swinging, 0.01), UPPER_ARM).then(&arm(t, side))
         };
         let [thigh, shin] = [self.thigh(), self.shin()].map(|s| scene.add_sprite(s));
         let [upper, lower] = [self.upper_arm(), self.forearm()].map(|s| scene.add_sprite(s));
@@ -96,22 +92,23 @@ impl Figure {
         scene.add_layer(upper, label, |t| arm(t, 0.0));
     }
 
-    /// Cloth of a colour at a point: a weave, folds and a soft outline towards the edge at distance `distance`.
+    /// Returns the colour of cloth at a point: a weave, and a soft outline towards the edge at signed distance `distance`.
     fn cloth(&self, colour: Colour, x: f32, y: f32, distance: f32) -> Colour {
         let weave = Noise(self.seed).fractal(x, y, 14.0, 2.4 / self.density);
         shade(colour, 0.34 * weave - 0.30 * ramp(-3.5, 0.5, distance) + 0.06)
     }
 
-    fn limb(&self, length: f32, radii: (f32, f32), colour: impl Fn(f32, f32, f32) -> Colour) -> Sprite {
-        let wide = radii.0.max(radii.1);
-        Sprite::paint([-wide, -wide, wide, length + wide], self.density, |x, y| {
-            let distance = bar(x, y, (0.0, 0.0), (0.0, length), radii.0, radii.1);
+    /// Paints a limb that hangs from the origin, with radius `top` there and `bottom` at its end.
+    fn limb(&self, length: f32, top: f32, bottom: f32, colour: impl Fn(f32, f32, f32) -> Colour) -> Sprite {
+        let width = top.max(bottom);
+        Sprite::paint([-width, -width, width, length + width], self.density, |x, y| {
+            let distance = bar(x, y, (0.0, 0.0), (0.0, length), top, bottom);
             (colour(x, y, distance), distance)
         })
     }
 
     fn thigh(&self) -> Sprite {
-        self.limb(THIGH, (9.0, 6.8), |x, y, d| self.cloth(self.trousers, x, y, d))
+        self.limb(THIGH, 9.0, 6.8, |x, y, d| self.cloth(self.trousers, x, y, d))
     }
 
     fn shin(&self) -> Sprite {
@@ -130,18 +127,18 @@ impl Figure {
     }
 
     fn upper_arm(&self) -> Sprite {
-        self.limb(UPPER_ARM, (7.0, 5.8), |x, y, d| self.cloth(self.stripes(y + 3.0), x, y - 20.0, d))
+        self.limb(UPPER_ARM, 7.0, 5.8, |x, y, d| self.cloth(self.stripes(y + 3.0), x, y - 20.0, d))
     }
 
     fn forearm(&self) -> Sprite {
-        self.limb(FOREARM, (5.8, 4.6), |x, y, d| {
+        self.limb(FOREARM, 5.8, 4.6, |x, y, d| {
             let sleeve = self.cloth(self.stripes(y + 5.0), x, y - 50.0, d);
             let skin = self.cloth(SKIN, x, y, d);
             blend(sleeve, skin, ramp(-0.5, 0.5, y - FOREARM + 3.5))
         })
     }
 
-    /// The jumper's colour at height `y`: stripes of 5 units.
+    /// Returns the jumper's colour at height `y`: stripes of 5 units.
     fn stripes(&self, y: f32) -> Colour {
         let phase = (y / 10.0) - (y / 10.0).floor();
         let edge = (0.25 - (phase - 0.5).abs()) * 10.0 * self.density.min(1.5);
@@ -196,12 +193,12 @@ impl Figure {
 
 const SKIN: Colour = [226.0, 172.0, 138.0];
 
-/// A limb that hangs from the origin, swung forward by `turns`.
-fn forward(turns: f64) -> Affine {
+/// Swings a limb that hangs from the origin forward by `turns`.
+fn swing_forward(turns: f64) -> Affine {
     Affine::rotation(-turns)
 }
 
-/// A limb that hangs from the end of another of length `length`, bent forward by `turns`.
+/// Attaches a limb to the end of another of length `length`, bent forward by `turns`.
 fn joint(turns: f64, length: f32) -> Affine {
-    forward(turns).then(&Affine::translation(0.0, f64::from(length)))
+    swing_forward(turns).then(&Affine::translation(0.0, f64::from(length)))
 }
