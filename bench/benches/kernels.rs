@@ -372,12 +372,12 @@ fn figures(size: (usize, usize)) -> Vec<(&'static str, f64)> {
         .iter()
         .enumerate()
         .for_each(|(t, (forward, _))| sample_map(&maps.map(t, forward), &tracks, t, &mut of_points));
-    let alone = trajectory_saliency(&tracks, &of_points);
-    let stands_out = || context_saliency(alone.clone(), &v, &d, &params.saliency).foreground;
+    let point_saliency = trajectory_saliency(&tracks, &of_points);
+    let stands_out = || context_saliency(point_saliency.clone(), &v, &d, &params.saliency).foreground;
     time("saliency in context", &mut || drop(stands_out()));
     let foreground = stands_out();
     let (longest, fewest) = (params.connectedness.max_edge * params.spacing(), params.connectedness.min_component);
-    let known = EvidenceInput::new(&tracks, &d, &params.affinity, Some(&maps), None);
+    let evidence = EvidenceInput::new(&tracks, &d, &params.affinity, Some(&maps), None);
     let pieces = || components(&tracks, &d.neighborhoods, &foreground, longest, fewest as usize);
     time("components, the clip", &mut || drop(Separation::new(&tracks, &pieces(), &params.connectedness)));
     time("clusters, the clip", &mut || drop(discretize(&v, &known, &params.discretize, seed)));

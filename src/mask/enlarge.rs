@@ -26,7 +26,7 @@ const REFINE_PARAMS: RefineParams =
 const CONTRAST_VARIANCE: f32 = 0.3;
 /// Side of the blocks that are refined at once; chosen by eye.
 const BLOCK_PX: usize = 20 * TILE_PX;
-/// Largest difference of the mask's sides from the picture's shape, in pixels of the mask: sizes are rounded when frames are
+/// Largest difference of the mask's sides from the picture's shape, in pixels of the mask: sizes are to_steps when frames are
 /// reduced.
 const SHAPE_TOLERANCE_PX: f64 = 2.0;
 

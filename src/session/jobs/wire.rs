@@ -42,9 +42,9 @@ impl Job {
             JobInput::PairFlow(frame, _) | JobInput::Superpixels(frame) | JobInput::Mask(frame, _) => {
                 (frame.width(), frame.height())
             }
-            JobInput::Saliency(asked) => (asked.bins.width(), asked.bins.height()),
+            JobInput::Saliency(query) => (query.bins.width(), query.bins.height()),
             JobInput::Affinities(rows) => rows.tracks.size,
-            JobInput::CameraMotion(ways) => ways.size,
+            JobInput::CameraMotion(matches) => matches.size,
             JobInput::Rotation(rows) => (rows.k, 0),
             JobInput::Reprojection(input) => (input.picture.width(), input.picture.height()),
             JobInput::Delaunay(_) => (0, 0),
@@ -60,9 +60,9 @@ impl Job {
                 put_bytes(&mut message, frame.rgb());
                 put_bytes(&mut message, labels.data());
             }
-            JobInput::Saliency(asked) => {
-                put_bytes(&mut message, asked.bins.data());
-                message.extend(&asked.pixels);
+            JobInput::Saliency(query) => {
+                put_bytes(&mut message, query.bins.data());
+                message.extend(&query.pixels);
             }
             JobInput::Delaunay(points) => put_points(&mut message, points),
             JobInput::Affinities(rows) => {
@@ -159,8 +159,8 @@ impl JobResult {
             }
             Self::CameraMotion(motion) => {
                 let mut message = id.header(0, 0);
-                if let Some((egomotion, is_sure)) = motion {
-                    put_doubles(&mut message, &egomotion.to_array());
+                if let Some((forward, is_sure)) = motion {
+                    put_doubles(&mut message, &forward.to_array());
                     message.push(u32::from(*is_sure));
                 }
                 message

@@ -287,15 +287,15 @@ struct ObjectSelection {
 impl ObjectSelection {
     /// Selects objects. Clusters may be merged or split by this.
     fn new(outputs: &mut Outputs, clip: &Clip) -> Self {
-        let figure = outputs.background.as_ref().map(|background| {
+        let classes = outputs.background.as_ref().map(|background| {
             let evidence = outputs.cluster_evidence(&clip.params.affinity);
             let observations = observations(outputs, &evidence, clip);
             classify_clusters(background, &outputs.clusters, &observations, &clip.params.background)
         });
-        let (is_object, mask_track_labels) = match figure {
-            Some(figure) => {
-                (outputs.clusters, outputs.doubts) = (figure.clusters, figure.penalties);
-                (figure.is_object, Some(figure.label))
+        let (is_object, mask_track_labels) = match classes {
+            Some(classes) => {
+                (outputs.clusters, outputs.doubts) = (classes.clusters, classes.penalties);
+                (classes.is_object, Some(classes.label))
             }
             None => {
                 let objects = find_objects(&outputs.track_set.tracks, &outputs.clusters);

@@ -29,7 +29,7 @@ impl StageWork for SuperpixelWork {
             let Clip { pending_jobs, frames, params, .. } = &mut *clip;
             let mut pair_motion =
                 |k: usize, matches: PointMatches| match pending_jobs.take_result(JobKind::CameraMotion, k) {
-                    Some(JobResult::CameraMotion(egomotion)) => egomotion,
+                    Some(JobResult::CameraMotion(forward)) => forward,
                     _ => matches.estimate_egomotion(),
                 };
             outputs.camera = estimate_camera(outputs, frames, &params.background, &mut pair_motion);
