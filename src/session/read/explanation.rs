@@ -214,9 +214,9 @@ impl PixelQuery<'_> {
         let (context, params) = (&*cut.context, &self.clip.params.cut);
         let input = self.outputs.cut_input();
         let superpixel = superpixels[self.t].label()[self.pixel];
-        let mut reasons = SuperpixelTerms::new(&input, params, &cut.labels, self.t, superpixel);
+        let mut terms = SuperpixelTerms::new(&input, params, &cut.labels, self.t, superpixel);
         let allowed = context.region.iter().flat_map(|region| &region.allowed);
-        allowed.filter(|entry| (entry.0, entry.1) == (self.t, superpixel)).for_each(|entry| reasons.restrict(&entry.2));
+        allowed.filter(|entry| (entry.0, entry.1) == (self.t, superpixel)).for_each(|entry| terms.restrict(&entry.2));
         let node = superpixels[..self.t].iter().map(|s| s.count).sum::<usize>() + superpixel as usize;
         let at_node = |values: &[f32]| values.get(node).copied().unwrap_or(0.0);
         let runner_up =
@@ -231,15 +231,15 @@ impl PixelQuery<'_> {
             label,
             source: self.source(label, terms.label),
             superpixel,
-            cluster: reasons.label,
-            weight: reasons.lambda,
+            cluster: terms.label,
+            weight: terms.lambda,
             evidence: Evidence {
                 background: at_node(&context.cues),
                 looks: at_node(&context.evidence) - at_node(&context.cues),
             },
-            costs: (0..reasons.unary.len() as u32).map(cost).collect(),
-            links: reasons.links.iter().map(link).collect(),
-            voters: self.voters(&input, &reasons),
+            costs: (0..terms.unary.len() as u32).map(cost).collect(),
+            links: terms.links.iter().map(link).collect(),
+            voters: self.voters(&input, &terms),
             nearest,
             affinities: nearest.map_or_else(Vec::new, |i| self.affinities(i)),
             flip: runner_up.map(|(cluster, margin)| {
@@ -250,8 +250,8 @@ impl PixelQuery<'_> {
         }
     }
 
-    fn cost(&self, reasons: &SuperpixelTerms, cluster: u32) -> LabelCost {
-        let unary = reasons.unary[cluster as usize];
+    fn cost(&self, terms: &SuperpixelTerms, cluster: u32) -> LabelCost {
+        let unary = terms.unary[cluster as usize];
         let [trajectories, colours, evidence, forbidden] =
             [unary.trajectories, unary.colours, unary.evidence, unary.forbidden].map(|steps| units(steps.into()));
         let total = units(terms.cost(cluster));
@@ -282,7 +282,7 @@ impl PixelQuery<'_> {
         let to_input = |v: f32, s: f64| ((f64::from(v) + 0.5) * s - 0.5) as f32;
         let voter = |&i: &u32| {
             let ((x, y), cluster) = (input.tracks.at(i as usize, self.t).unwrap_or_default(), input.label[i as usize]);
-            let is_clustered = (cluster as usize) < reasons.unary.len();
+            let is_clustered = (cluster as usize) < terms.unary.len();
             Voter {
                 x: to_input(x, sx),
                 y: to_input(y, sy),
