@@ -380,7 +380,7 @@ fn figures(size: (usize, usize)) -> Vec<(&'static str, f64)> {
     let evidence = EvidenceInput::new(&tracks, &d, &params.affinity, Some(&maps), None);
     let pieces = || components(&tracks, &d.neighborhoods, &foreground, longest, fewest as usize);
     time("components, the clip", &mut || drop(Separation::new(&tracks, &pieces(), &params.connectedness)));
-    time("clusters, the clip", &mut || drop(discretize(&v, &known, &params.discretize, seed)));
+    time("clusters, the clip", &mut || drop(discretize(&v, &evidence, &params.discretize, seed)));
 
     time("boundary map, a frame", &mut || drop(boundary_map(&frames[0])));
     let map = boundary_map(&frames[0]);
