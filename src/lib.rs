@@ -58,7 +58,7 @@
 //! | connectedness | [`connectedness`] | [`components`](connectedness::components), [`constrain`](connectedness::constrain) | 3 | foreground, A → A without affinities between separate components |
 //! | clusters | [`discretize`] | [`discretize`](discretize::discretize) | 2.3 | embedding, d → [`Clusters`](discretize::Clusters) |
 //! | superpixels | [`contour`], [`superpixel`] | [`boundary_map`](contour::boundary_map), [`gabriel_superpixels`](superpixel::gabriel_superpixels) | 4.1 | a frame → [`Superpixels`](superpixel::Superpixels) |
-//! | objects | [`background`], [`mask`] | [`Background`](background::Background), [`judge_clusters`](mask::judge_clusters) | | frames, flow, labelled trajectories → which clusters are objects, evidence for each superpixel |
+//! | objects | [`background`], [`mask`] | [`Background`](background::Background), [`classify_clusters`](mask::classify_clusters) | | frames, flow, labelled trajectories → which clusters are objects, evidence for each superpixel |
 //! | cut | [`cut`] | [`gabriel_cut`](cut::gabriel_cut) | 4.2 | superpixels, labelled trajectories, evidence → [`CutLabels`](cut::CutLabels) |
 //! | masks | [`mask`] | [`refine`](mask::refine) | | cut, frames → a mask for each frame |
 //!
@@ -93,13 +93,13 @@ pub use dense::{contour, cut, superpixel};
 pub use figure::{background, connectedness, discretize, saliency};
 #[doc(hidden)]
 pub use figure::{camera, evidence};
-use figure::{judge, objects};
+use figure::{classify, objects};
 pub use motion::{affinity, discontinuity, embedding, flow, trajectory};
 
 pub use error::Error;
 #[cfg(not(target_arch = "wasm32"))]
 pub use session::{Checkpoint, Window, Windows};
-pub use session::{Explanation, Params, Progress, Session, Source, Stage, Step};
+pub use session::{Explanation, LabelSource, Params, Progress, Session, Stage, Step};
 
 /// The README's Rust, tested with the examples in comments.
 #[cfg(doctest)]

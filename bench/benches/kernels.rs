@@ -22,13 +22,13 @@ use tracecut::connectedness::{Separation, components};
 use tracecut::contour::{boundary_map, contour_segments};
 use tracecut::cut::{Expansion, Potts};
 use tracecut::discontinuity::{discontinuities, neighborhoods};
-use tracecut::discretize::{Known, discretize};
+use tracecut::discretize::{EvidenceInput, discretize};
 use tracecut::embedding::{EigenInfo, EigenParams, EmbeddingParams, embed, embed_with_tolerance, largest_eigenpairs};
 use tracecut::flow::{FlowParams, FlowPyramid, FlowScratch, flow_between, flow_between_with, local_flow_variation};
 use tracecut::image::{Frame, Plane, gaussian_blur};
 use tracecut::mask::refine;
 use tracecut::rng::{Rng, mix};
-use tracecut::saliency::{SaliencyMaps, context_saliency, look_up, trajectory_saliency};
+use tracecut::saliency::{SaliencyMaps, context_saliency, sample_map, trajectory_saliency};
 use tracecut::sparse::SymCsr;
 use tracecut::superpixel::{gabriel_superpixels, superpixels_of};
 use tracecut::synth::Scene;
@@ -361,20 +361,23 @@ fn figures(size: (usize, usize)) -> Vec<(&'static str, f64)> {
 
     let estimate_motion = || {
         let mut maps = SaliencyMaps::new(&params.saliency);
-        flows.iter().for_each(|(forward, _)| maps.look_at(forward));
+        flows.iter().for_each(|(forward, _)| maps.add_flow(forward));
         maps
     };
     time("camera motion, the clip", &mut || drop(estimate_motion()));
     let maps = estimate_motion();
     time("saliency map, a frame", &mut || drop(maps.map(0, &flows[0].0)));
     let mut of_points = vec![-1.0; tracks.x.len()];
-    flows.iter().enumerate().for_each(|(t, (forward, _))| look_up(&maps.map(t, forward), &tracks, t, &mut of_points));
+    flows
+        .iter()
+        .enumerate()
+        .for_each(|(t, (forward, _))| sample_map(&maps.map(t, forward), &tracks, t, &mut of_points));
     let point_saliency = trajectory_saliency(&tracks, &of_points);
     let stands_out = || context_saliency(point_saliency.clone(), &v, &d, &params.saliency).foreground;
     time("saliency in context", &mut || drop(stands_out()));
     let foreground = stands_out();
     let (longest, fewest) = (params.connectedness.max_edge * params.spacing(), params.connectedness.min_component);
-    let evidence = Known::new(&tracks, &d, &params.affinity, Some(&maps), None);
+    let evidence = EvidenceInput::new(&tracks, &d, &params.affinity, Some(&maps), None);
     let pieces = || components(&tracks, &d.neighborhoods, &foreground, longest, fewest as usize);
     time("components, the clip", &mut || drop(Separation::new(&tracks, &pieces(), &params.connectedness)));
     time("clusters, the clip", &mut || drop(discretize(&v, &evidence, &params.discretize, seed)));

@@ -91,7 +91,7 @@ fn variants(choices: &[Choice], params: &Params, args: &AblateArgs) -> Result<Ve
 fn measure(variants: &[Option<(String, Params)>], items: &[Item], args: &AblateArgs) -> Result<Vec<Option<Table>>> {
     let cache = Cache::open(&args.cache)?;
     let work = |item: &Item| {
-        let scores = scores_of(item, variants, &cache, args).map_err(|failure| failure.of(&item.name))?;
+        let scores = scores_of(item, variants, &cache, args).map_err(|failure| failure.with_subject(&item.name))?;
         Ok((item.name.clone(), scores))
     };
     let report = |(clip, scores): &(String, Vec<Vec<Option<Score>>>)| {
@@ -162,7 +162,7 @@ impl GroundTruth {
     fn score(&self, mut session: Session) -> Result<Score> {
         let Shot { definition, maps } = &self.shot;
         let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-            return Err(Failure::lost());
+            return Err(Failure::missing_result());
         };
         let points = score(definition, maps, tracks, clusters)?;
         let best_points = best_clusters(definition, maps, tracks, clusters)?;

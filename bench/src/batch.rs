@@ -49,7 +49,7 @@ impl Batch {
         work: impl Fn(&S) -> Result<O> + Sync,
         report: impl Fn(&O) -> Result<()>,
     ) -> Result<Vec<O>> {
-        let named = |sequence: &S| work(sequence).map_err(|failure| failure.of(name(sequence)));
+        let named = |sequence: &S| work(sequence).map_err(|failure| failure.with_subject(name(sequence)));
         in_order(sequences, self.jobs as usize, named, report)
     }
 }

@@ -39,7 +39,7 @@ const RECIPES: [&str; 3] = ["ours", "canny", "sobel"];
 /// The maps that `--embedding` adds.
 const EMBEDDED: [&str; 3] = ["discontinuities", "spectral gradients", "Pb + discontinuities"];
 
-/// Ways of counting: name, matching, and whether at the fine tolerance.
+/// PointMatches of counting: name, matching, and whether at the fine tolerance.
 const COUNTS: [(&str, Matching, bool); 4] = [
     ("one-to-one", Matching::OneToOne, false),
     ("nearest", Matching::Nearest, false),

@@ -120,7 +120,7 @@ fn numbered(path: PathBuf) -> Result<(usize, PathBuf)> {
 fn run_sequence(sequence: &Sequence, params: &Params, frames: Option<u32>) -> Result<Outcome> {
     let (session, time) = run_clip(&sequence.frames, frames, params.clone())?;
     let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-        return Err(Failure::lost());
+        return Err(Failure::missing_result());
     };
     let masks = read_masks(sequence, &session, frames.is_some())?;
     let labelled: Vec<_> = masks.iter().map(|(frame, mask)| (*frame, mask)).collect();

@@ -9,13 +9,13 @@ use clap::Args;
 use std::path::PathBuf;
 use tracecut::Params;
 use tracecut::discretize::Clusters;
-use tracecut::evidence::Pair;
+use tracecut::evidence::ClusterPair;
 use tracecut_cli::failure::{Failure, Result, print, write};
 
 const HELP: &str = "\
 Each clip is run to the labels of its trajectories. For every two neighbouring pieces of the over-segmentation, before any are merged, the
-terms of src/figure/evidence/pair.rs are written down, and how likely two of their points, one of each, are of one region; for every cluster
-the terms of src/figure/evidence/pair.rs, before a moving or a still camera, and its share of points on objects. Logistic regressions give the weights: every
+terms of src/figure/evidence/log_odds.rs are written down, and how likely two of their points, one of each, are of one region; for every cluster
+the terms of src/figure/evidence/log_odds.rs, before a moving or a still camera, and its share of points on objects. Logistic regressions give the weights: every
 clip counts alike, in it a pair by the logarithm of the points of its smaller piece, a cluster by the root of its points.
 
 For each kind of clips the loss is printed of weights that were fitted on the others, and of those fitted on all (nats a pair); then the
@@ -26,10 +26,10 @@ const RIDGE: f64 = 0.003;
 /// Pieces with fewer points in scored frames tell nothing.
 const FEWEST: f64 = 5.0;
 /// The terms of pairs, in their order.
-const PAIR: [&str; 4] = ["discontinuity", "gain", "strangeness", "rest"];
+const PAIR: [&str; 4] = ["discontinuity", "gain", "contrast", "residual"];
 /// Those of objects before a moving camera, and before a still one.
-const OBJECT: [&str; 2] = ["rim", "strangeness"];
-const OBJECT_BEFORE_PLATE: [&str; 1] = ["unlike"];
+const OBJECT: [&str; 2] = ["border", "contrast"];
+const OBJECT_BEFORE_PLATE: [&str; 1] = ["plate distance"];
 
 #[derive(Args, Debug)]
 #[command(after_help = HELP)]
@@ -61,7 +61,7 @@ pub(super) fn eval(args: &FitArgs) -> Result<()> {
     let mut params = args.suite.settings.params()?;
     params.clip.dense = false;
     let items = items(&args.suite)?;
-    let work = |item: &Item| lessons_of(item, &params, args).map_err(|failure| failure.of(&item.name));
+    let work = |item: &Item| lessons_of(item, &params, args).map_err(|failure| failure.with_subject(&item.name));
     let report = |lessons: &Lessons| {
         let [pairs, objects, still] = lessons.each_ref().map(|lesson| lesson.examples.len());
         print(format_args!("{:20} {pairs:6} pairs {:4} clusters", lessons[0].kind, objects + still))
@@ -121,7 +121,7 @@ fn points(overlap: &[Vec<u64>], cluster: usize) -> f64 {
     overlap.iter().map(|row| row[cluster]).sum::<u64>() as f64
 }
 
-fn pairs_in(overlap: &[Vec<u64>], pairs: Vec<Pair>, found: &mut Vec<Example>) {
+fn pairs_in(overlap: &[Vec<u64>], pairs: Vec<ClusterPair>, found: &mut Vec<Example>) {
     for pair in pairs {
         let [p, q] = [pair.clusters.0 as usize, pair.clusters.1 as usize];
         let (a, b) = (points(overlap, p), points(overlap, q));
@@ -184,14 +184,20 @@ fn table(weights: &[Vec<f64>], command: &str) -> String {
     let mut text =
         format!("//! The fitted weights, by the command below; do not edit them by hand.\n//!\n//! `{command}`\n");
     let tables = [
-        ("PAIR", "a pair of clusters, for that they are one: base, then the terms of `pair`"),
-        ("OBJECT", "a cluster, for that it is an object: base, then the terms of `Signs`"),
-        ("OBJECT_BEFORE_PLATE", "a cluster before a still camera: base, then its term of `Signs`"),
+        ("PAIR_WEIGHTS", "a pair of clusters to be one object: bias, then the terms of `ClusterPair`"),
+        (
+            "OBJECT_WEIGHTS",
+            "a cluster to be an object, with a moving camera: bias, then the terms of `ClusterCues::Moving`",
+        ),
+        (
+            "STILL_OBJECT_WEIGHTS",
+            "a cluster to be an object, with a still camera: bias, then the term of `ClusterCues::Still`",
+        ),
     ];
     for ((name, what), weights) in tables.into_iter().zip(weights) {
         let numbers: Vec<String> = weights.iter().map(|w| format!("{w:.4}")).collect();
         let (count, numbers) = (weights.len(), numbers.join(", "));
-        text += &format!("\n/// Of {what}.\npub(super) const {name}: [f64; {count}] = [{numbers}];\n");
+        text += &format!("\n/// Weights of {what}.\npub(super) const {name}: [f64; {count}] = [{numbers}];\n");
     }
     text
 }

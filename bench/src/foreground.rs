@@ -74,7 +74,7 @@ pub(super) fn eval(args: &ForegroundArgs) -> Result<()> {
 fn run_sequence(sequence: &Sequence, params: &Params, frames: u32) -> Result<Outcome> {
     let (session, time) = run_clip(&sequence.list, Some(frames), params.clone())?;
     let (Some(tracks), Some(saliency)) = (session.trajectories(), session.saliency()) else {
-        return Err(Failure::lost());
+        return Err(Failure::missing_result());
     };
     let shot = Shot::read(&sequence.definition, tracks.num_frames)?;
     let scored = |foreground: &[bool]| {

@@ -157,7 +157,7 @@ fn run_seeds(item: &Item, params: &Params, seeds: &[u32], args: &PointsArgs) -> 
         params.clip.seed = seed;
         run_one(item, params, args)
     });
-    let runs = runs.collect::<Result<Vec<_>>>().map_err(|failure| failure.of(&item.name))?;
+    let runs = runs.collect::<Result<Vec<_>>>().map_err(|failure| failure.with_subject(&item.name))?;
     Ok(Outcome { name: item.name.clone(), kind: item.kind.clone(), runs })
 }
 
@@ -165,7 +165,7 @@ fn run_one(item: &Item, params: Params, args: &PointsArgs) -> Result<Run> {
     let seed = params.clip.seed;
     let (session, time, Shot { definition, maps }) = run_item(item, params, args.frames)?;
     let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-        return Err(Failure::lost());
+        return Err(Failure::missing_result());
     };
     let broken = |e| Failure::about(&item.name, e);
     Ok(Run {

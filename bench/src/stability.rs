@@ -97,7 +97,7 @@ fn outcomes(clips: &[Clip], params: &Params, args: &StabilityArgs) -> Result<Vec
     let (scores, outcomes) = (RefCell::new(Vec::new()), RefCell::new(Vec::new()));
     let work = |&(clip, change): &(&Clip, Change)| {
         j_under(clip, change, params.clone(), args.frames)
-            .map_err(|failure| failure.of(format_args!("{} {change}", clip.name)))
+            .map_err(|failure| failure.with_subject(format_args!("{} {change}", clip.name)))
     };
     let report = |&j: &f64| {
         scores.borrow_mut().push(j);

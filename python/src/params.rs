@@ -1,4 +1,4 @@
-//! Parameters from keyword arguments and dictionaries: names in snake_case, those of the library are in camelCase.
+//! Parameters from keyword arguments and dictionaries: names in snake_case here, in camelCase in the library.
 
 use crate::error::Result;
 use crate::names::{camel, snake};

@@ -7,7 +7,7 @@
 
 use super::graph::PixelEmbedding;
 use super::params::Grouping;
-use crate::contour::{ORIENTATIONS, mean_along, normals};
+use crate::contour::{ORIENTATIONS, mean_along_boundary, normals};
 use crate::discontinuity::discontinuity;
 use crate::image::{Plane, gaussian_blur};
 
@@ -55,7 +55,7 @@ pub(super) fn changes(embedding: &PixelEmbedding, grouping: Grouping) -> Changes
     }
     for planes in [&mut changes.d, &mut changes.spectral] {
         for (plane, normal) in planes.iter_mut().zip(normals()) {
-            *plane = mean_along(plane, *width, normal, 1.0);
+            *plane = mean_along_boundary(plane, *width, normal, 1.0);
         }
     }
     changes

@@ -37,7 +37,9 @@ mod params;
 #[cfg(test)]
 mod tests;
 
-use crate::contour::{BoundaryMap, Logistic, OF_PB, ORIENTATIONS, from_strengths, strengths_of, strongest};
+use crate::contour::{
+    BoundaryMap, Logistic, ORIENTATIONS, PB_LOGISTIC, boundaries_from_strengths, oriented_strengths, strongest_ridges,
+};
 use crate::embedding::EigenInfo;
 use crate::image::{Frame, Plane, fit_within};
 use discontinuity::{Changes, changes};
@@ -103,8 +105,8 @@ pub struct ImageDiscontinuities {
 #[must_use]
 pub fn image_discontinuities(frame: &Frame, params: &StillParams, seed: u32) -> ImageDiscontinuities {
     let (w, h) = fit_within(frame.width(), frame.height(), params.max_side as usize);
-    let strengths = strengths_of(&frame.resized(w, h));
-    let pb = from_strengths(&strengths, (w, h), OF_PB);
+    let strengths = oriented_strengths(&frame.resized(w, h));
+    let pb = boundaries_from_strengths(&strengths, (w, h), PB_LOGISTIC);
     if pb.thin.data().iter().all(|&v| v <= MIN_PB) {
         let empty = StrengthMap { strength: Plane::filled(w, h, 0.0), thin: Plane::filled(w, h, 0.0) };
         let combined = pb.clone();
@@ -145,7 +147,7 @@ fn strength_map(
     height: usize,
     scaled: impl Fn(f32) -> f32,
 ) -> StrengthMap {
-    let (strength, thin) = strongest(changes, (width, height));
+    let (strength, thin) = strongest_ridges(changes, (width, height));
     StrengthMap { strength: strength.map(&scaled), thin: thin.map(&scaled) }
 }
 
@@ -160,8 +162,8 @@ fn combine(
     let d_weight = weight * DISCONTINUITY_WEIGHT;
     let sums = std::array::from_fn(|k| pb[k].iter().zip(&d[k]).map(|(s, d)| s + d_weight * d).collect());
     let logistic = Logistic {
-        slope: OF_PB.slope / (1.0 + weight * LOGISTIC_FLATTENING),
-        centre: OF_PB.centre + weight * LOGISTIC_SHIFT,
+        slope: PB_LOGISTIC.slope / (1.0 + weight * LOGISTIC_FLATTENING),
+        centre: PB_LOGISTIC.centre + weight * LOGISTIC_SHIFT,
     };
-    from_strengths(&sums, (width, height), logistic)
+    boundaries_from_strengths(&sums, (width, height), logistic)
 }

@@ -115,9 +115,9 @@ test('trajectories that do not fit the frames are refused, and others can be set
     /64x72 pixels \(expected 128x72, as the frames\)/,
   );
   await session.setTrajectories({ ...fitting, x: [4, 128] });
-  await rejects(session.run(), 'data', /x\[1\] = 128 \(expected a place in the frame, -0.5\.\.=127.5\)/);
+  await rejects(session.run(), 'data', /x\[1\] = 128 \(expected a position in the frame, -0.5\.\.=127.5\)/);
   await session.setTrajectories({ ...fitting, numFrames: 5 });
-  await rejects(session.run(), 'data', /trajectories of 5 frames with 8 frames pushed/);
+  await rejects(session.run(), 'data', /trajectories of 5 frames \(expected 8/);
   await session.setTrajectories(fitting);
   assert.equal((await session.run()).trajectories.count, 1);
 });

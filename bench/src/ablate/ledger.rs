@@ -26,7 +26,7 @@ pub(super) fn read_choices(path: &Path) -> Result<Vec<Choice>> {
     let choices: Vec<Choice> = serde_json::from_slice(&read(path)?)
         .map_err(|e| Failure::about(path.display(), format_args!("is no table of choices: {e}")))?;
     for choice in &choices {
-        choice.params(&Params::default()).map_err(|failure| failure.of(path.display()))?;
+        choice.params(&Params::default()).map_err(|failure| failure.with_subject(path.display()))?;
     }
     Ok(choices)
 }

@@ -93,7 +93,7 @@ def _targets(clips: list[str], out: Path) -> list[Path]:
     names = [Path(clip).name if Path(clip).is_dir() else Path(clip).stem for clip in clips]
     for clip, name in zip(clips, names):
         if not name or names.count(name) > 1:
-            raise _refuse(clip, "its results would lie where those of another clip do (give it a run of its own)")
+            raise _refuse(clip, "its results would overwrite those of another clip (run it separately)")
     return [out / name for name in names]
 
 
@@ -134,10 +134,10 @@ def _check_target(out: Path, overwrite: bool) -> None:
     if not out.exists() or (out.is_dir() and not any(out.iterdir())):
         return
     if not overwrite:
-        raise _refuse(out, "exists already (--overwrite replaces results, or name another folder)")
+        raise _refuse(out, "exists already (use --overwrite to replace results, or choose another folder)")
     report = out / "result.json"
     if not report.is_file() or '"workingWidth"' not in report.read_text("utf-8", errors="replace"):
-        raise _refuse(out, "holds no result of this program and is not replaced: name another folder")
+        raise _refuse(out, "has no results of this program and is not replaced: choose another folder")
 
 
 def _refuse(path: object, reason: str) -> TraceCutError:

@@ -110,7 +110,7 @@ def _open_path(path: Path) -> Source:
         return Source(read_video(path))
     images = in_name_order(p for p in path.iterdir() if _is_frame_name(p.name) and p.is_file())
     if not images:
-        raise TraceCutError("data", f"{path}: holds no images (expected PNG or JPEG files, one a frame)")
+        raise TraceCutError("data", f"{path}: has no images (expected PNG or JPEG files, one per frame)")
     return Source((read_image(image) for image in images), len(images))
 
 

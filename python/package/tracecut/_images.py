@@ -7,7 +7,7 @@ from typing import Any, Optional
 from . import _tracecut
 from ._errors import illegal
 from ._frames import FrameLike, as_array
-from ._types import U8, BoundaryMap, Enlarged, FlowField, ImageDiscontinuities, Parameter, Superpixels
+from ._types import U8, BoundaryMap, EnlargedMask, FlowField, ImageDiscontinuities, Parameter, Superpixels
 
 
 def boundaries(image: FrameLike, **params: Any) -> BoundaryMap:
@@ -71,7 +71,7 @@ def flow(first: FrameLike, second: FrameLike, **params: Any) -> FlowField:
     return FlowField(*_tracecut.flow(as_array(first), as_array(second), params))
 
 
-def enlarge(mask: U8, picture: FrameLike) -> Enlarged:
+def enlarge(mask: U8, picture: FrameLike) -> EnlargedMask:
     """Scales a mask to the size of its picture, with borders that follow the picture.
 
     Parameters
@@ -81,7 +81,7 @@ def enlarge(mask: U8, picture: FrameLike) -> Enlarged:
     picture : frame
         The frame at its original size.
     """
-    return Enlarged(*_tracecut.enlarge(mask, as_array(picture)))
+    return EnlargedMask(*_tracecut.enlarge(mask, as_array(picture)))
 
 
 def parameters(expert: bool = False) -> list[Parameter]:

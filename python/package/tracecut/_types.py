@@ -38,7 +38,7 @@ class BoundaryMap(NamedTuple):
     thin: F32
 
 
-class Enlarged(NamedTuple):
+class EnlargedMask(NamedTuple):
     """A mask at the size of its picture: its labels, and the opacity of the objects, 0 to 255."""
 
     labels: U8

@@ -170,7 +170,7 @@ pub fn correction(choices: &mut Choices<'_>, num_frames: usize, (width, height):
             let at = choices.once_in(2).then(|| place(choices));
             Correction::Split { label: choices.below(3) as u8, at }
         }
-        2 => Correction::Together((0..1 + choices.below(2)).map(|_| stroke(choices)).collect()),
-        _ => Correction::Apart((0..2 + choices.below(2)).map(|_| stroke(choices)).collect()),
+        2 => Correction::JoinStrokes((0..1 + choices.below(2)).map(|_| stroke(choices)).collect()),
+        _ => Correction::SplitStrokes((0..2 + choices.below(2)).map(|_| stroke(choices)).collect()),
     }
 }

@@ -1,6 +1,6 @@
-//! Laws of explanations, on synthetic clips.
+//! Tests of explanations, on synthetic clips.
 
-use super::why::Source;
+use super::explanation::LabelSource;
 use crate::correction::{Correction, Stroke};
 use crate::cut::{GabrielCut, STEPS_PER_UNIT};
 use crate::rng::Rng;
@@ -24,7 +24,7 @@ fn pushed(seed: u64) -> Session {
 fn run_and_watch(session: &mut Session) -> GabrielCut {
     let mut solver = None;
     loop {
-        if let Phase::Begun(run) = &session.phase
+        if let Phase::Running(run) = &session.phase
             && let State::Cut(work) = &run.state
             && let Some(moves) = work.moves()
         {
@@ -90,16 +90,16 @@ fn after_strokes_the_terms_are_those_of_the_cut_made_anew() {
         Stroke { t: 3, points: vec![(x, y), (x + 1.0, y + 1.0)], radius: 4.0 }
     };
     // Three things, since two would be parted in a single move, before anybody could look.
-    let apart = vec![stroke(x0, y0 + 4), stroke(x1, y1 - 4), stroke(2, 2)];
-    session.correct(&Correction::Apart(apart)).unwrap();
+    let strokes = vec![stroke(x0, y0 + 4), stroke(x1, y1 - 4), stroke(2, 2)];
+    session.correct(&Correction::SplitStrokes(strokes)).unwrap();
     let solver = run_and_watch(&mut session);
     assert!(agrees(&session, &solver, 150, 7) > 50);
     let why = session.explain(3, 2, 2).unwrap();
-    assert_eq!(why.source, Source::Stroke);
+    assert_eq!(why.source, LabelSource::Stroke);
     assert!(why.costs.iter().any(|cost| cost.forbidden > 0.0), "{:?}", why.costs);
     session.undo_correction().unwrap();
     let before = session.explain(3, 2, 2).unwrap();
-    assert!(before.source != Source::Stroke && before.costs.iter().all(|cost| cost.forbidden == 0.0));
+    assert!(before.source != LabelSource::Stroke && before.costs.iter().all(|cost| cost.forbidden == 0.0));
 }
 
 #[test]
@@ -116,8 +116,8 @@ fn what_is_behind_the_terms_agrees_with_the_other_results() {
         let of_cluster = &session.objects().unwrap().of_cluster;
         assert_eq!(why.costs.iter().map(|cost| cost.label).collect::<Vec<_>>(), *of_cluster);
         let by_cut = of_cluster[why.cluster as usize];
-        assert_eq!(why.source == Source::Superpixel, why.label == by_cut);
-        borders += usize::from(why.source == Source::Border);
+        assert_eq!(why.source == LabelSource::Superpixel, why.label == by_cut);
+        borders += usize::from(why.source == LabelSource::Border);
         let of_own = why.voters.iter().filter(|v| v.cluster == Some(why.cluster)).count();
         assert_eq!(of_own, why.costs[why.cluster as usize].votes as usize);
         assert_ne!(of_cluster[why.flip.unwrap().cluster as usize], by_cut);
@@ -136,23 +136,23 @@ fn what_is_behind_the_terms_agrees_with_the_other_results() {
 
 #[test]
 fn the_votes_that_flip_do_flip_and_one_less_does_not() {
-    use crate::cut::{CutParams, OwnCost, Reasons};
+    use crate::cut::{CutParams, SuperpixelTerms, UnaryCost};
     let unit = STEPS_PER_UNIT;
     // Six trajectories of label 0 and two of label 1, and half a unit of evidence against label 1.
-    let own = |trajectories, evidence| OwnCost { trajectories, evidence, ..OwnCost::default() };
-    let reasons = Reasons {
+    let own = |trajectories, evidence| UnaryCost { trajectories, evidence, ..UnaryCost::default() };
+    let reasons = SuperpixelTerms {
         label: 0,
         lambda: 1.0,
         votes: vec![6, 2],
-        strangers: 0,
+        outliers: 0,
         voters: Vec::new(),
-        own: vec![own(unit / 4, 0), own(unit / 4 * 3, unit / 2)],
+        unary: vec![own(unit / 4, 0), own(unit / 4 * 3, unit / 2)],
         links: Vec::new(),
     };
     let needed = reasons.votes_to_flip(1, &CutParams::default()).unwrap();
     // (6 − 2 − n) / (8 + n) + 1/2 is 0 at n = 16.
     assert_eq!(needed, 16);
-    let strong = Reasons { own: vec![own(unit / 4, 0), own(unit / 4 * 3, 2 * unit)], ..reasons };
+    let strong = SuperpixelTerms { unary: vec![own(unit / 4, 0), own(unit / 4 * 3, 2 * unit)], ..reasons };
     assert_eq!(strong.votes_to_flip(1, &CutParams::default()), None);
 }
 

@@ -1,21 +1,20 @@
-//! Borders of a mask to the pixel: what superpixels could not part, colours and contrast decide.
+//! Refinement of mask borders to the pixel, by colour and contrast.
 //!
-//! In: a mask and its frame. Out: a mask with the same labels, changed at most within a band around the borders between
-//! labels.
+//! In: a mask and its frame. Out: a mask with the same labels, changed at most within a band around the borders.
 //!
-//! 1. The depth of each pixel: its distance to the nearest pixel of another label. The band is what is no deeper than a
-//!    few pixels.
-//! 2. In a window around each tile of the band: the colours of each label, away from the border itself (`cut::colour`), and
-//!    how well they tell the labels apart there.
-//! 3. A Potts energy over the pixels of the band. A label costs `−ln p(label | colour)`, as far as colours tell labels
-//!    apart; leaving the present label costs more the deeper the pixel lies; to part neighbours costs `exp(−|difference
-//!    of colours|² / 2σ²)`, where σ² is the mean square of the band. Pixels beyond the band keep their label.
-//! 4. The labelling of least energy by alpha-expansion; with two labels, one cut.
+//! 1. The depth of each pixel: its distance to the nearest pixel of another label. Pixels up to a small depth form the band.
+//! 2. In a window around each tile of the band: colour histograms of each label, without pixels at the border (`cut::colour`),
+//!    and their separation, 0 to 1.
+//! 3. A Potts energy over the band. A label costs `−ln p(label | colour)` times the separation; leaving the present label costs
+//!    more for deeper pixels; different labels of neighbours cost `exp(−|difference of colours|² / 2σ²)`, where σ² is the mean
+//!    squared difference in the band. Pixels outside the band keep their label.
+//! 4. The labelling of least energy by alpha-expansion; with two labels, a single cut.
 //!
-//! After Bai, Wang, Simons and Sapiro ("Video SnapCut", SIGGRAPH 2009) in that colours are local and are believed as
-//! far as they separate, and Rother, Kolmogorov and Blake ("GrabCut", SIGGRAPH 2004) in the energy. Not in the paper.
+//! Local colour models weighted by their separation are from Bai, Wang, Simons and Sapiro ("Video SnapCut", SIGGRAPH 2009), the
+//! energy from Rother, Kolmogorov and Blake ("GrabCut", SIGGRAPH 2004). The cost is the cut's, a few times linear in the
+//! band. It fails where object and background have the same colours. Not in the paper.
 
-use crate::cut::{Colour, Corners, Expansion, Histogram, Potts, UNSEEN, rounded};
+use crate::cut::{Colour, Corners, Expansion, Histogram, Potts, UNSEEN_SHARE, to_steps};
 use crate::image::{Frame, Plane};
 use std::ops::Range;
 
@@ -34,27 +33,28 @@ crate::params! {
     }
 }
 
-/// Side of a tile: pixels that share their colour models.
-pub(super) const TILE: usize = 24;
-/// How far colours are gathered beyond a tile.
-const MARGIN: usize = 12;
-/// Of the pixels around, one of this many is looked at, in each direction.
-const STRIDE: usize = 2;
-/// Pixels nearer to a border than this may be on its wrong side, and are no samples.
-const LEAST_SAMPLE_DEPTH: u32 = 3;
-/// Of the samples, one of this many is asked how well colours tell the labels apart.
+// All chosen by eye.
+/// Side of a tile, whose pixels share their colour models.
+pub(super) const TILE_PX: usize = 24;
+/// Colours are sampled up to this distance from a tile.
+const SAMPLE_MARGIN_PX: usize = 12;
+/// Distance of samples, in each direction.
+const SAMPLE_STRIDE_PX: usize = 2;
+/// Least depth of samples: pixels nearer to a border may be on its wrong side.
+const MIN_SAMPLE_DEPTH_PX: u32 = 3;
+/// One in this many samples measures the separation of the colour models.
 const TEST_STRIDE: usize = 4;
-/// Fewer samples than this make no model.
-const LEAST_SAMPLES: f32 = 8.0;
-/// Differences of colours below this, in squared levels, are weighed once for all pixels.
-const SMALL: usize = 1024;
-/// Cost of a label that is not there.
-const FORBIDDEN: f32 = 1000.0;
+/// Least number of samples of a colour model.
+const MIN_SAMPLES: f32 = 8.0;
+/// Colour differences below this, in squared grey levels, have their weight cached.
+const CACHED_DIFFERENCES: usize = 1024;
+/// Cost of a label without a colour model.
+const FORBIDDEN_COST: f32 = 1000.0;
 
-/// The mask with its borders where colours part. `mask` has the size of `frame`; otherwise it stays as it is.
+/// Moves the borders of a mask to colour edges. A mask of another size than `frame` is returned as it is.
 ///
 /// # Examples
-/// A mask that is three pixels off takes the border of the picture.
+/// The border of a mask that is three pixels off moves to the edge in the picture.
 ///
 /// ```
 /// use tracecut::image::{Frame, Plane};
@@ -70,72 +70,71 @@ const FORBIDDEN: f32 = 1000.0;
 /// ```
 #[must_use]
 pub fn refine(mask: &Plane<u8>, frame: &Frame, params: &RefineParams) -> Plane<u8> {
-    // Nothing was parted in a mask of one label.
+    // A mask of one label has no border, so all borders are new.
     refine_since(mask, &Plane::filled(mask.width(), mask.height(), 0), frame, params)
 }
 
-/// The same only along borders that were none in the mask `before`, of equal size: what had one label before shares out
-/// the labels that it has now.
+/// Moves only borders that the mask `before` of equal size does not have: pixels change between labels that replaced one label of
+/// `before`.
 pub(crate) fn refine_since(mask: &Plane<u8>, before: &Plane<u8>, frame: &Frame, params: &RefineParams) -> Plane<u8> {
     let size = (mask.width(), mask.height());
     if params.band == 0 || size != (frame.width(), frame.height()) || size != (before.width(), before.height()) {
         return mask.clone();
     }
     let mut refined = mask.clone();
-    let whole = Part { left: 0, top: 0, width: size.0, height: size.1 };
-    let Some(part) = whole.around_borders(mask, params.band as usize) else { return refined };
-    // Labels are shared out only among pixels that had one label before: elsewhere the border was there already, and
-    // the user may have drawn it.
-    let mut shared = vec![false; 1 << 16];
+    let image = Crop { left: 0, top: 0, width: size.0, height: size.1 };
+    let Some(crop) = image.around_borders(mask, params.band as usize) else { return refined };
+    // Other borders existed before, and the user may have drawn them.
+    let mut is_allowed = vec![false; 1 << 16];
     let pair = |before: u8, label: u8| usize::from(before) << 8 | usize::from(label);
-    before.data().iter().zip(mask.data()).for_each(|(&b, &l)| shared[pair(b, l)] = true);
-    let (mask, before) = (&part.of(mask), &part.of(before));
-    for (p, label) in changes(mask, before, &part.of_frame(frame), params, 1.0) {
-        if shared[pair(before.data()[p], label)] {
-            refined[part.place(p)] = label;
+    before.data().iter().zip(mask.data()).for_each(|(&b, &l)| is_allowed[pair(b, l)] = true);
+    let (mask, before) = (&crop.plane(mask), &crop.plane(before));
+    for (p, label) in label_changes(mask, before, &crop.frame(frame), params, 1.0) {
+        if is_allowed[pair(before.data()[p], label)] {
+            refined[crop.position(p)] = label;
         }
     }
     refined
 }
 
-/// Pixels that take another label. `contrast` is σ² in mean squares of the band.
-pub(super) fn changes(
+/// Returns the pixels whose label changes. `contrast` is σ² in units of the mean squared difference in the band.
+pub(super) fn label_changes(
     mask: &Plane<u8>,
     before: &Plane<u8>,
     frame: &Frame,
     params: &RefineParams,
     contrast: f32,
 ) -> Vec<(usize, u8)> {
-    let depth = depths(mask, before, params.band.max(LEAST_SAMPLE_DEPTH));
+    let depth = depths(mask, before, params.band.max(MIN_SAMPLE_DEPTH_PX));
     let band = Band::new(mask, &depth, params.band);
     let mut problem = band.problem(mask, frame, &depth, params);
-    band.add_contrast(&mut problem, mask, frame, (params.smoothness, contrast));
-    // The expansion begins with the mask as it is, so that a draw changes nothing.
-    let own = band.pixels.iter().map(|&p| band.place[usize::from(mask.data()[p as usize])]).collect();
-    let label = Expansion::new(problem, own).finish();
+    band.add_contrast(&mut problem, mask, frame, params.smoothness, contrast);
+    // The expansion starts with the present labels, so that ties change nothing.
+    let present = band.pixels.iter().map(|&p| band.label_index[usize::from(mask.data()[p as usize])]).collect();
+    let label = Expansion::new(problem, present).finish();
     let label = label.into_iter().map(|l| band.labels[l as usize]);
     let changed = band.pixels.iter().map(|&p| p as usize).zip(label);
     changed.filter(|&(p, label)| mask.data()[p] != label).collect()
 }
 
-/// A part of the image, whole tiles as far as the image goes.
-pub(super) struct Part {
+/// A rectangle of the image, made of whole tiles except at the edges of the image.
+pub(super) struct Crop {
     pub(super) left: usize,
     pub(super) top: usize,
     pub(super) width: usize,
     pub(super) height: usize,
 }
 
-impl Part {
-    /// What of it has to be seen where borders between labels may move by `band`; `None` where there is no border.
+impl Crop {
+    /// Returns the part that matters if borders may move by `band` pixels; `None` if there is no border.
     pub(super) fn around_borders(&self, mask: &Plane<u8>, band: usize) -> Option<Self> {
         let (x, y) = (self.left..self.left + self.width, self.top..self.top + self.height);
         let (columns, rows) = border_box(mask, x, y)?;
-        let reach = band.max(LEAST_SAMPLE_DEPTH as usize);
-        // A tile more than borders can move, from which colours are gathered.
+        let reach = band.max(MIN_SAMPLE_DEPTH_PX as usize);
+        // Colours are sampled in one more tile on each side.
         let widened = |border: Range<usize>, start: usize, size: usize| {
-            let from = ((border.start - start).saturating_sub(reach) / TILE).saturating_sub(1) * TILE;
-            let end = (border.end - start + reach).next_multiple_of(TILE).saturating_add(TILE).min(size);
+            let from = ((border.start - start).saturating_sub(reach) / TILE_PX).saturating_sub(1) * TILE_PX;
+            let end = (border.end - start + reach).next_multiple_of(TILE_PX).saturating_add(TILE_PX).min(size);
             (start + from, end - from)
         };
         let ((left, width), (top, height)) =
@@ -143,24 +142,24 @@ impl Part {
         Some(Self { left, top, width, height })
     }
 
-    pub(super) fn of(&self, plane: &Plane<u8>) -> Plane<u8> {
+    pub(super) fn plane(&self, plane: &Plane<u8>) -> Plane<u8> {
         Plane::from_fn(self.width, self.height, |x, y| plane[(self.left + x, self.top + y)])
     }
 
-    pub(super) fn of_frame(&self, frame: &Frame) -> Frame {
+    pub(super) fn frame(&self, frame: &Frame) -> Frame {
         let row = |y: usize| &frame.rgb()[3 * ((self.top + y) * frame.width() + self.left)..][..3 * self.width];
         let rows: Vec<&[u8]> = (0..self.height).map(row).collect();
-        Frame::from_rgb(rows.concat(), self.width, self.height).expect("a part of a legal frame is one")
+        Frame::from_rgb(rows.concat(), self.width, self.height).expect("a crop of a valid frame is valid")
     }
 
-    /// Where in the image its pixel `p` is.
-    pub(super) fn place(&self, p: usize) -> (usize, usize) {
+    /// Returns the position of pixel `p` of the crop in the image.
+    pub(super) fn position(&self, p: usize) -> (usize, usize) {
         (self.left + p % self.width, self.top + p / self.width)
     }
 }
 
-/// Columns and rows of the pixels in a window that have a neighbour of another value in it, above, below or beside them;
-/// `None` where there are none.
+/// Returns the columns and rows of all pixels in a window with a direct neighbour of another value in it; `None` if there are
+/// none.
 pub(super) fn border_box<T: Copy + PartialEq>(
     plane: &Plane<T>,
     columns: Range<usize>,
@@ -170,15 +169,15 @@ pub(super) fn border_box<T: Copy + PartialEq>(
     for y in rows.clone() {
         let row = &plane.row(y)[columns.clone()];
         let below = &plane.row((y + 1).min(rows.end - 1))[columns.clone()];
-        for other in [&row[1.min(row.len())..], below] {
-            let row = &row[..other.len()];
-            // Nearly all rows are alike, which is seen fastest without a look at each pixel.
-            if !row.iter().zip(other).fold(false, |found, (a, b)| found | (a != b)) {
+        for neighbours in [&row[1.min(row.len())..], below] {
+            let row = &row[..neighbours.len()];
+            // Nearly all rows are equal, which is tested fastest without a branch per pixel.
+            if !row.iter().zip(neighbours).fold(false, |differs, (a, b)| differs | (a != b)) {
                 continue;
             }
-            let differ = |&k: &usize| row[k] != other[k];
-            let Some(first) = (0..row.len()).find(differ) else { continue };
-            let last = (0..row.len()).rfind(differ).unwrap_or(first);
+            let differs = |&k: &usize| row[k] != neighbours[k];
+            let Some(first) = (0..row.len()).find(differs) else { continue };
+            let last = (0..row.len()).rfind(differs).unwrap_or(first);
             across.start = across.start.min(columns.start + first);
             across.end = across.end.max((columns.start + last + 2).min(columns.end));
             down = down.start.min(y)..down.end.max((y + 2).min(rows.end));
@@ -187,26 +186,26 @@ pub(super) fn border_box<T: Copy + PartialEq>(
     (!down.is_empty()).then_some((across, down))
 }
 
-/// Step 1: the chessboard distance of each pixel to the nearest one of another label that had the same label before;
-/// `limit + 1` for all that are further away. Other labels between them are no hindrance.
+/// Step 1: computes the chessboard distance of each pixel to the nearest one of another label that had the same label before;
+/// `limit + 1` for all that are further away. Labels in between do not matter.
 fn depths(mask: &Plane<u8>, before: &Plane<u8>, limit: u32) -> Plane<u32> {
     let (w, h) = (mask.width(), mask.height());
     let mut depth = Plane::filled(w, h, limit + 1);
-    let mut reached = Vec::new();
+    let mut frontier = Vec::new();
     for y in 0..h {
         let rows = [y, (y + 1).min(h - 1)];
         let [row, below] = rows.map(|y| mask.row(y));
         for x in 0..w {
             let columns = [x, (x + 1).min(w - 1)];
-            let [own, right, down, across] = [row[x], row[columns[1]], below[x], below[columns[1]]];
-            if (own == right) & (own == down) & (own == across) {
+            let [value, right, down, diagonal] = [row[x], row[columns[1]], below[x], below[columns[1]]];
+            if (value == right) & (value == down) & (value == diagonal) {
                 continue;
             }
             let corners = [(columns[0], y), (columns[1], y), (columns[0], rows[1]), (columns[1], rows[1])];
             for (k, &a) in corners.iter().enumerate() {
                 for &b in &corners[k + 1..] {
                     if mask[a] != mask[b] && before[a] == before[b] {
-                        reached.extend([a, b].into_iter().filter(|&at| std::mem::replace(&mut depth[at], 1) != 1));
+                        frontier.extend([a, b].into_iter().filter(|&at| std::mem::replace(&mut depth[at], 1) != 1));
                     }
                 }
             }
@@ -214,7 +213,7 @@ fn depths(mask: &Plane<u8>, before: &Plane<u8>, limit: u32) -> Plane<u32> {
     }
     for distance in 2..=limit {
         let mut next = Vec::new();
-        for (x, y) in reached {
+        for (x, y) in frontier {
             for v in y.saturating_sub(1)..(y + 2).min(h) {
                 for u in x.saturating_sub(1)..(x + 2).min(w) {
                     if depth[(u, v)] > distance {
@@ -224,70 +223,70 @@ fn depths(mask: &Plane<u8>, before: &Plane<u8>, limit: u32) -> Plane<u32> {
                 }
             }
         }
-        reached = next;
+        frontier = next;
     }
     depth
 }
 
-/// No node: a pixel beyond the band.
-const BEYOND: u32 = u32::MAX;
+/// The node of pixels outside the band.
+const OUTSIDE: u32 = u32::MAX;
 
-/// The pixels that may change, and the labels among them.
+/// The pixels near borders, which may change, and their labels.
 struct Band {
     width: usize,
     height: usize,
-    /// Pixel of each node, row by row.
+    /// The pixel of each node, row by row.
     pixels: Vec<u32>,
-    /// Node of each pixel.
+    /// The node of each pixel.
     node: Vec<u32>,
     /// The labels in the band.
     labels: Vec<u8>,
-    /// Place of each label in `labels`.
-    place: [u32; 256],
+    /// The index of each label in `labels`.
+    label_index: [u32; 256],
 }
 
 impl Band {
     fn new(mask: &Plane<u8>, depth: &Plane<u32>, band: u32) -> Self {
         let mut pixels = Vec::new();
-        let mut node = vec![BEYOND; depth.data().len()];
-        let mut seen = [false; 256];
+        let mut node = vec![OUTSIDE; depth.data().len()];
+        let mut is_used = [false; 256];
         for (p, _) in depth.data().iter().enumerate().filter(|&(_, &d)| d <= band) {
             node[p] = pixels.len() as u32;
             pixels.push(p as u32);
-            seen[usize::from(mask.data()[p])] = true;
+            is_used[usize::from(mask.data()[p])] = true;
         }
-        let labels: Vec<u8> = (0..=255).filter(|&l| seen[usize::from(l)]).collect();
-        let mut place = [0; 256];
+        let labels: Vec<u8> = (0..=255).filter(|&l| is_used[usize::from(l)]).collect();
+        let mut label_index = [0; 256];
         for (k, &l) in (0..).zip(&labels) {
-            place[usize::from(l)] = k;
+            label_index[usize::from(l)] = k;
         }
-        Self { width: mask.width(), height: mask.height(), pixels, node, labels, place }
+        Self { width: mask.width(), height: mask.height(), pixels, node, labels, label_index }
     }
 
-    /// Steps 2 and 3, but for the edges.
+    /// Steps 2 and 3 without the edges.
     fn problem(&self, mask: &Plane<u8>, frame: &Frame, depth: &Plane<u32>, params: &RefineParams) -> Potts {
         let num_labels = self.labels.len();
         let mut unary = vec![0; self.pixels.len() * num_labels];
-        let mut models = Models::new(num_labels);
+        let mut models = ColourModels::new(num_labels);
         let mut shares = vec![0.0; num_labels];
-        for top in (0..self.height).step_by(TILE) {
-            for left in (0..self.width).step_by(TILE) {
-                let rows = top..(top + TILE).min(self.height);
-                let columns = left..(left + TILE).min(self.width);
+        for top in (0..self.height).step_by(TILE_PX) {
+            for left in (0..self.width).step_by(TILE_PX) {
+                let rows = top..(top + TILE_PX).min(self.height);
+                let columns = left..(left + TILE_PX).min(self.width);
                 let inside = || rows.clone().flat_map(|y| columns.clone().map(move |x| y * self.width + x));
-                // Most tiles lie off the band: gathering colours there would cost more than all the rest.
-                if inside().all(|p| self.node[p] == BEYOND) {
+                // Most tiles lie outside the band; their colour models would cost more than all the rest.
+                if inside().all(|p| self.node[p] == OUTSIDE) {
                     continue;
                 }
-                models.gather(self, mask, frame, depth, (left, top));
-                for p in inside().filter(|&p| self.node[p] != BEYOND) {
+                models.fit(self, mask, frame, depth, left, top);
+                for p in inside().filter(|&p| self.node[p] != OUTSIDE) {
                     let costs = &mut unary[self.node[p] as usize * num_labels..][..num_labels];
-                    let own = self.place[usize::from(mask.data()[p])] as usize;
+                    let present = self.label_index[usize::from(mask.data()[p])] as usize;
                     let depth = depth.data()[p] as f32 / params.band as f32;
-                    let colour = Colour::of(&frame.rgb()[3 * p..]);
-                    models.costs(colour, own, params.colour_weight, (&mut *costs, &mut shares));
-                    let keep = rounded(params.displacement_weight * depth * depth);
-                    for cost in costs.iter_mut().enumerate().filter(|(l, _)| *l != own).map(|(_, cost)| cost) {
+                    let colour = Colour::from_rgb(&frame.rgb()[3 * p..]);
+                    models.costs(colour, present, params.colour_weight, &mut *costs, &mut shares);
+                    let keep = to_steps(params.displacement_weight * depth * depth);
+                    for cost in costs.iter_mut().enumerate().filter(|(l, _)| *l != present).map(|(_, cost)| cost) {
                         *cost += keep;
                     }
                 }
@@ -296,27 +295,27 @@ impl Band {
         Potts { num_nodes: self.pixels.len(), num_labels, unary, ..Potts::default() }
     }
 
-    /// Step 3: edges to four of the eight neighbours, the other four have them in turn.
-    fn add_contrast(&self, problem: &mut Potts, mask: &Plane<u8>, frame: &Frame, (smoothness, contrast): (f32, f32)) {
+    /// Step 3: adds the edges to four of the eight neighbours; the others add theirs in turn.
+    fn add_contrast(&self, problem: &mut Potts, mask: &Plane<u8>, frame: &Frame, smoothness: f32, contrast: f32) {
         let mut pairs: Vec<(u32, u32, u32, bool)> = Vec::with_capacity(4 * self.pixels.len());
         let mut total = 0_u64;
         for y in 0..self.height {
             let row = |y: usize| &self.node[y * self.width..][..self.width];
-            let (own, under) = (row(y), row((y + 1).min(self.height - 1)));
+            let (nodes, next) = (row(y), row((y + 1).min(self.height - 1)));
             for x in 0..self.width {
                 let (before, after) = (x.saturating_sub(1), (x + 1).min(self.width - 1));
-                // Nearly all pixels lie off the band: of `BEYOND` all bits are set.
-                if own[x] & own[after] & under[before] & under[x] & under[after] == BEYOND {
+                // Skips nearly all pixels, which lie outside the band: `OUTSIDE` has all bits set.
+                if nodes[x] & nodes[after] & next[before] & next[x] & next[after] == OUTSIDE {
                     continue;
                 }
                 let p = y * self.width + x;
                 let (right, down, left) = (x + 1 < self.width, y + 1 < self.height, x > 0);
                 let below = p + self.width;
-                let others =
+                let neighbours =
                     [(right, p + 1), (down, below), (down && left, below.wrapping_sub(1)), (down && right, below + 1)];
-                for (k, (_, q)) in others.into_iter().enumerate().filter(|(_, (there, _))| *there) {
-                    // Also pairs with one end beyond the band: they hold its rim to the labels outside.
-                    if self.node[p] != BEYOND || self.node[q] != BEYOND {
+                for (k, (_, q)) in neighbours.into_iter().enumerate().filter(|(_, (is_inside, _))| *is_inside) {
+                    // Also pairs with one end outside the band, which tie its edge to the labels outside.
+                    if self.node[p] != OUTSIDE || self.node[q] != OUTSIDE {
                         let difference = difference_sq(frame.rgb(), p, q);
                         total += u64::from(difference);
                         pairs.push((p as u32, q as u32, difference, k >= 2));
@@ -324,21 +323,20 @@ impl Band {
                 }
             }
         }
-        // A perfectly flat band has no contrast to go by.
+        // A flat band has no contrast.
         let variance = (contrast * (total as f32 / pairs.len().max(1) as f32)).max(1.0);
         let likeness = |difference: u32| libm::expf(-(difference as f32) / (2.0 * variance));
-        // Most differences are small, and come again and again.
-        let mut small = vec![None; SMALL];
+        let mut cache = vec![None; CACHED_DIFFERENCES];
         for (p, q, difference, diagonal) in pairs {
             let length = if diagonal { std::f32::consts::FRAC_1_SQRT_2 } else { 1.0 };
-            let likeness = match small.get_mut(difference as usize) {
-                Some(known) => *known.get_or_insert_with(|| likeness(difference)),
+            let likeness = match cache.get_mut(difference as usize) {
+                Some(entry) => *entry.get_or_insert_with(|| likeness(difference)),
                 None => likeness(difference),
             };
-            let weight = rounded(smoothness * length * likeness);
+            let weight = to_steps(smoothness * length * likeness);
             match (self.node[p as usize], self.node[q as usize]) {
-                (BEYOND, node) => self.bind(problem, node, mask.data()[p as usize], weight),
-                (node, BEYOND) => self.bind(problem, node, mask.data()[q as usize], weight),
+                (OUTSIDE, node) => self.tie(problem, node, mask.data()[p as usize], weight),
+                (node, OUTSIDE) => self.tie(problem, node, mask.data()[q as usize], weight),
                 ends => {
                     problem.edges.push(ends);
                     problem.weights.push(weight);
@@ -347,8 +345,8 @@ impl Band {
         }
     }
 
-    /// An edge to a pixel whose label is fixed: all other labels cost its weight.
-    fn bind(&self, problem: &mut Potts, node: u32, label: u8, weight: i32) {
+    /// Adds an edge to a pixel whose label is fixed: all other labels cost its weight.
+    fn tie(&self, problem: &mut Potts, node: u32, label: u8, weight: i32) {
         let num_labels = self.labels.len();
         let costs = &mut problem.unary[node as usize * num_labels..][..num_labels];
         for (cost, _) in costs.iter_mut().zip(&self.labels).filter(|(_, l)| **l != label) {
@@ -361,92 +359,92 @@ fn difference_sq(rgb: &[u8], p: usize, q: usize) -> u32 {
     (0..3).map(|c| u32::from(rgb[3 * p + c].abs_diff(rgb[3 * q + c])).pow(2)).sum()
 }
 
-/// Step 2: the colours of each label around a tile.
-struct Models {
+/// Step 2: the colour models of the labels around a tile.
+struct ColourModels {
     histograms: Vec<Histogram>,
-    /// Some of them, to be asked how well colours tell the labels apart.
+    /// Samples that measure the separation.
     samples: Vec<(u32, Corners)>,
-    /// How well colours tell the labels apart, 0 to 1.
-    confidence: f32,
+    /// Separation of the models, 0 to 1.
+    separation: f32,
 }
 
-impl Models {
+impl ColourModels {
     fn new(num_labels: usize) -> Self {
-        Self { histograms: vec![Histogram::new(); num_labels], samples: Vec::new(), confidence: 0.0 }
+        Self { histograms: vec![Histogram::new(); num_labels], samples: Vec::new(), separation: 0.0 }
     }
 
-    /// Gathers the samples around the tile at `(left, top)`.
-    fn gather(
-        &mut self,
-        band: &Band,
-        mask: &Plane<u8>,
-        frame: &Frame,
-        depth: &Plane<u32>,
-        (left, top): (usize, usize),
-    ) {
+    /// Fits the models to samples around the tile at `(left, top)`.
+    fn fit(&mut self, band: &Band, mask: &Plane<u8>, frame: &Frame, depth: &Plane<u32>, left: usize, top: usize) {
         self.samples.clear();
         self.histograms.iter_mut().for_each(Histogram::clear);
         let mut count = 0;
-        for y in (top.saturating_sub(MARGIN)..(top + TILE + MARGIN).min(band.height)).step_by(STRIDE) {
-            for x in (left.saturating_sub(MARGIN)..(left + TILE + MARGIN).min(band.width)).step_by(STRIDE) {
+        for y in (top.saturating_sub(SAMPLE_MARGIN_PX)..(top + TILE_PX + SAMPLE_MARGIN_PX).min(band.height))
+            .step_by(SAMPLE_STRIDE_PX)
+        {
+            for x in (left.saturating_sub(SAMPLE_MARGIN_PX)..(left + TILE_PX + SAMPLE_MARGIN_PX).min(band.width))
+                .step_by(SAMPLE_STRIDE_PX)
+            {
                 let p = y * band.width + x;
                 let label = mask.data()[p];
-                if depth.data()[p] >= LEAST_SAMPLE_DEPTH && band.labels.contains(&label) {
-                    let place = band.place[usize::from(label)];
-                    let colour = Colour::of(&frame.rgb()[3 * p..]).corners();
-                    self.histograms[place as usize].add(&colour, 1.0);
+                if depth.data()[p] >= MIN_SAMPLE_DEPTH_PX && band.labels.contains(&label) {
+                    let index = band.label_index[usize::from(label)];
+                    let colour = Colour::from_rgb(&frame.rgb()[3 * p..]).corners();
+                    self.histograms[index as usize].add(&colour, 1.0);
                     if count % TEST_STRIDE == 0 {
-                        self.samples.push((place, colour));
+                        self.samples.push((index, colour));
                     }
                     count += 1;
                 }
             }
         }
-        self.confidence = self.separation();
+        self.separation = self.measure_separation();
     }
 
-    /// What is left of the probability of a sample's own label, on average, if chance is taken out: 0 if colours tell
-    /// nothing, 1 if they tell everything. Each label counts the same.
-    fn separation(&self) -> f32 {
-        let mut right = vec![(0.0, 0_u32); self.histograms.len()];
+    /// Returns the mean probability of the right label of a sample, scaled to 0 for chance and 1 for certainty. All labels count
+    /// equally.
+    fn measure_separation(&self) -> f32 {
+        let mut sums = vec![(0.0, 0_u32); self.histograms.len()];
         let mut shares = vec![0.0; self.histograms.len()];
         for (label, colour) in &self.samples {
             let label = *label as usize;
-            // A sample is no witness for itself.
-            let own = self.histograms[label].share_of_others(colour) + UNSEEN;
-            let others = self.shares(colour, &mut shares) - shares[label];
-            let (sum, count) = &mut right[label];
-            *sum += own / (own + others);
+            // The histogram without the sample itself.
+            let share = self.histograms[label].leave_one_out_share(colour) + UNSEEN_SHARE;
+            let other_shares = self.shares(colour, &mut shares) - shares[label];
+            let (sum, count) = &mut sums[label];
+            *sum += share / (share + other_shares);
             *count += 1;
         }
-        let known = |l: &usize| self.histograms[*l].total() >= LEAST_SAMPLES && right[*l].1 > 0;
-        let known: Vec<usize> = (0..right.len()).filter(known).collect();
-        if known.len() < 2 {
+        let has_samples = |l: &usize| self.has_model(*l) && sums[*l].1 > 0;
+        let labels: Vec<usize> = (0..sums.len()).filter(has_samples).collect();
+        if labels.len() < 2 {
             return 0.0;
         }
-        let mean = known.iter().map(|&l| right[l].0 / right[l].1 as f32).sum::<f32>() / known.len() as f32;
-        let chance = 1.0 / known.len() as f32;
+        let mean = labels.iter().map(|&l| sums[l].0 / sums[l].1 as f32).sum::<f32>() / labels.len() as f32;
+        let chance = 1.0 / labels.len() as f32;
         ((mean - chance) / (1.0 - chance)).clamp(0.0, 1.0)
     }
 
-    /// How often each label has a colour, 0 where it has no model; and the sum of that.
+    fn has_model(&self, label: usize) -> bool {
+        self.histograms[label].total() >= MIN_SAMPLES
+    }
+
+    /// Computes the likelihood of a colour for each label, 0 without a model, and returns the sum.
     fn shares(&self, colour: &Corners, shares: &mut [f32]) -> f32 {
         for (share, histogram) in shares.iter_mut().zip(&self.histograms) {
-            *share = if histogram.total() >= LEAST_SAMPLES { histogram.share(colour) + UNSEEN } else { 0.0 };
+            *share = if histogram.total() >= MIN_SAMPLES { histogram.share(colour) + UNSEEN_SHARE } else { 0.0 };
         }
         shares.iter().sum()
     }
 
-    /// The cost of each label at a pixel of this colour and of label `own`. Without a model of both, a label is out of
-    /// the question. `shares` is memory for a number a label.
-    fn costs(&self, colour: Colour, own: usize, weight: f32, (costs, shares): (&mut [i32], &mut [f32])) {
-        let known = |l: usize| self.histograms[l].total() >= LEAST_SAMPLES;
+    /// Computes the cost of each label at a pixel of this colour and of label `present`. Labels are forbidden unless both have a
+    /// model. `shares` is working memory, one number per label.
+    fn costs(&self, colour: Colour, present: usize, weight: f32, costs: &mut [i32], shares: &mut [f32]) {
         let sum = self.shares(&colour.corners(), shares);
         for (l, (cost, share)) in costs.iter_mut().zip(shares).enumerate() {
-            *cost = rounded(match known(l) && known(own) {
-                true => -weight * self.confidence * libm::logf(*share / sum),
-                false if l == own => 0.0,
-                false => FORBIDDEN,
+            *cost = to_steps(match self.has_model(l) && self.has_model(present) {
+                true => -weight * self.separation * libm::logf(*share / sum),
+                false if l == present => 0.0,
+                false => FORBIDDEN_COST,
             });
         }
     }
@@ -568,7 +566,7 @@ mod tests {
             let frame = painted(&truth, &COLOURS, 15);
             let none = Plane::filled(w, h, 0);
             let mut whole = mask.clone();
-            for (p, label) in changes(&mask, &none, &frame, &params, 1.0) {
+            for (p, label) in label_changes(&mask, &none, &frame, &params, 1.0) {
                 whole.data_mut()[p] = label;
             }
             let refined = refine(&mask, &frame, &params);

@@ -43,7 +43,7 @@ fn our_own_trajectories_from_outside_give_our_own_masks() {
     let Phase::Frames(clip) = &mut theirs.phase else { panic!("the run has begun") };
     clip.params = ours.params().for_size(SIZE);
     theirs.run().unwrap();
-    assert_eq!(theirs.begun().unwrap().outputs.tracked.tracks, ours.begun().unwrap().outputs.tracked.tracks);
+    assert_eq!(theirs.running().unwrap().outputs.track_set.tracks, ours.running().unwrap().outputs.track_set.tracks);
     assert_eq!(theirs.clusters(), ours.clusters());
     assert!(ours.objects().unwrap().highest_label > 1);
     assert_eq!(masks(&theirs), masks(&ours));
@@ -87,9 +87,9 @@ fn what_does_not_fit_the_frames_is_refused_and_can_be_set_again() {
         session.run().unwrap_err().to_string()
     };
     let longer = refused(&mut session, made(4, SIZE, corners[0]));
-    assert_eq!(longer, "trajectories of 4 frames with 3 frames pushed (expected as many)");
+    assert_eq!(longer, "trajectories of 4 frames (expected 3, as many as were pushed)");
     let outside = refused(&mut session, made(3, SIZE, (20.0, 179.6, 0.0)));
-    assert_eq!(outside, "y[3] = 179.60000610351563 (expected a place in the frame, -0.5..=179.5)");
+    assert_eq!(outside, "y[3] = 179.60000610351563 (expected a position in the frame, -0.5..=179.5)");
     session.set_trajectories(made(3, SIZE, corners[1])).unwrap();
     session.run().unwrap();
     assert_eq!(session.labels(2).unwrap().data().len(), 320 * 180);

@@ -1,27 +1,30 @@
-//! How sure masks are.
+//! The confidence of masks.
 
 use super::results::missing_frame;
 use crate::Error;
 use crate::cut::margins;
 use crate::image::Plane;
-use crate::mask::{Said, confidence};
-use crate::session::base::{Outputs, Stage, Sureness};
+use crate::mask::{ConfidenceInput, confidence};
+use crate::session::base::{ConfidenceTerms, Outputs, Stage};
 use crate::session::run::{Clip, Session};
 
+/// Largest background evidence of a superpixel in the mean over a label; chosen by eye.
+const MAX_CUE: f32 = 4.0;
+
 impl Session {
-    /// How likely the label of each pixel of frame `t` is right, in that the pixel is on an object or is not, in
-    /// `0.0..=1.0`, at working size. Calibrated on clips of several kinds: docs/confidence.md.
+    /// Returns the probability that each pixel of frame `t` is correctly labelled as object or background, at working size.
+    /// Calibrated on clips of several kinds: docs/confidence.md.
     ///
     /// # Errors
     /// As [`Session::explain`].
     pub fn confidence(&self, t: usize) -> Result<Plane<f32>, Error> {
-        match (self.clip(), self.after(Stage::Masks)) {
-            (Some(clip), Some(outputs)) if t < outputs.masks.len() => Ok(confidence_in(outputs, clip, t)),
+        match (self.clip(), self.outputs_after(Stage::Masks)) {
+            (Some(clip), Some(outputs)) if t < outputs.masks.len() => Ok(frame_confidence(outputs, clip, t)),
             (_, outputs) => Err(missing_frame("confidence", t, outputs.map_or(0, |outputs| outputs.masks.len()))),
         }
     }
 
-    /// The mean of [`Session::confidence`] over the pixels of each label in all frames, the background first; 0 of a
+    /// Returns the mean of [`Session::confidence`] over the pixels of each label in all frames, the background first; 0 for a
     /// label without pixels.
     ///
     /// # Errors
@@ -30,8 +33,8 @@ impl Session {
         let labels = self.objects().map_or(0, |objects| objects.highest_label) + 1;
         let mut sums = vec![(0.0_f64, 0_u32); labels];
         for t in 0..self.num_frames() {
-            let (mask, sure) = (self.working_labels(t)?, self.confidence(t)?);
-            for (&label, &p) in mask.data().iter().zip(sure.data()) {
+            let (mask, confidence) = (self.working_labels(t)?, self.confidence(t)?);
+            for (&label, &p) in mask.data().iter().zip(confidence.data()) {
                 let sum = &mut sums[usize::from(label)];
                 *sum = (sum.0 + f64::from(p), sum.1 + 1);
             }
@@ -40,30 +43,30 @@ impl Session {
     }
 }
 
-fn confidence_in(outputs: &Outputs, clip: &Clip, t: usize) -> Plane<f32> {
+fn frame_confidence(outputs: &Outputs, clip: &Clip, t: usize) -> Plane<f32> {
     let Outputs { superpixels, cut, masks, .. } = outputs;
-    let sureness = cut.sureness.get_or_init(|| sureness(outputs, clip));
+    let terms = cut.confidence_terms.get_or_init(|| confidence_terms(outputs, clip));
     let first: usize = superpixels[..t].iter().map(|s| s.count).sum();
     let (mask, superpixel) = (&masks[t], superpixels[t].label());
     let margin = Plane::from_fn(mask.width(), mask.height(), |x, y| {
         let superpixel = superpixel[(x, y)] as usize;
-        let by_cut = outputs.label_of(cut.labels.labels[t][superpixel]) == mask[(x, y)];
-        if by_cut { sureness.margins[first + superpixel] } else { 0.0 }
+        let is_cut_label = outputs.mask_label(cut.labels.labels[t][superpixel]) == mask[(x, y)];
+        if is_cut_label { terms.margins[first + superpixel] } else { 0.0 }
     });
-    confidence(Said { mask, margin: &margin, cue: &sureness.cue })
+    confidence(ConfidenceInput { mask, margin: &margin, cues: &terms.cues })
 }
 
-fn sureness(outputs: &Outputs, clip: &Clip) -> Sureness {
+fn confidence_terms(outputs: &Outputs, clip: &Clip) -> ConfidenceTerms {
     let Outputs { superpixels, cut, .. } = outputs;
     let margins = margins(&outputs.cut_input(), &clip.params.cut, &cut.labels, &cut.objects.of_cluster);
     let (mut sums, mut node) = ([(0.0_f64, 0.0_f64); 256], 0);
     for (superpixels, labels) in superpixels.iter().zip(&cut.labels.labels) {
         for (area, &cluster) in superpixels.areas().into_iter().zip(labels) {
-            let cue = cut.ground.cues.get(node).map_or(0.0, |cue| cue.clamp(-4.0, 4.0));
-            let sum = &mut sums[usize::from(outputs.label_of(cluster))];
+            let cue = cut.context.cues.get(node).map_or(0.0, |cue| cue.clamp(-MAX_CUE, MAX_CUE));
+            let sum = &mut sums[usize::from(outputs.mask_label(cluster))];
             *sum = (sum.0 + f64::from(area) * f64::from(cue), sum.1 + f64::from(area));
             node += 1;
         }
     }
-    Sureness { margins, cue: sums.map(|(sum, area)| (sum / area.max(1.0)) as f32) }
+    ConfidenceTerms { margins, cues: sums.map(|(sum, area)| (sum / area.max(1.0)) as f32) }
 }

@@ -2,53 +2,54 @@
 //!
 //! In: which pixels are inside, and their picture. Out: 0 to 255 for each pixel, 0 or 255 away from borders.
 //!
-//! 1. In a window around each pixel of the band: the colours inside and those outside, away from the border itself, where
-//!    they may be mixed. Their means `F` and `B`, and Σ, how the colours scatter about these.
-//! 2. With `a = Σ⁻¹ (F − B)` and `D² = a · (F − B)`, a pixel of colour `I` is inside to the share
-//!    `1/2 + a · (I − (F + B) / 2) / D²`: Fisher's discriminant, at 1 for `F` and at 0 for `B`. Its variance is `1 / D²`.
-//! 3. The mean of these shares over all windows that hold the pixel, each by its weight `D²`.
-//! 4. Between that and the mask the weight is `D² s² / (D² s² + TRUST)`, where `s` falls from 1 at the border to 0 as far
-//!    off as a window reaches: what colours do not tell stays as it is, and so does what is far from the border.
+//! 1. In a window around each pixel near the border: the means `F` and `B` of the colours inside and outside, and their common
+//!    covariance Σ. Colours at the border itself may be mixed and are left out.
+//! 2. With `a = Σ⁻¹ (F − B)` and `D² = a · (F − B)`, the opacity of a pixel of colour `I` is `1/2 + a · (I − (F + B) / 2) / D²`:
+//!    Fisher's discriminant, scaled to 1 at `F` and 0 at `B`. Its variance is `1 / D²`.
+//! 3. The mean of these opacities over all windows that contain the pixel, weighted by `D²`.
+//! 4. That mean is blended with the mask, with weight `D² s² / (D² s² + HALF_WEIGHT_D_SQ)`, where `s` falls from 1 at the border
+//!    to 0 at the reach of a window. So the mask stays where colours do not discriminate, and far from borders.
 //!
-//! Functions that are linear in the colours of a window, and the means of all that see a pixel, are from the guided filter
-//! of He, Sun and Tang ("Guided Image Filtering", PAMI 2013); that one fits the mask itself, which made hard borders soft.
-//! Sums over pixels are in whole numbers. Not in the paper.
+//! Functions that are linear in the colours of a window and averaged over windows are from the guided filter of He, Sun and
+//! Tang ("Guided Image Filtering", PAMI 2013), which fits the mask itself and made hard borders soft. The cost is linear in the
+//! pixels near borders. Sums over pixels are in integers. Not in the paper.
 
-use super::border::border_box;
+use super::refine::border_box;
 use crate::image::{Frame, Plane};
 use std::ops::{AddAssign, Range, SubAssign};
 
+// All chosen by eye.
 /// The longer side of the picture in radii of the windows.
-const RADII_A_SIDE: usize = 140;
-/// Largest radius, for speed; squares of colours in a window would fit 32 bits up to 128.
-const MAX_RADIUS: usize = 12;
-/// Of the radius, one of this many pixels is as near to the border as colours may be mixed; also the least radius.
-const MIXED_SHARE: usize = 3;
-/// Variance of the noise in each channel, in squared levels.
-const NOISE: f64 = 6.0;
-/// Colours are believed by half where their D² is this.
-const TRUST: f64 = 2.0;
-/// Side of the tiles that are worked on, in radii.
-const TILE_RADII: usize = 6;
+const SIDE_IN_RADII: usize = 140;
+/// Largest radius, for speed; sums of squared colours fit 32 bits up to 128.
+const MAX_RADIUS_PX: usize = 12;
+/// The radius in widths of the band of mixed colours on each side of a border; also the least radius.
+const RADIUS_IN_MIXED_BANDS: usize = 3;
+/// Variance of the noise in each channel, in squared grey levels.
+const NOISE_VARIANCE: f64 = 6.0;
+/// D² at which colours and the mask have equal weight at the border.
+const HALF_WEIGHT_D_SQ: f64 = 2.0;
+/// Side of the tiles that are processed at once, in radii.
+const TILE_IN_RADII: usize = 6;
 
-/// How opaque each pixel is: at least 128 inside and less outside.
+/// Computes the opacity of each pixel: at least 128 inside and less outside.
 pub(super) fn opacity(inside: &Plane<bool>, picture: &Frame) -> Plane<u8> {
     let (w, h) = (inside.width(), inside.height());
-    let mut alpha = inside.map(|inside| if inside { 255 } else { 0 });
-    let radius = (w.max(h) / RADII_A_SIDE).clamp(MIXED_SHARE, MAX_RADIUS);
-    let (tile, halo) = (TILE_RADII * radius, 2 * radius);
-    let reach = |at: usize, by: usize, end: usize| at.saturating_sub(by)..(at + tile + by).min(end);
+    let mut alpha = inside.map(|is_inside| if is_inside { 255 } else { 0 });
+    let radius = (w.max(h) / SIDE_IN_RADII).clamp(RADIUS_IN_MIXED_BANDS, MAX_RADIUS_PX);
+    let (tile, halo) = (TILE_IN_RADII * radius, 2 * radius);
+    let widened = |start: usize, end: usize| start.saturating_sub(radius)..(start + tile + radius).min(end);
     for top in (0..h).step_by(tile) {
         for left in (0..w).step_by(tile) {
-            let Some(border) = border_box(inside, reach(left, radius, w), reach(top, radius, h)) else { continue };
-            // What is further from a border than a window reaches is as it was.
-            let near = |of: &Range<usize>, from: usize, end: usize| {
-                from.max(of.start.saturating_sub(radius))..(from + tile).min(of.end + radius).min(end)
+            let Some(border) = border_box(inside, widened(left, w), widened(top, h)) else { continue };
+            // Only pixels within the reach of a window change.
+            let clip = |border: &Range<usize>, start: usize, end: usize| {
+                start.max(border.start.saturating_sub(radius))..(start + tile).min(border.end + radius).min(end)
             };
-            let (columns, rows) = (near(&border.0, left, w), near(&border.1, top, h));
+            let (columns, rows) = (clip(&border.0, left, w), clip(&border.1, top, h));
             let (x, y) = (columns.start.saturating_sub(halo), rows.start.saturating_sub(halo));
             let size = ((columns.end + halo).min(w) - x, (rows.end + halo).min(h) - y);
-            let soft = Part::new(inside, picture, (x, y), size).opacity(radius);
+            let soft = Patch::new(inside, picture, (x, y), size).opacity(radius);
             for v in rows {
                 alpha.row_mut(v)[columns.clone()]
                     .copy_from_slice(&soft[(v - y) * size.0..][columns.start - x..columns.end - x]);
@@ -58,27 +59,27 @@ pub(super) fn opacity(inside: &Plane<bool>, picture: &Frame) -> Plane<u8> {
     alpha
 }
 
-/// A part of the picture, and around it all that is seen from it.
-struct Part {
+/// A tile of the picture with the reach of its windows.
+struct Patch {
     width: usize,
     /// 1 inside, 0 outside.
     inside: Vec<u32>,
     colours: [Vec<u32>; 3],
 }
 
-/// Places in the upper triangle of a matrix over the channels.
-const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+/// The channels of the entries in the upper triangle of a covariance matrix.
+const CHANNEL_PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
 
-impl Part {
+impl Patch {
     fn new(inside: &Plane<bool>, picture: &Frame, (x, y): (usize, usize), (width, height): (usize, usize)) -> Self {
         let row = |v: usize| &picture.rgb()[3 * (v * picture.width() + x)..][..3 * width];
-        let of_row = |v: usize| inside.row(v)[x..x + width].iter().map(|&is| u32::from(is));
+        let mask_row = |v: usize| inside.row(v)[x..x + width].iter().map(|&is_inside| u32::from(is_inside));
         let channel = |c: usize| {
             let mut values = Vec::with_capacity(width * height);
             (y..y + height).for_each(|v| values.extend(row(v).chunks_exact(3).map(|rgb| u32::from(rgb[c]))));
             values
         };
-        Self { width, inside: (y..y + height).flat_map(of_row).collect(), colours: std::array::from_fn(channel) }
+        Self { width, inside: (y..y + height).flat_map(mask_row).collect(), colours: std::array::from_fn(channel) }
     }
 
     /// Steps 3 and 4.
@@ -86,7 +87,7 @@ impl Part {
         let fits = self.fits(radius).map(|fit| sums(fit, self.width, radius));
         let counts = sums(vec![1_u32; self.inside.len()], self.width, radius);
         let insides = sums(self.inside.clone(), self.width, radius);
-        let of = |p: usize| {
+        let blend = |p: usize| {
             let (mask, weight) = (f64::from(self.inside[p]), fits[4][p]);
             if weight == 0.0 {
                 return mask;
@@ -94,41 +95,42 @@ impl Part {
             let fit = fits[3][p] + (0..3).map(|c| fits[c][p] * f64::from(self.colours[c][p])).sum::<f64>();
             let nearness = 1.0 - (2.0 * f64::from(insides[p]) / f64::from(counts[p]) - 1.0).abs();
             let trust = weight / f64::from(counts[p]) * nearness * nearness;
-            mask + ((fit / weight).clamp(0.0, 1.0) - mask) * trust / (trust + TRUST)
+            mask + ((fit / weight).clamp(0.0, 1.0) - mask) * trust / (trust + HALF_WEIGHT_D_SQ)
         };
         let byte = |p: usize| {
-            let value = (255.0 * of(p) + 0.5) as u8;
+            let value = (255.0 * blend(p) + 0.5) as u8;
             if self.inside[p] == 1 { value.max(128) } else { value.min(127) }
         };
         (0..self.inside.len()).map(byte).collect()
     }
 
-    /// Steps 1 and 2 at each pixel: a, the share at black times D², and D²; all zero without colours of both sides.
+    /// Steps 1 and 2 at each pixel: a (three channels), D² times the opacity of black, and D²; all zero without colours of both
+    /// sides.
     fn fits(&self, radius: usize) -> [Vec<f64>; 5] {
         let n = self.inside.len();
-        let near = radius / MIXED_SHARE;
-        let counts = sums(vec![1_u32; n], self.width, near);
-        let insides = sums(self.inside.clone(), self.width, near);
+        let band = radius / RADIUS_IN_MIXED_BANDS;
+        let counts = sums(vec![1_u32; n], self.width, band);
+        let insides = sums(self.inside.clone(), self.width, band);
         let is_pure = |(&inside, &count): (&u32, &u32)| u32::from(inside == 0 || inside == count);
         let pure: Vec<u32> = insides.iter().zip(&counts).map(is_pure).collect();
         let sum = |values: Vec<u32>| sums(values, self.width, radius);
-        let within = product(&pure, &self.inside);
-        let of_pure = self.colours.each_ref().map(|colour| product(&pure, colour));
-        let inner_colours = self.colours.each_ref().map(|colour| sum(product(&within, colour)));
-        let squares = PAIRS.map(|(c, d)| sum(product(&of_pure[c], &self.colours[d])));
-        let (all, inner, colours) = (sum(pure), sum(within), of_pure.map(sum));
+        let inner_mask = product(&pure, &self.inside);
+        let pure_colours = self.colours.each_ref().map(|colour| product(&pure, colour));
+        let inner_colours = self.colours.each_ref().map(|colour| sum(product(&inner_mask, colour)));
+        let squares = CHANNEL_PAIRS.map(|(c, d)| sum(product(&pure_colours[c], &self.colours[d])));
+        let (total, inner, colours) = (sum(pure), sum(inner_mask), pure_colours.map(sum));
         let mut fits: [Vec<f64>; 5] = std::array::from_fn(|_| vec![0.0; n]);
-        for p in (0..n).filter(|&p| inner[p] > 0 && inner[p] < all[p]) {
-            let (count, inner) = (f64::from(all[p]), f64::from(inner[p]));
+        for p in (0..n).filter(|&p| inner[p] > 0 && inner[p] < total[p]) {
+            let (count, inner) = (f64::from(total[p]), f64::from(inner[p]));
             let outer = count - inner;
             let f: [f64; 3] = std::array::from_fn(|c| f64::from(inner_colours[c][p]) / inner);
             let b: [f64; 3] = std::array::from_fn(|c| f64::from(colours[c][p] - inner_colours[c][p]) / outer);
-            let scatter: [f64; 6] = std::array::from_fn(|k| {
-                let (c, d) = PAIRS[k];
+            let covariance: [f64; 6] = std::array::from_fn(|k| {
+                let (c, d) = CHANNEL_PAIRS[k];
                 (f64::from(squares[k][p]) - inner * f[c] * f[d] - outer * b[c] * b[d]) / count
             });
             let difference: [f64; 3] = std::array::from_fn(|c| f[c] - b[c]);
-            let a = solved(scatter, difference);
+            let a = solve_regularized(covariance, difference);
             let dot = |v: [f64; 3]| (0..3).map(|c| a[c] * v[c]).sum::<f64>();
             let weight = dot(difference);
             let at_black = 0.5 * (weight - dot(f) - dot(b));
@@ -144,19 +146,19 @@ fn product(a: &[u32], b: &[u32]) -> Vec<u32> {
     a.iter().zip(b).map(|(a, b)| a * b).collect()
 }
 
-/// Rows that are summed at once: each sum waits for the one before it.
-const ROWS: usize = 4;
+/// Rows that are summed in parallel, since each running sum waits for its predecessor.
+const PARALLEL_ROWS: usize = 4;
 
-/// Sums over windows of this radius, as far as they are in the image.
+/// Sums values over square windows of this radius, clipped at the frame border.
 fn sums<T: Copy + Default + AddAssign + SubAssign>(values: Vec<T>, width: usize, radius: usize) -> Vec<T> {
     let height = values.len() / width;
-    let mut along = values;
-    let mut lines = vec![[T::default(); ROWS]; width];
-    for rows in along.chunks_mut(ROWS * width) {
+    let mut row_sums = values;
+    let mut lines = vec![[T::default(); PARALLEL_ROWS]; width];
+    for rows in row_sums.chunks_mut(PARALLEL_ROWS * width) {
         for (k, row) in rows.chunks_exact(width).enumerate() {
             lines.iter_mut().zip(row).for_each(|(line, &v)| line[k] = v);
         }
-        let mut sum = [T::default(); ROWS];
+        let mut sum = [T::default(); PARALLEL_ROWS];
         lines.iter().take(radius).for_each(|line| add(&mut sum, line));
         for x in 0..width {
             if let Some(next) = lines.get(x + radius) {
@@ -169,8 +171,8 @@ fn sums<T: Copy + Default + AddAssign + SubAssign>(values: Vec<T>, width: usize,
         }
     }
     let mut line = vec![T::default(); width];
-    let mut down = Vec::with_capacity(along.len());
-    let row = |y: usize| &along[y * width..][..width];
+    let mut window_sums = Vec::with_capacity(row_sums.len());
+    let row = |y: usize| &row_sums[y * width..][..width];
     for y in 0..radius.min(height) {
         add(&mut line, row(y));
     }
@@ -181,19 +183,19 @@ fn sums<T: Copy + Default + AddAssign + SubAssign>(values: Vec<T>, width: usize,
         if y > radius {
             line.iter_mut().zip(row(y - radius - 1)).for_each(|(sum, &v)| *sum -= v);
         }
-        down.extend_from_slice(&line);
+        window_sums.extend_from_slice(&line);
     }
-    down
+    window_sums
 }
 
 fn add<T: Copy + AddAssign>(sums: &mut [T], values: &[T]) {
     sums.iter_mut().zip(values).for_each(|(sum, &v)| *sum += v);
 }
 
-/// `(S + NOISE · 1)⁻¹ t`, of the matrix S its upper triangle.
-fn solved([s00, s01, s02, s11, s12, s22]: [f64; 6], t: [f64; 3]) -> [f64; 3] {
-    let (s00, s11, s22) = (s00 + NOISE, s11 + NOISE, s22 + NOISE);
-    // The matrix of cofactors; the determinant is at least NOISE³, as S has no negative eigenvalue.
+/// Returns `(S + NOISE_VARIANCE · 1)⁻¹ t`. S is given by its upper triangle.
+fn solve_regularized([s00, s01, s02, s11, s12, s22]: [f64; 6], t: [f64; 3]) -> [f64; 3] {
+    let (s00, s11, s22) = (s00 + NOISE_VARIANCE, s11 + NOISE_VARIANCE, s22 + NOISE_VARIANCE);
+    // The matrix of cofactors; the determinant is at least NOISE_VARIANCE³, as S has no negative eigenvalue.
     let (c00, c01, c02) = (s11 * s22 - s12 * s12, s02 * s12 - s01 * s22, s01 * s12 - s02 * s11);
     let (c11, c12, c22) = (s00 * s22 - s02 * s02, s01 * s02 - s00 * s12, s00 * s11 - s01 * s01);
     let determinant = s00 * c00 + s01 * c01 + s02 * c02;
@@ -225,8 +227,12 @@ mod tests {
     #[test]
     fn the_solution_solves_its_system() {
         let s = [90.0, 20.0, -10.0, 60.0, 5.0, 40.0];
-        let a = solved(s, [7.0, -3.0, 2.0]);
-        let rows = [[s[0] + NOISE, s[1], s[2]], [s[1], s[3] + NOISE, s[4]], [s[2], s[4], s[5] + NOISE]];
+        let a = solve_regularized(s, [7.0, -3.0, 2.0]);
+        let rows = [
+            [s[0] + NOISE_VARIANCE, s[1], s[2]],
+            [s[1], s[3] + NOISE_VARIANCE, s[4]],
+            [s[2], s[4], s[5] + NOISE_VARIANCE],
+        ];
         for (row, t) in rows.into_iter().zip([7.0, -3.0, 2.0]) {
             let product: f64 = row.iter().zip(a).map(|(r, a)| r * a).sum();
             assert!((product - t).abs() < 1e-12, "{product} for {t}");

@@ -3,7 +3,7 @@
 use crate::flow::FlowScratch;
 use crate::image::Plane;
 use crate::rng::Rng;
-use crate::session::jobs::{Made, Piece, PieceId, PieceKind};
+use crate::session::jobs::{Job, JobId, JobKind, JobResult};
 use crate::synth::Scene;
 use crate::{Params, Session, Step};
 
@@ -34,16 +34,16 @@ fn alone() -> Outcome {
 }
 
 /// As another worker does it: everything goes over the wire.
-fn elsewhere(piece: &Piece) -> Vec<u32> {
-    let words = piece.to_words();
-    let there = Piece::from_words(&words).unwrap();
+fn elsewhere(piece: &Job) -> Vec<u32> {
+    let words = piece.encode();
+    let there = Job::decode(&words).unwrap();
     assert!(&there == piece);
-    there.work(&Params::default(), &mut FlowScratch::default()).to_words(there.id)
+    there.run(&Params::default(), &mut FlowScratch::default()).encode(there.id)
 }
 
 fn give_back(session: &mut Session, words: &[u32]) {
-    let (id, made) = Made::from_words(words).unwrap();
-    session.accept(id, Some(made));
+    let (id, made) = JobResult::decode(words).unwrap();
+    session.store_result(id, Some(made));
 }
 
 #[test]
@@ -67,10 +67,10 @@ fn pieces_in_any_order_late_lost_or_twice_give_the_same_bits() {
         let (mut session, mut back): (_, Vec<Vec<u32>>) = (session(), Vec::new());
         loop {
             for _ in 0..rng.below(12) {
-                if let Some(piece) = session.take_piece(4) {
+                if let Some(piece) = session.take_job(4) {
                     kinds.insert(piece.id.kind as u32);
                     match rng.below(4) {
-                        0 => session.accept(piece.id, None),
+                        0 => session.store_result(piece.id, None),
                         1 => {}
                         _ => back.push(elsewhere(&piece)),
                     }
@@ -87,43 +87,43 @@ fn pieces_in_any_order_late_lost_or_twice_give_the_same_bits() {
         }
         assert_eq!(outcome(&session), expected, "seed {seed}");
     }
-    assert_eq!(kinds.len(), PieceKind::ALL.len(), "pieces of all kinds were given away: {kinds:?}");
+    assert_eq!(kinds.len(), JobKind::ALL.len(), "pieces of all kinds were given away: {kinds:?}");
 }
 
 #[test]
 fn steps_wait_for_what_is_out_until_it_is_back() {
     let mut session = session();
-    let piece = session.take_piece(4).unwrap();
+    let piece = session.take_job(4).unwrap();
     session.step().unwrap();
     let mut session = self::session();
-    assert!(!session.awaits(), "a run that has not begun waits for nothing");
-    let first = session.take_piece(1).unwrap();
+    assert!(!session.is_waiting(), "a run that has not begun waits for nothing");
+    let first = session.take_job(1).unwrap();
     assert!(first == piece);
     // Nothing but superpixels is left so near, and after these nothing.
-    let rest: Vec<Piece> = std::iter::from_fn(|| session.take_piece(1)).collect();
+    let rest: Vec<Job> = std::iter::from_fn(|| session.take_job(1)).collect();
     assert_eq!(rest.len(), FRAMES);
     session.step().unwrap();
-    assert!(!session.awaits(), "what was taken is being made");
-    session.accept(first.id, Some(first.work(&Params::default(), &mut FlowScratch::default())));
-    let second = session.take_piece(2).unwrap();
-    while !session.awaits() {
+    assert!(!session.is_waiting(), "what was taken is being made");
+    session.store_result(first.id, Some(first.run(&Params::default(), &mut FlowScratch::default())));
+    let second = session.take_job(2).unwrap();
+    while !session.is_waiting() {
         session.step().unwrap();
     }
-    session.accept(second.id, None);
-    assert!(!session.awaits(), "what is lost is made here");
-    assert!(std::iter::from_fn(|| session.take_piece(2)).all(|piece| piece.id != second.id));
+    session.store_result(second.id, None);
+    assert!(!session.is_waiting(), "what is lost is made here");
+    assert!(std::iter::from_fn(|| session.take_job(2)).all(|piece| piece.id != second.id));
 }
 
 #[test]
 fn what_was_taken_before_a_clear_is_dropped() {
     let mut session = session();
-    let piece = session.take_piece(4).unwrap();
+    let piece = session.take_job(4).unwrap();
     session.clear();
     push(&mut session);
-    let still = Made::from_words(&elsewhere(&piece)).unwrap();
-    let again = session.take_piece(4).unwrap();
+    let still = JobResult::decode(&elsewhere(&piece)).unwrap();
+    let again = session.take_job(4).unwrap();
     assert_ne!(again.id, piece.id);
-    session.accept(still.0, Some(still.1));
+    session.store_result(still.0, Some(still.1));
     session.run().unwrap();
     assert_eq!(outcome(&session), alone());
 }
@@ -131,16 +131,16 @@ fn what_was_taken_before_a_clear_is_dropped() {
 #[test]
 fn words_that_are_cut_short_are_nothing() {
     let mut session = session();
-    let pieces: Vec<Piece> = std::iter::from_fn(|| session.take_piece(1)).take(2).collect();
+    let pieces: Vec<Job> = std::iter::from_fn(|| session.take_job(1)).take(2).collect();
     for piece in pieces {
-        let (sent, made) = (piece.to_words(), elsewhere(&piece));
+        let (sent, made) = (piece.encode(), elsewhere(&piece));
         for length in [0, 2, 4, 5, 6, sent.len() / 2, sent.len() - 1] {
-            assert!(Piece::from_words(&sent[..length]).is_none(), "{length}");
+            assert!(Job::decode(&sent[..length]).is_none(), "{length}");
         }
         for length in [0, 4, 5, made.len() / 4] {
-            assert!(Made::from_words(&made[..length]).is_none(), "{length}");
+            assert!(JobResult::decode(&made[..length]).is_none(), "{length}");
         }
-        assert_eq!(PieceId::from_words(&[0, 9, 0]), None);
+        assert_eq!(JobId::decode(&[0, 9, 0]), None);
     }
 }
 
