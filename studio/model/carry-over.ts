@@ -183,7 +183,6 @@ function resizeLabels(
   return result;
 }
 
-/** Matches objects of `old` with objects of `to`. */
 async function matchObjects(old: MaskSource, from: ClipJob, to: ClipJob): Promise<ObjectMatch> {
   const now = to.corrections.masks!;
   const counts = new Float64Array(256 * 256);
@@ -200,7 +199,6 @@ async function matchObjects(old: MaskSource, from: ClipJob, to: ClipJob): Promis
   return new ObjectMatch(counts);
 }
 
-/** Overlap of the objects of two results, over their common frames. */
 class ObjectMatch {
   before = new Float64Array(256);
   after = new Float64Array(256);

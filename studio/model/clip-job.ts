@@ -33,7 +33,6 @@ const STAGES: StagePlan[] = [
   { id: 'masks', share: 0.07 },
 ];
 
-/** Stages of a longer clip. */
 const WINDOW_STAGES: StagePlan[] = [
   { id: 'windows', share: 0.9 },
   { id: 'frames', share: 0.1 },
@@ -233,7 +232,6 @@ export class ClipJob extends Job {
     return this.isStreaming ? (this.presence?.frames.length ?? 0) : 0;
   }
 
-  /** The result so far. */
   get shown(): JobView {
     const { outputs, presence, session, corrections } = this;
     const result = corrections.applyTo(outputs ? toMaskResult(outputs) : this.masksAsResult());

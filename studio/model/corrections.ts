@@ -26,17 +26,14 @@ export class Corrections {
   carriedCount = 0;
   editor: MaskEditor | null = null;
   engine: Promise<ImageEngine> | null = null;
-  /** Masks before each correction by the session. */
   masksBeforeEdit = new WeakMap<Edit, MaskSource>();
 
   constructor(public target: CorrectionTarget) {}
 
-  /** The applied corrections. */
   get edits(): readonly Edit[] {
     return this.editor?.edits ?? [];
   }
 
-  /** Returns the number of corrections that can be undone. */
   undoCount() {
     return this.edits.length - this.carriedCount;
   }
@@ -85,7 +82,6 @@ export class Corrections {
     return this.update(await this.openEditor.redo());
   }
 
-  /** Joins objects into `into`. */
   join(into: number, others: number[]) {
     return this.applyStep((editor) => editor.merge(into, others));
   }
@@ -110,7 +106,6 @@ export class Corrections {
     });
   }
 
-  /** Returns an unused label. */
   newLabel(): number {
     return this.openEditor.newLabel();
   }
@@ -131,7 +126,6 @@ export class Corrections {
     return this.engine;
   }
 
-  /** Returns the masks before a correction. */
   masksBefore(edit: Edit): MaskEditor {
     const earlier = this.masksBeforeEdit.get(edit);
     if (earlier) return editMasks(earlier);

@@ -4,7 +4,6 @@ import { type Ground, SCREEN_GREEN, encodeVideo } from './library.js';
 import { type Choice, type Export, frameRateOption } from './export.js';
 import type { BackdropName } from './view-settings.js';
 
-/** Labels of the backdrops on buttons. */
 const BACKDROP_LABELS: Record<BackdropName, string> = {
   transparent: 'Transparent',
   green: 'Green',

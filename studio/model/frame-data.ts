@@ -33,7 +33,6 @@ export type ImageEdges = {
   combined: Float32Array;
 };
 
-/** The kinds of data. */
 export type FrameData = { boundaries: Boundaries; superpixels: Superpixels; background: Plate; imageEdges: ImageEdges };
 
 /** Functions that load the data of a frame; null if not available. */

@@ -26,7 +26,6 @@ export class RunMemory {
     await this.storage.put({ id: this.current.id, name, at: Date.now(), files: storedFiles(state), about });
   }
 
-  /** Forgets the run of this page. */
   async forget() {
     if (!this.current) return;
     const { id, release } = this.current;

@@ -19,7 +19,6 @@ export interface JobView {
   /** Positions of the objects, if counted already. */
   presence: Presence | null;
   frameData: Partial<FrameDataSource>;
-  /** Entries of the line of facts. */
   numbers: string[];
   headline: (facts: ObjectFacts[]) => string;
   /** Returns the notice above the picture; empty for none. */

@@ -79,7 +79,6 @@ const ADVICE: Record<string, [string, string]> = {
   memory: ['Out of memory', 'Choose fewer frames or a smaller working size under “Clip”.'],
 };
 
-/** Headlines of a run by stage. */
 const STAGE_NAMES: Record<string, string> = {
   frames: 'Reading frames',
   windows: 'Finding objects',
@@ -95,18 +94,15 @@ const STAGE_NAMES: Record<string, string> = {
 
 export const stageName = (stage: string) => STAGE_NAMES[stage] ?? STAGE_NAMES.other;
 
-/** Messages about a still image. */
 export const STILL_MESSAGES = {
   headline: 'Still image',
   remark: 'One image has no motion. Open a video or an image sequence.',
 };
 
-/** Messages about the preview. */
 export const PREVIEW_MESSAGES = {
   live: 'Coarse preview of the first frames.',
 };
 
-/** Messages about a clip. */
 export const CLIP_MESSAGES = {
   remark: (window: number) => `windows of ${window} frames`,
   nothing: 'Nothing stands out from the background.',
@@ -114,7 +110,6 @@ export const CLIP_MESSAGES = {
     `Stopped early: ${done} of ${all} frames are ready to save. Continue to finish.`,
 };
 
-/** Describes a damaged file. */
 export function describeDamage({ frames, total }: { frames: number; total: number | null }): string {
   return total !== null && total > frames
     ? `The file is damaged: the first ${formatCount(frames)} of ${formatCount(total)} frames were used.`
@@ -195,7 +190,6 @@ export function formatPercent(share: number): string {
   return `${p > 0 && p < 9.95 ? p.toFixed(1) : Math.round(p)}%`;
 }
 
-/** Returns the headline of a result. */
 export function headline(
   result: { objects: readonly object[] | null; clusters: { count: number }; trajectories: { count: number } },
   facts: ObjectFacts[],

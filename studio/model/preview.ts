@@ -79,7 +79,6 @@ export class Preview {
     return labels;
   }
 
-  /** Stops the preview. */
   close() {
     this.onMasks = () => {};
     this.abort.abort();

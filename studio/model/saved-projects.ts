@@ -6,7 +6,6 @@ import type { SavedEdits } from './library.js';
 import type { ViewSettings } from './view-settings.js';
 import type { Trim } from './source.js';
 
-/** A saved project of a clip. */
 export interface SavedProject {
   /** Identifies the clip; saving again replaces the project. */
   id: string;
@@ -20,7 +19,6 @@ export interface SavedProject {
   edits: SavedEdits | null;
   about: ProjectInfo;
   corrected: boolean;
-  /** Thumbnail: a frame with its masks. */
   picture: Blob | null;
   /** Corrected results of earlier runs, newest first. */
   earlier: ProjectVersion[];

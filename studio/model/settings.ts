@@ -5,7 +5,6 @@ import { type Source, sourceKind } from './source.js';
 import type { SessionOptions } from './library.js';
 import type { State, Store } from './store.js';
 
-/** Parameter groups of still images. */
 const STILL_GROUPS = ['contour', 'superpixel', 'still'];
 
 /** Not offered: the page needs masks. */

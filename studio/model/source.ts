@@ -56,13 +56,11 @@ export function sourceKind(source: Source | null): 'clip' | 'still' {
   return source?.kind === 'still' ? 'still' : 'clip';
 }
 
-/** Returns the default trim of a source. */
 export function defaultTrim(source: Source): Trim {
   const side = source.kind === 'sample' ? source.width : DEFAULT_TRIM.side;
   return clampTrim({ ...DEFAULT_TRIM, frames: source.count, side }, source);
 }
 
-/** Clamps a trim to the frames of the source. */
 export function clampTrim(trim: Trim, source: Source): Trim {
   const start = Math.max(0, Math.min(trim.start, source.count - 2));
   const room = Math.floor((source.count - 1 - start) / trim.step) + 1;

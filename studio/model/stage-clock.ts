@@ -14,7 +14,6 @@ export class StageClock {
     this.stages = plan.map((stage) => ({ ...stage, done: 0, total: 0, ms: 0 }));
   }
 
-  /** Starts the clock. */
   start() {
     this.markedAt = performance.now();
   }

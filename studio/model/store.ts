@@ -184,7 +184,6 @@ export function errorPatch(error: unknown): Partial<State> {
   return { ...phasePatch('error', 'Nothing to show', ''), announcement: '', error };
 }
 
-/** Clamps a frame to the timeline. */
 export function clampFrame({ timeline }: Pick<State, 'timeline'>, frame: number): number {
   return Math.max(0, Math.min(timeline.numFrames - 1, frame));
 }

@@ -5,7 +5,6 @@ import { formatPercent, formatPlural } from './messages.js';
 import type { SearchReport } from './library.js';
 import type { State } from './store.js';
 
-/** Working sizes of the page. */
 const WORKING_SIDES_PX = [320, 480, 640];
 
 /** Fewest frames for skipping every second one; chosen by eye. */

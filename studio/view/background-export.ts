@@ -67,7 +67,6 @@ async function renderBackground(subject: Subject, t: number, frame: ImageData) {
   return canvas.convertToBlob({ type: 'image/png' });
 }
 
-/** Draws the pixels of all objects. */
 function drawObjectShape(labels: Uint8Array, width: number, height: number) {
   const shape = new ImageData(width, height);
   labels.forEach((label, p) => (shape.data[4 * p + 3] = label > 0 ? 255 : 0));

@@ -10,7 +10,6 @@ const SEQUENCE_FPS = 15;
 /** Fewest frames before damage that are usable: motion needs two. */
 const MIN_FRAMES = 2;
 
-/** Media types that may hold several images. */
 const ANIMATED_TYPES = ['image/gif', 'image/png', 'image/webp', 'image/avif'];
 
 /**

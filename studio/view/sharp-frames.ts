@@ -18,9 +18,7 @@ export class SharpFrames {
   /** Frames that cannot be read. */
   failed = new Set<number>();
   resting = 0;
-  /** The current read. */
   reading: FrameRequest | null = null;
-  /** The next read. */
   next: FrameRequest | null = null;
 
   /** @param onReady called when a requested frame is ready */

@@ -18,7 +18,6 @@ const MAX_DENSITY = 2;
 
 export class Viewer {
   canvas = byId<HTMLCanvasElement>('canvas');
-  /** The element around the canvas. */
   box = byId('pane-result');
   ctx: CanvasRenderingContext2D;
   /** Draws the original frame. */
@@ -32,7 +31,6 @@ export class Viewer {
   redrawRequest = 0;
   /** Position of the pointer, in CSS pixels. */
   pointer: { offsetX: number; offsetY: number } | null = null;
-  /** The state shown last. */
   lastState: Readonly<State>;
   maskCache = new EdgedMaskCache();
   sharp = new SharpFrames(() => this.redraw());

@@ -38,18 +38,15 @@ export interface Setting {
   text: (value: number) => string;
   /** True if it is 0 or 1. */
   toggle?: boolean;
-  /** Names of the values. */
   choices?: string[];
 }
 
 export interface Layer {
   id: string;
   name: string;
-  /** Keyboard shortcut. */
   key: string;
   /** Kind of source that it applies to; both if absent. */
   only?: 'clip' | 'still';
-  /** Description in one sentence. */
   about: string;
   /** Layers are drawn by increasing z. */
   z: number;
@@ -60,7 +57,6 @@ export interface Layer {
   draw: (ctx: Canvas2D, view: View) => void;
   /** Returns text about a position; empty for none. */
   readout?: (view: View, spot: Spot) => string;
-  /** Clears data of the last result. */
   reset?: () => void;
 }
 

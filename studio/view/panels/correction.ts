@@ -23,11 +23,8 @@ export class Correction {
   viewer: Page['viewer'];
   selection: Page['selection'];
   busy = false;
-  /** The selected object. */
   object = 1;
-  /** The object to join it with. */
   target = 0;
-  /** The clicked position. */
   place: { t: number; x: number; y: number } | null = null;
   tool: Tool = 'pick';
   brush: Brush;

@@ -12,7 +12,6 @@ type SizedSource = Pick<Subject, 'masks' | 'source' | 'fps'>;
 
 const FORMATS = { webm: 'WebM', mp4: 'MP4' } as const;
 
-/** Names of codecs. */
 const CODECS: Record<string, string> = {
   aac: 'AAC',
   opus: 'Opus',

@@ -14,11 +14,8 @@ const SEARCH_DELAY_MS = 200;
 export class JoinBar {
   store: Page['store'];
   viewer: Page['viewer'];
-  /** Groups of similar objects. */
   similar: number[][] = [];
-  /** Groups that the user dismissed. */
   dismissed = new Set<string>();
-  /** The last join and its result. */
   lastJoin: { analysis: unknown; count: number } | null = null;
   isHovered = false;
   timer = 0;

@@ -38,9 +38,7 @@ export class Projects {
   /** True if storage was full at the last save. */
   isFull = false;
   ids = new WeakMap<Source, Promise<string>>();
-  /** URLs of the thumbnails in the list. */
   urls: string[] = [];
-  /** Key of the listed projects. */
   shownKey = '';
   dialog = byId<HTMLDialogElement>('projects');
 

@@ -91,7 +91,6 @@ export class SavePreview {
     if (this.abort === abort) this.abort = null;
   }
 
-  /** Returns the next choice without a preview. */
   nextChoice(): Choice | null {
     return [this.choice, ...this.choices].find((choice) => choice && !this.previews.has(choice)) ?? null;
   }

@@ -37,7 +37,6 @@ class TimelinePanel {
     for (const [id, act] of Object.entries(buttons)) byId(id).addEventListener('click', act);
   }
 
-  /** Index of the last frame. */
   get last() {
     return this.store.state.timeline.numFrames - 1;
   }

@@ -127,7 +127,6 @@ class ZoomPanel {
     this.viewer.zoomTo((zoom.scale * now.distance) / lastPinch.distance, now.x / box.width, now.y / box.height);
   }
 
-  /** Enters or leaves full screen. */
   toggleFullScreen() {
     if (document.fullscreenElement) document.exitFullscreen();
     else
