@@ -126,8 +126,8 @@ describe('the sample', () => {
  */
 function paintedPixels(frame) {
   const { app, source, result, objectColor } = globalThis.tracecutStudio;
-  const were = app.layers.map((layer) => layer.on);
-  for (const layer of app.layers) layer.on = layer.id === 'masks';
+  const were = app.layers.map((layer) => layer.isOn);
+  for (const layer of app.layers) layer.isOn = layer.id === 'masks';
   const { fill } = app.layers.find((layer) => layer.id === 'masks').settings;
   const before = fill.value;
   fill.value = 1;
@@ -135,7 +135,7 @@ function paintedPixels(frame) {
   app.viewer.draw();
   const { canvas } = app.viewer;
   const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
-  app.layers.forEach((layer, k) => (layer.on = were[k]));
+  app.layers.forEach((layer, k) => (layer.isOn = were[k]));
   fill.value = before;
   const mask = source.clip.mask(frame);
   const masks = 1 + mask.reduce((most, value) => Math.max(most, value), 0);

@@ -111,8 +111,8 @@ describe('the canvas', () => {
     const same = await page.evaluate(() => {
       const { viewer } = globalThis.tracecutStudio.app;
       for (const layer of globalThis.tracecutStudio.app.layers) {
-        layer.wasOn = layer.on;
-        layer.on = layer.id === 'image';
+        layer.wasOn = layer.isOn;
+        layer.isOn = layer.id === 'image';
         if (layer.id === 'image') layer.settings.color.value = 1;
       }
       viewer.draw();
@@ -122,7 +122,7 @@ describe('the canvas', () => {
         return copy.getImageData(0, 0, canvas.width, canvas.height).data;
       };
       const [a, b] = [read(viewer.canvas), read(document.querySelector('#original'))];
-      for (const layer of globalThis.tracecutStudio.app.layers) layer.on = layer.wasOn;
+      for (const layer of globalThis.tracecutStudio.app.layers) layer.isOn = layer.wasOn;
       return a.reduce((sum, value, k) => sum + Math.abs(value - b[k]), 0) / a.length;
     });
     // A shift by one pixel makes more than 3.
