@@ -46,7 +46,7 @@ describe('work', () => {
   /** Until all is kept, and something was since `then`. */
   const keptAfter = (page, then) =>
     page.waitForFunction(
-      (before) => Number(document.body.dataset.saved ?? 0) > before && !('unkept' in document.body.dataset),
+      (before) => Number(document.body.dataset.saved ?? 0) > before && !('unsaved' in document.body.dataset),
       then,
     );
 
@@ -147,7 +147,7 @@ describe('work', () => {
     await chooseLook(page);
     const look = await chosen(page);
     assert.deepEqual(look.values.sort(), [
-      ...['edge-feather 2', 'edge-grow 3', 'edge-smallest 0.5', 'edge-smooth 1', 'ground green'],
+      ...['backdrop green', 'edge-feather 2', 'edge-grow 3', 'edge-smallest 0.5', 'edge-smooth 1'],
     ]);
     assert.ok(look.kept.length > 1 && !look.kept[0]);
     const before = await masks(page);
@@ -254,7 +254,7 @@ describe('work', () => {
     assert.equal(await ended(page), 'done');
     for (let tries = 0; tries < 50 && (await masks(page)) !== corrected; tries += 1) await page.waitForTimeout(200);
     assert.ok((await masks(page)) === corrected, 'the corrected masks are back');
-    await page.waitForFunction(() => !('unkept' in document.body.dataset));
+    await page.waitForFunction(() => !('unsaved' in document.body.dataset));
     assert.deepEqual(await facts(page), ['true 1', 'false 0'], 'opened again, each has its place');
     await page.click('#projects-open');
     await page.waitForSelector('#projects[open]');
@@ -281,7 +281,7 @@ describe('work', () => {
     });
     await page.waitForFunction(() => document.querySelectorAll('.object').length === 1);
     await page.click('#sample');
-    await page.waitForFunction(() => !('unkept' in document.body.dataset));
+    await page.waitForFunction(() => !('unsaved' in document.body.dataset));
     assert.deepEqual(await facts(page), ['true 0']);
     // Nothing was painted: the correction is in the masks.
     await page.click('#projects-open');
@@ -330,7 +330,7 @@ describe('work', () => {
     assert.equal(await ended(page), 'done');
     await page.waitForSelector('#recent', { state: 'visible' });
     assert.match(await text(page, '#recent-text'), /^Storage is full/);
-    assert.equal(await page.evaluate(() => 'unkept' in document.body.dataset), true, 'leaving is asked about');
+    assert.equal(await page.evaluate(() => 'unsaved' in document.body.dataset), true, 'leaving is asked about');
     assert.deepEqual(await accessibilityFaults(page), []);
     await screenshot(page, 'works-full');
     await page.focus('#recent-open');
@@ -340,7 +340,7 @@ describe('work', () => {
     await remove.focus();
     await page.keyboard.press('Enter');
     await page.keyboard.press('Enter');
-    await page.waitForFunction(() => !('unkept' in document.body.dataset));
+    await page.waitForFunction(() => !('unsaved' in document.body.dataset));
     assert.equal((await works(page)).length, 8);
     assert.match((await works(page))[0].name, /frame000/);
     assert.equal(await page.locator('#recent').isVisible(), false);
@@ -402,7 +402,7 @@ describe('a run that was cut off', () => {
     await again.waitForFunction(() => globalThis.tracecutStudio.app.segmentation?.result.numFrames === 57);
     assert.equal(await ended(again), 'done');
     await remembered(again, []);
-    await again.waitForFunction(() => document.body.dataset.saved && !('unkept' in document.body.dataset));
+    await again.waitForFunction(() => document.body.dataset.saved && !('unsaved' in document.body.dataset));
 
     const third = await anew(again);
     await third.waitForSelector('#recent', { state: 'visible' });
