@@ -1,10 +1,10 @@
-// `tracecut` in Node: the same as in browsers, and folders are read by their paths.
+// `tracecut` in Node: as in browsers, and folders can be read by path.
 
 import { readFile, readdir } from 'node:fs/promises';
 import { basename, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { TraceCutError } from '../check/errors.js';
-import { frameNames, readFrames as framesOfFiles } from '../video/listed.js';
+import { sortFrameNames, readFrames as framesOfFiles } from '../video/listed.js';
 import './platform.js';
 
 export * from '../index.js';
@@ -15,11 +15,11 @@ export async function* readFrames(folder: Parameters<typeof framesOfFiles>[0]): 
     return;
   }
   const path = typeof folder === 'string' ? folder : fileURLToPath(folder);
-  for (const name of frameNames(await filesIn(path), `the folder ${basename(path)}`))
+  for (const name of sortFrameNames(await listFiles(path), `the folder ${basename(path)}`))
     yield { frame: new Uint8Array(await readFile(join(path, name))), name };
 }
 
-async function filesIn(path: string) {
+async function listFiles(path: string) {
   try {
     const entries = await readdir(path, { withFileTypes: true });
     return entries.filter((entry) => !entry.isDirectory()).map(({ name }) => name);

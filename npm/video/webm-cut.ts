@@ -1,143 +1,147 @@
-// WebM and Matroska files that were cut off. Readers leave out a cluster that is not whole, and with it up to some
-// seconds of frames; here the file is made to end after its last whole block. The elements and their sizes are those of
-// EBML (RFC 8794) and Matroska (RFC 9559).
+// WebM and Matroska files that were cut off. Readers drop an incomplete cluster, and with it up to some seconds of frames;
+// this module makes the file end after its last complete block. The elements and their sizes are defined by EBML (RFC 8794)
+// and Matroska (RFC 9559).
 
 const EBML = 0x1a45dfa3;
 const SEGMENT = 0x18538067;
 const CLUSTER = 0x1f43b675;
 
-/** Most bytes of small elements in a cluster, by their names: Timestamp, PrevSize, Position, CRC-32. */
-const SMALL = new Map([
+/** Largest sizes of small elements in a cluster, in bytes: Timestamp, PrevSize, Position, CRC-32. */
+const MAX_SIZES = new Map([
   [0xe7, 8],
   [0xab, 8],
   [0xa7, 8],
   [0xbf, 4],
 ]);
 
-/** Bytes of an element's name and size, at most, and of what is read at once to find the next ones. */
-const MOST_HEADER = 12;
-const CHUNK = 2 ** 20;
+/** Most bytes of an element's name and size. */
+const MAX_HEADER_BYTES = 12;
+const CHUNK_BYTES = 2 ** 20;
 
-/** `end` is `Infinity` where the size is not said. */
+/** An element; `end` is `Infinity` if its size is unknown. */
 export type Element = { id: number; sizeAt: number; sizeLength: number; body: number; end: number };
 
-/** Files that were looked at: a page opens the same one for each picture that it shows. */
-const looked = new WeakMap<Blob, Promise<Blob | null>>();
+/** Results by file: a page opens the same file for each picture that it shows. */
+const results = new WeakMap<Blob, Promise<Blob | null>>();
 
 /**
- * The part of a file before its cut, or before damage in the order of its elements: each of them is looked at.
- * @returns a file of its own; null where all is whole, and for other files
+ * Returns the part of a file before its cut, or before damage of its structure: all elements are checked.
+ * @returns a new file; null if the file is complete, and for other formats
  */
-export function beforeCut(file: Blob): Promise<Blob | null> {
-  const known = looked.get(file) ?? partBefore(file);
-  looked.set(file, known);
-  known.catch(() => looked.delete(file));
-  return known;
+export function repairCut(file: Blob): Promise<Blob | null> {
+  const result = results.get(file) ?? findCut(file);
+  results.set(file, result);
+  result.catch(() => results.delete(file));
+  return result;
 }
 
-async function partBefore(file: Blob) {
+async function findCut(file: Blob) {
   const elements = new Elements(file);
-  const segment = await elements.segment();
+  const segment = await elements.readSegment();
   if (!segment) return null;
   const end = Math.min(file.size, segment.end);
-  for (let at = segment.body; at < end;) {
-    const child = await elements.at(at);
-    const isWhole = child && (child.end <= file.size || child.end === Infinity);
+  for (let offset = segment.body; offset < end;) {
+    const child = await elements.read(offset);
+    const isComplete = child && (child.end <= file.size || child.end === Infinity);
     const isCluster = child?.id === CLUSTER && child.end < Infinity;
-    if (!isWhole || (isCluster && (await blocksEnd(elements, child)) < child.end))
-      return endingAt(elements, segment, at, child);
-    // A cluster of unknown size, as browsers record, ends where the next begins.
-    at = child.end < Infinity ? child.end : child.body;
+    if (!isComplete || (isCluster && (await findBlocksEnd(elements, child)) < child.end))
+      return cutAt(elements, segment, offset, child);
+    // A cluster of unknown size, as browsers record, ends where the next one begins.
+    offset = child.end < Infinity ? child.end : child.body;
   }
-  return segment.end < Infinity && segment.end > file.size ? endingAt(elements, segment, file.size, null) : null;
+  return segment.end < Infinity && segment.end > file.size ? cutAt(elements, segment, file.size, null) : null;
 }
 
 /**
- * The size that a file says it has.
+ * Returns the size that a file declares.
  * @param head its first bytes
- * @returns 0 where it does not say
+ * @returns 0 if it declares none
  */
-export async function declaredBytes(head: Blob): Promise<number> {
-  const { end = 0 } = (await new Elements(head).segment()) ?? {};
+export async function readDeclaredBytes(head: Blob): Promise<number> {
+  const { end = 0 } = (await new Elements(head).readSegment()) ?? {};
   return end < Infinity ? end : 0;
 }
 
-/** @param at where the first element that is not whole begins */
-async function endingAt(elements: Elements, segment: Element, at: number, cut: Element | null) {
+/** @param offset of the first incomplete element */
+async function cutAt(elements: Elements, segment: Element, offset: number, cut: Element | null) {
   const { file } = elements;
-  const parts = [file.slice(0, segment.sizeAt), unknownSize(segment.sizeLength), file.slice(segment.body, at)];
+  const parts = [
+    file.slice(0, segment.sizeAt),
+    encodeUnknownSize(segment.sizeLength),
+    file.slice(segment.body, offset),
+  ];
   if (cut?.id === CLUSTER) {
-    const end = await blocksEnd(elements, cut);
-    parts.push(file.slice(at, cut.sizeAt), sizeOf(end - cut.body, cut.sizeLength), file.slice(cut.body, end));
+    const end = await findBlocksEnd(elements, cut);
+    parts.push(file.slice(offset, cut.sizeAt), encodeSize(end - cut.body, cut.sizeLength), file.slice(cut.body, end));
   }
   return new Blob(parts, { type: file.type });
 }
 
-/** Where the whole blocks of a cluster end. */
-async function blocksEnd(elements: Elements, cluster: Element) {
-  const most = Math.min(cluster.end, elements.file.size);
+/** Returns the end of the last complete block of a cluster. */
+async function findBlocksEnd(elements: Elements, cluster: Element) {
+  const limit = Math.min(cluster.end, elements.file.size);
   let end = cluster.body;
-  while (end < most) {
-    const block = await elements.at(end);
-    if (!block || block.end > most || block.end - block.body > (SMALL.get(block.id) ?? Infinity)) break;
+  while (end < limit) {
+    const block = await elements.read(end);
+    if (!block || block.end > limit || block.end - block.body > (MAX_SIZES.get(block.id) ?? Infinity)) break;
     end = block.end;
   }
   return end;
 }
 
-/** The elements of a file, read a chunk at a time. */
+/** Reads the elements of a file, a chunk at a time. */
 class Elements {
   chunk = { at: 0, bytes: new Uint8Array(0) };
 
   constructor(readonly file: Blob) {}
 
-  /** The segment, after the header of the format; null in other files. */
-  async segment() {
-    const head = await this.at(0);
-    const segment = head?.id === EBML ? await this.at(head.end) : null;
+  /** Returns the segment, which follows the format's header; null in other files. */
+  async readSegment() {
+    const head = await this.read(0);
+    const segment = head?.id === EBML ? await this.read(head.end) : null;
     return segment?.id === SEGMENT ? segment : null;
   }
 
-  /** Reads an element; null where the file ends before its header does. */
-  async at(at: number): Promise<Element | null> {
-    const bytes = await this.#bytes(at);
-    const idLength = lengthOf(bytes[0]);
-    const sizeLength = lengthOf(bytes[idLength]);
+  /** Reads an element; null if the file ends before its header does. */
+  async read(offset: number): Promise<Element | null> {
+    const bytes = await this.#readHeader(offset);
+    const idLength = readLength(bytes[0]);
+    const sizeLength = readLength(bytes[idLength]);
     if (idLength > 4 || sizeLength > 8 || bytes.length < idLength + sizeLength) return null;
     const id = bytes.subarray(0, idLength).reduce((value, byte) => 256 * value + byte, 0);
     const [first = 0, ...rest] = bytes.subarray(idLength, idLength + sizeLength);
     const lead = first & (0xff >> sizeLength);
-    const unknown = lead === 0xff >> sizeLength && rest.every((byte) => byte === 0xff);
-    const size = unknown ? Infinity : rest.reduce((value, byte) => 256 * value + byte, lead);
-    const body = at + idLength + sizeLength;
-    return { id, sizeAt: at + idLength, sizeLength, body, end: body + size };
+    const isUnknown = lead === 0xff >> sizeLength && rest.every((byte) => byte === 0xff);
+    const size = isUnknown ? Infinity : rest.reduce((value, byte) => 256 * value + byte, lead);
+    const body = offset + idLength + sizeLength;
+    return { id, sizeAt: offset + idLength, sizeLength, body, end: body + size };
   }
 
-  async #bytes(at: number) {
+  async #readHeader(offset: number) {
     const { chunk, file } = this;
-    if (at < chunk.at || at + MOST_HEADER > chunk.at + chunk.bytes.length)
-      this.chunk = { at, bytes: new Uint8Array(await file.slice(at, at + CHUNK).arrayBuffer()) };
-    const from = at - this.chunk.at;
-    return this.chunk.bytes.subarray(from, from + MOST_HEADER);
+    if (offset < chunk.at || offset + MAX_HEADER_BYTES > chunk.at + chunk.bytes.length)
+      this.chunk = { at: offset, bytes: new Uint8Array(await file.slice(offset, offset + CHUNK_BYTES).arrayBuffer()) };
+    const from = offset - this.chunk.at;
+    return this.chunk.bytes.subarray(from, from + MAX_HEADER_BYTES);
   }
 }
 
-/** The first byte says how many there are, by its leading zeros. */
-function lengthOf(first = 0) {
+/** Returns the length of a number, which its first byte encodes by its leading zeros. */
+function readLength(first = 0) {
   return Math.clz32(first) - 23;
 }
 
 /** @param length in bytes */
-function unknownSize(length: number) {
+function encodeUnknownSize(length: number) {
   const bytes = new Uint8Array(length).fill(0xff);
   bytes[0] = 0xff >> (length - 1);
   return bytes;
 }
 
 /** @param length in bytes */
-function sizeOf(size: number, length: number) {
+function encodeSize(size: number, length: number) {
   const bytes = new Uint8Array(length);
-  for (let k = length - 1, left = size; k >= 0; k -= 1, left = Math.floor(left / 256)) bytes[k] = left % 256;
+  for (let k = length - 1, rest = size; k >= 0; k -= 1, rest = Math.floor(rest / 256)) bytes[k] = rest % 256;
   bytes[0] = Number(bytes[0]) | (0x100 >> length);
   return bytes;
 }

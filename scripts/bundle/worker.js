@@ -1,6 +1,6 @@
 // The worker in one file: sessions, masks enlarged, and what is done aside.
 
-import { doHere, serveAside } from '../../dist/worker/aside-here.js';
+import { performTask, serveAside } from '../../dist/worker/aside-here.js';
 import { serve } from '../../dist/worker/serve.js';
 
 // What has a task is not the session's.
@@ -8,4 +8,4 @@ serve({
   addEventListener: (type, listen) => addEventListener(type, (event) => 'task' in event.data || listen(event)),
   postMessage: (...message) => postMessage(...message),
 });
-serveAside(globalThis, doHere);
+serveAside(globalThis, performTask);

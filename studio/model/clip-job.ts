@@ -13,7 +13,7 @@ import type { Result as ShownResult } from './points.js';
 import type { Take } from './source.js';
 
 /** Frames that are segmented together, and how many of them the next window shares. */
-export const { window: WINDOW, overlap: OVERLAP } = VideoSegmentation.usual;
+export const { window: WINDOW, overlap: OVERLAP } = VideoSegmentation.defaults;
 
 /**
  * Stages of a clip that is one window, with the share of the whole time that each usually takes; after a run, its own

@@ -1,6 +1,6 @@
 // What a user has corrected of a run: the editor of its masks, whatever made them, and what the page needs around it.
 
-import { createImageEngine, decodeRuns, editMasks, grownRegions } from './library.js';
+import { createImageEngine, decodeRuns, editMasks, growRegions } from './library.js';
 import { PageError } from './words.js';
 import type { ClipJob } from './clip-job.js';
 import type {
@@ -200,7 +200,7 @@ export class Corrections {
     const beside = t < last ? t + 1 : Math.max(first, t - 1);
     const [picture, other] = [await this.pixels(t), await this.pixels(beside)];
     const [superpixels, flow] = [await engine.superpixels(picture), await engine.flow(picture, other)];
-    const found = await grownRegions({ superpixels, picture, flow }, place);
+    const found = await growRegions({ superpixels, picture, flow }, place);
     const area = (pixels: Uint8Array) => pixels.reduce((sum, inside) => sum + inside, 0);
     const regions = [...found].sort((a, b) => area(decodeRuns(a)) - area(decodeRuns(b)));
     return { regions, likeliest: regions.indexOf(found[0]) };

@@ -1,6 +1,6 @@
 // The clip as videos: with its masks drawn over it, and its objects cut out.
 
-import { type Ground, SCREEN_GREEN, encodeVideo } from './library.js';
+import { type Backdrop as Ground, SCREEN_GREEN, encodeVideo } from './library.js';
 import { type Choice, type Export, rateOf } from './export.js';
 import type { GroundName } from './look.js';
 

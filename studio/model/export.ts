@@ -2,7 +2,14 @@
 
 import { masksAtSize } from './library.js';
 import type { Plate } from './answers.js';
-import type { Ground, MaskEdges, MaskSource, SoundOptions, TrajectoryPoints, VideoQuality } from './library.js';
+import type {
+  Backdrop as Ground,
+  MaskEdges,
+  MaskSource,
+  SoundOptions,
+  TrajectoryPoints,
+  VideoQuality,
+} from './library.js';
 import type { GroundName } from './look.js';
 import type { Source } from './source.js';
 import type { Film, State } from './store.js';

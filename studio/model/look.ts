@@ -1,7 +1,7 @@
 // What was chosen for a result beside its masks: their edges and smoothing, what is kept, the ground. Kept with the
 // work.
 
-import { type Ground as CutoutGround, type MaskEdges, SCREEN_GREEN } from './library.js';
+import { type Backdrop as CutoutGround, type MaskEdges, SCREEN_GREEN } from './library.js';
 import { DEFAULT_EDGES, type Ground, type State } from './store.js';
 
 /**

@@ -18,7 +18,7 @@ const WORTH = 3.2e6;
 export function isWorth({ kind, width, height }: Source, { frames, side }: Take): boolean {
   const reduced = Math.min(1, side / Math.max(width, height));
   // The masks of the first window are waited for.
-  const waited = Math.min(frames, VideoSegmentation.usual.window);
+  const waited = Math.min(frames, VideoSegmentation.defaults.window);
   return kind !== 'still' && waited > COVERED && width * height * reduced ** 2 * waited >= WORTH;
 }
 

@@ -9,7 +9,7 @@ import { configure, createSession, maskPng, synthClip } from 'tracecut';
 import { enlargeMask } from 'tracecut/edit';
 import { boundaries } from 'tracecut/stages';
 import { platform, setPlatform, workerStarter } from '../../dist/platform.js';
-import { aside } from '../../dist/worker/aside.js';
+import { runTask } from '../../dist/worker/aside.js';
 import { serve } from '../../scripts/serve.mjs';
 import { plain, png, rejects } from './support.mjs';
 
@@ -96,7 +96,7 @@ test('what a worker of sessions alone refuses to do aside is done in this thread
   };
   const task = { kind: 'zip', files: { a: new Uint8Array([1]) }, stored: [] };
   setPlatform({ ...platform, startAside: () => worker });
-  const bytes = await aside(task);
+  const bytes = await runTask(task);
   assert.deepEqual([...bytes.subarray(0, 2)], [80, 75]);
 });
 

@@ -1,39 +1,40 @@
-// Frames whose masks are enlarged in workers while the one before is painted.
+// Enlarges the masks of the next frames in workers while the present one is painted.
 
-import { enlargedAtOnce } from './enlarge.js';
+import { numParallelEnlargements } from './enlarge.js';
 import type { MaskAtSize } from './at-size.js';
 
-/** What was taken of a frame, and its mask, which is on its way; `close` lets go of what was taken. */
-export type Taken<P> = { picture: P; mask: Promise<MaskAtSize>; close?: () => void };
+/** A frame's picture and its mask, which is still being computed; `close` frees the picture. */
+export type PendingFrame<P> = { picture: P; mask: Promise<MaskAtSize>; close?: () => void };
 
 /**
- * Frames with their masks, in order. As many are taken ahead as are enlarged at once; no frame is read beyond the last.
- * @param count frames that are wanted
- * @param take copies what it needs of an item: the next one may be the same object
- * @returns a picture is there until the next is asked for
+ * Yields frames with their masks, in order. As many frames are prepared ahead as are enlarged at once; no frame is read
+ * beyond the last.
+ * @param count number of frames
+ * @param take copies what it needs of an item: the next item may be the same object
+ * @returns a picture is valid until the next one is requested
  */
-export async function* ahead<I, P>(
+export async function* prefetch<I, P>(
   items: Iterable<I> | AsyncIterable<I>,
   count: number,
-  take: (item: I, t: number) => Promise<Taken<P>>,
+  take: (item: I, t: number) => Promise<PendingFrame<P>>,
 ): AsyncGenerator<{ picture: P; mask: MaskAtSize }, void, undefined> {
-  const waiting: Taken<P>[] = [];
-  const most = enlargedAtOnce();
+  const waiting: PendingFrame<P>[] = [];
+  const maxWaiting = numParallelEnlargements();
   async function* first() {
-    const [{ picture, mask }] = waiting as [Taken<P>];
+    const [{ picture, mask }] = waiting as [PendingFrame<P>];
     yield { picture, mask: await mask };
     waiting.shift()?.close?.();
   }
   try {
     let t = 0;
     for await (const item of items) {
-      const taken = await take(item, t);
-      // Heard of when its turn comes.
-      taken.mask.catch(() => {});
-      waiting.push(taken);
+      const pending = await take(item, t);
+      // Its error is thrown when its turn comes.
+      pending.mask.catch(() => {});
+      waiting.push(pending);
       t += 1;
       if (t === count) break;
-      if (waiting.length > most) yield* first();
+      if (waiting.length > maxWaiting) yield* first();
     }
     while (waiting.length > 0) yield* first();
   } finally {
