@@ -8,8 +8,8 @@ export { MaskEditor, editMasks } from './kit/edit/editor.js';
 export { decodeRuns, encodeRuns } from './session/runs.js';
 
 // These are loaded on their first call.
-export const growRegions: typeof import('./kit/edit/grow.js').growRegions = async (...args) =>
-  (await loadPart(import('./kit/edit/grow.js'))).growRegions(...args);
+export const growRegions: typeof import('./kit/edit/grow-regions.js').growRegions = async (...args) =>
+  (await loadPart(import('./kit/edit/grow-regions.js'))).growRegions(...args);
 export const smoothMasks: typeof import('./kit/edit/smooth.js').smoothMasks = async (...args) =>
   (await loadPart(import('./kit/edit/smooth.js'))).smoothMasks(...args);
 export const masksAtSize: typeof import('./kit/edit/at-size.js').masksAtSize = async (...args) =>
@@ -24,7 +24,7 @@ export type { MasksAtSizeOptions } from './kit/edit/at-size.js';
 export type { CarryRange, CarryOptions } from './kit/edit/carry.js';
 export type { Correction, Edit, EditOptions, SavedEdits } from './kit/edit/editor.js';
 export type { EnlargeOptions, FrameMask } from './kit/edit/enlarge.js';
-export type { FrameFeatures } from './kit/edit/grow.js';
+export type { FrameFeatures } from './kit/edit/grow-regions.js';
 export type { Project, ProjectOptions } from './kit/edit/project.js';
 export type { SmoothMasksOptions } from './kit/edit/smooth.js';
 export type { Runs as Region } from './session/runs.js';

@@ -24,11 +24,11 @@ export const encodeVideo: typeof import('./kit/export/video.js').encodeVideo = a
   (await loadPart(import('./kit/export/video.js'))).encodeVideo(...args);
 export const maskPng: typeof import('./kit/export/masks.js').maskPng = async (...args) =>
   (await loadPart(import('./kit/export/masks.js'))).maskPng(...args);
-export const segmentEach: typeof import('./video/each.js').segmentEach = async function* (...args) {
-  yield* (await loadPart(import('./video/each.js'))).segmentEach(...args);
+export const segmentEach: typeof import('./video/queue.js').segmentEach = async function* (...args) {
+  yield* (await loadPart(import('./video/queue.js'))).segmentEach(...args);
 };
-export const readFrames: typeof import('./video/listed.js').readFrames = async function* (...args) {
-  yield* (await loadPart(import('./video/listed.js'))).readFrames(...args);
+export const readFrames: typeof import('./video/frame-list.js').readFrames = async function* (...args) {
+  yield* (await loadPart(import('./video/frame-list.js'))).readFrames(...args);
 };
 export const videoStrip: typeof import('./video/strip.js').videoStrip = async function* (...args) {
   yield* (await loadPart(import('./video/strip.js'))).videoStrip(...args);
@@ -36,7 +36,7 @@ export const videoStrip: typeof import('./video/strip.js').videoStrip = async fu
 
 export { previewMasks } from './video/segment.js';
 export { videoFrames, videoInfo } from './video/source.js';
-export { sortFiles } from './video/kind.js';
+export { sortFiles } from './video/file-kind.js';
 export { fitSize } from './video/pixels.js';
 export { Clip, synthClip } from './stages/clip.js';
 export { searchReport } from './session/report.js';
@@ -89,9 +89,9 @@ export type {
 export type { RunOptions } from './session/session.js';
 export type { ClipOptions } from './stages/clip.js';
 export type { BoundaryMap, Superpixels } from './stages/image.js';
-export type { EachOptions, EachProgress, QueuedClip, SegmentedClip } from './video/each.js';
-export type { SortedFile } from './video/kind.js';
-export type { FrameAtTime, FrameFile, ListedFrame } from './video/listed.js';
+export type { EachOptions, EachProgress, QueuedClip, SegmentedClip } from './video/queue.js';
+export type { SortedFile } from './video/file-kind.js';
+export type { FrameAtTime, FrameFile, ListedFrame } from './video/frame-list.js';
 export type { Damage, TakeOptions, VideoInfo } from './video/reader.js';
 export type { ClipTrajectories, Shot, Truncation } from './video/result.js';
 export type { VideoOptions, VideoProgress, WindowOptions } from './video/segment.js';

@@ -36,7 +36,7 @@ export type Context2D = Pick<
   | 'imageSmoothingEnabled'
 > & { readonly canvas: { width: number; height: number } };
 
-export type Scratch = CanvasImageSource & { width: number; height: number };
+type Scratch = CanvasImageSource & { width: number; height: number };
 
 /**
  * Scales a context so that a frame fills its canvas: the transform that the drawing helpers need on a canvas that is not

@@ -50,7 +50,7 @@ export interface DrawTrajectoriesOptions {
 }
 
 /** Trajectories drawn in the same style. */
-export type StyleGroup = { color: string; shape: Shape; muted: boolean; ids: number[] };
+type StyleGroup = { color: string; shape: Shape; muted: boolean; ids: number[] };
 
 const LEGAL = ['tail', 'width', 'radius', 'rim', 'color', 'shape', 'objects', 'which'];
 

@@ -4,7 +4,7 @@ import { readFile, readdir } from 'node:fs/promises';
 import { basename, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { TraceCutError } from '../check/errors.js';
-import { sortFrameNames, readFrames as framesOfFiles } from '../video/listed.js';
+import { sortFrameNames, readFrames as framesOfFiles } from '../video/frame-list.js';
 import './platform.js';
 
 export * from '../index.js';

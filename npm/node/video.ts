@@ -31,7 +31,7 @@ export interface FfmpegOptions {
 }
 
 /** A file: ffmpeg's input argument, and its name for errors. */
-export type VideoInput = { input: string; name: string };
+type VideoInput = { input: string; name: string };
 
 /**
  * Reads the frames of a video file (MP4, MOV, WebM, …) with ffmpeg (5.1 or later), which must be installed (error
@@ -84,10 +84,10 @@ function toVideoInput(path: unknown) {
   return { input: `file:${name}`, name: basename(name) };
 }
 
-export type FfmpegRunOptions = Pick<FfmpegOptions, 'ffmpeg' | 'signal' | 'maxPixels'>;
+type FfmpegRunOptions = Pick<FfmpegOptions, 'ffmpeg' | 'signal' | 'maxPixels'>;
 
 /** A track and ffmpeg's name of its file's format. */
-export type SelectedTrack = { track: Track; demuxer: string };
+type SelectedTrack = { track: Track; demuxer: string };
 
 async function selectTrack(
   { input, name }: VideoInput,

@@ -111,7 +111,7 @@ const WINDOWS = { window: 7, overlap: 3 };
 const FRAMES = [0, 6, 11];
 
 /** Yields all results, in order. */
-export async function* runChecks(
+async function* runChecks(
   library: Library,
   settings: Settings,
   signal?: AbortSignal,

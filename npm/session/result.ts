@@ -5,7 +5,7 @@ import { type BoundaryMap, type Grid, type Superpixels, addScale } from '../stag
 import { listObjects, tracksDat } from './report.js';
 import { type Answer, type Arguments, type Ask, type MapName, REQUESTS, type ResultName } from './requests.js';
 import { checkRuns, decodeRuns, encodeRuns } from './runs.js';
-import { restoreFields, toSaved } from './saved.js';
+import { restoreFields, toSaved } from './serialize.js';
 import type { WindowFacts } from '../video/window.js';
 import type { SessionInfo, RawResult, Stage } from './engine.js';
 import type { ObjectList } from './report.js';

@@ -202,7 +202,7 @@ function isShown(codec: string | null, packet: EncodedPacket) {
  * Returns true for a packet of VP8 that is only a reference for later ones (RFC 6386, 9.1: the bit `show_frame`); other
  * codecs pack these with shown pictures.
  */
-export const isHidden = (codec: string | null, { data }: EncodedPacket) =>
+const isHidden = (codec: string | null, { data }: EncodedPacket) =>
   codec === 'vp8' && data.length > 0 && (Number(data[0]) & 0x10) === 0;
 
 /** Makes times increase: a missing or equal time follows after the duration of the picture before. */

@@ -12,10 +12,10 @@ const MAX_QUEUE = 400;
 /** Interval at which a track is checked for its end. */
 const WATCH_MS = 100;
 
-export type LiveFrame = { time: number; raw: RawFrame };
+type LiveFrame = { time: number; raw: RawFrame };
 
 /** Offers a frame; resolves to true while more are needed. */
-export type OfferFrame = (timestamp: number, read: () => Promise<RawFrame>) => Promise<boolean>;
+type OfferFrame = (timestamp: number, read: () => Promise<RawFrame>) => Promise<boolean>;
 
 /** @param reduce applied to queued frames */
 export function openLive(stream: MediaStream, reduce: (raw: RawFrame) => Promise<RawFrame>): Reader {

@@ -62,7 +62,7 @@ async function readAndClose(image: VideoFrame, size: number | undefined): Promis
 }
 
 /** Converts a frame to pixels that a canvas accepts: `ImageData` if there is one. */
-export async function toPixelFrame(raw: RawFrame): Promise<PixelFrame> {
+async function toPixelFrame(raw: RawFrame): Promise<PixelFrame> {
   const { data, width, height } = await decodePixels(raw);
   const clamped = new Uint8ClampedArray(data.buffer, data.byteOffset, data.length);
   return typeof ImageData === 'undefined' ? { data: clamped, width, height } : new ImageData(clamped, width, height);

@@ -3,7 +3,7 @@
 import { TraceCutError, illegal, checkWholeNumber } from '../check/errors.js';
 import { type ObjectList, listObjects, tracksDat } from '../session/report.js';
 import { type Runs, countPixels, checkRuns, decodeRuns, encodeRuns, joinRuns, splitRuns } from '../session/runs.js';
-import { restoreFields, toSaved } from '../session/saved.js';
+import { restoreFields, toSaved } from '../session/serialize.js';
 import { yieldThread } from '../worker/pause.js';
 import type { WindowResult } from './window.js';
 
@@ -190,7 +190,7 @@ export type ClipTrajectories = {
   readonly label: Uint8Array;
 };
 
-export type CollectedTrack = { start: number; x: number[]; y: number[]; votes: Map<number, number> };
+type CollectedTrack = { start: number; x: number[]; y: number[]; votes: Map<number, number> };
 
 /** Collects the trajectories of windows. */
 class TrackCollector {

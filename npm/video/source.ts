@@ -4,11 +4,11 @@ import { illegal, TraceCutError, typeTag } from '../check/errors.js';
 import { loadPart } from '../places.js';
 import { createDecoderLoader } from '../worker/remote.js';
 import { openDemuxed } from './demux.js';
-import { type FileKind, detectKind } from './kind.js';
+import { type FileKind, detectKind } from './file-kind.js';
 import { type ShownFrame, reduceFrame, toShownFrame } from './pixels.js';
 import { asOptions, createEmptyError, splitTake, takeFrames } from './reader.js';
 import type { WasmSource } from '../check/options.js';
-import type { ListedFrame } from './listed.js';
+import type { ListedFrame } from './frame-list.js';
 import type { Reader, Take, TakeOptions, VideoInfo } from './reader.js';
 
 /**
@@ -54,7 +54,7 @@ export async function openReader(
       return openStream(source as MediaStream, take);
     default:
       if (!isList(source)) throw illegal('data', 'source', source, LEGAL_SOURCES);
-      return (await loadPart(import('./listed.js'))).openListed(source, {
+      return (await loadPart(import('./frame-list.js'))).openListed(source, {
         frameRate: take.frameRate,
         loadDecoder,
         maxPixels,
@@ -77,7 +77,7 @@ async function openFile(file: Blob): Promise<Reader> {
   if (file.size === 0) throw new TraceCutError('no-video', 'the file is empty');
   const kind = await detectKind(file);
   if (kind?.kind === 'image') return (await loadPart(import('./images.js'))).openImage(file, kind.type);
-  const before = isMatroska(kind) ? await (await loadPart(import('./webm-cut.js'))).repairCut(file) : null;
+  const before = isMatroska(kind) ? await (await loadPart(import('./webm-repair.js'))).repairCut(file) : null;
   return (await openDemuxed(before ?? file, before !== null)) ?? failUnreadable(kind);
 }
 
@@ -107,7 +107,7 @@ async function fetchWholeFile(url: URL) {
   reader?.cancel().catch(() => {});
   const kind = await detectKind(head);
   if (!isMatroska(kind)) return kind?.kind === 'image' ? fetchFile(url) : null;
-  const { readDeclaredBytes } = await loadPart(import('./webm-cut.js'));
+  const { readDeclaredBytes } = await loadPart(import('./webm-repair.js'));
   const size = Number(response.headers.get('Content-Range')?.split('/')[1]);
   return (await readDeclaredBytes(head)) > size ? fetchFile(url) : null;
 }

@@ -44,7 +44,7 @@ function addRow(sums: Float32Array, data: Uint8Array, from: number, factor: numb
   }
 }
 
-export type Span = { low: number; high: number; first: number; last: number };
+type Span = { low: number; high: number; first: number; last: number };
 
 /** Returns the range of `from` pixels that each of `to` pixels covers. */
 function createSpans(from: number, to: number): Span[] {

@@ -37,7 +37,7 @@ export function createDecoderLoader(decoder?: WasmSource) {
   return loadOnce(() => platform.loadDecoder(decoder));
 }
 
-export interface Pending {
+interface Pending {
   resolve: (value: unknown) => void;
   reject: (error: unknown) => void;
   onProgress?: OnProgress;

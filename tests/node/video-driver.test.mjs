@@ -65,7 +65,7 @@ async function drive({ frames, window, overlap, cuts = [], clips = [], known = f
   const driver = new Driver({
     engine,
     nextFrame,
-    left: () => (known ? Math.max(0, frames - number) : null),
+    countRemaining: () => (known ? Math.max(0, frames - number) : null),
     window,
     stop,
     onStage() {},

@@ -7,7 +7,7 @@ import { toPixels } from '../../worker/decode.js';
 import { type FrameSource, type PixelFrame, fromImage } from '../../worker/frames.js';
 import { yieldThread } from '../../worker/pause.js';
 import { type Mask, type MaskEdges, checkEdges, growObjects, computeAlpha, removeSpecks } from './adjust.js';
-import { prefetch } from './ahead.js';
+import { prefetch } from './prefetch.js';
 import { enlargeMask } from './enlarge.js';
 import type { WasmSource } from '../../check/options.js';
 import type { ExportProgress } from '../export/masks.js';

@@ -120,7 +120,7 @@ function checkPicture(picture: Picture, t: number) {
  * @param back from each pixel of the next picture to this one, in its pixels
  * @param pictures this and the next, of one size
  */
-export function moveRegion(
+function moveRegion(
   region: Region,
   back: FlowField,
   [from, to]: [Picture, Picture],

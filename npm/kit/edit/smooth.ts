@@ -63,11 +63,7 @@ function checkSmoothing(masks: MaskSource, options: SmoothMasksOptions) {
   return { reach, first, picture, signal, onFrame };
 }
 
-export async function smoothAll(
-  masks: MaskSource,
-  options: SmoothMasksOptions,
-  flow: FlowBetween,
-): Promise<MaskSource> {
+async function smoothAll(masks: MaskSource, options: SmoothMasksOptions, flow: FlowBetween): Promise<MaskSource> {
   const { reach, first, picture, signal, onFrame } = checkSmoothing(masks, options);
   const { width, height, numFrames, shots, end } = masks;
   const neighbours = new Neighbours(masks, reach, picture, flow);

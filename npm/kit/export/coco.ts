@@ -107,7 +107,7 @@ export type CocoMasks = {
 
 const LEGAL = ['objects', 'fileName', 'video', 'category', 'frameRate', 'decoder'];
 
-export type CocoRunRow = [
+type CocoRunRow = [
   label: number,
   area: number,
   left: number,

@@ -4,7 +4,7 @@
 import { TraceCutError, checkOptions, illegal, isIterable, checkChoice } from '../../check/errors.js';
 import { checkMasks, selectLabels, getEnd, readLabels, getTimes } from '../../check/masks.js';
 import { type MaskEdges, checkEdges } from '../edit/adjust.js';
-import { prefetch } from '../edit/ahead.js';
+import { prefetch } from '../edit/prefetch.js';
 import { checkSize, scaleMask, readPixels, tooFewFrames } from '../edit/at-size.js';
 import { VERSION } from '../../parameters.js';
 import { Encoder } from '../../text.js';
@@ -91,17 +91,17 @@ export async function encodeImages(
   return createStream(format === 'zip' ? writeArchive(pictures, clip) : writeAnimation(pictures, clip), signal);
 }
 
-export interface ImagePlan {
+interface ImagePlan {
   style: 'cutout' | 'alpha';
   selected: Uint8Array;
   edges: Required<MaskEdges>;
   decoder: WasmSource | undefined;
 }
 
-export type ImageClip = { masks: MaskSource; times: Float64Array; end: number };
+type ImageClip = { masks: MaskSource; times: Float64Array; end: number };
 
 /** A picture of the file; `chunk` encodes its pixels. */
-export type EncodablePicture = {
+type EncodablePicture = {
   width: number;
   height: number;
   rgba: boolean;

@@ -173,7 +173,7 @@ async function encodeFiles(
 const DEFAULT_FRAME_RATE = 25;
 
 /** Frame times of `masks.json`, in seconds: when each frame is shown and for how long, and the average frame rate. */
-export type Timing = { times: number[] | null; durations?: number[]; frameRate?: number };
+type Timing = { times: number[] | null; durations?: number[]; frameRate?: number };
 
 function computeTiming(masks: MaskSource, times: Float64Array | null, frameRate: number = DEFAULT_FRAME_RATE): Timing {
   if (!times) return { times: null };

@@ -44,7 +44,7 @@ export type PromptList = {
   times?: number[];
 };
 
-export type PromptRow = [
+type PromptRow = [
   object: number,
   frame: number,
   box: Uint32Array,

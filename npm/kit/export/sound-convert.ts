@@ -25,7 +25,7 @@ const MAX_QUEUED = 8;
 const MICROSECONDS = 1e6;
 
 /** Configuration of a conversion. */
-export type Conversion = { decoder: AudioDecoderConfig; encoder: AudioEncoderConfig };
+type Conversion = { decoder: AudioDecoderConfig; encoder: AudioEncoderConfig };
 
 /** Returns the conversion of a track by this browser; null if it has none. */
 export async function findConversion(track: InputAudioTrack): Promise<Conversion | null> {

@@ -122,11 +122,7 @@ const MAX_QUEUED = 4;
 const MICROSECONDS = 1e6;
 
 /** Writes an encoded picture and its encoded alpha. */
-export type WritePair = (
-  color: EncodedVideoChunk,
-  alpha: Uint8Array,
-  meta?: EncodedVideoChunkMetadata,
-) => Promise<void>;
+type WritePair = (color: EncodedVideoChunk, alpha: Uint8Array, meta?: EncodedVideoChunkMetadata) => Promise<void>;
 
 /** Encodes the colours and the alpha of painted frames, and writes both together. */
 class AlphaEncoder {

@@ -5,7 +5,7 @@ import { type MaskSource, readLabels } from '../../check/masks.js';
 import { LEGAL_BACKDROPS, type Backdrop, findBox, drawBackdrop, isFrameBackdrop } from '../../draw/cutout.js';
 import { drawLabels } from '../../draw/labels.js';
 import { type Drawable, type MaskAtSize, checkSize, getContext2d, toDrawable, scaleMask } from '../edit/at-size.js';
-import type { PendingFrame } from '../edit/ahead.js';
+import type { PendingFrame } from '../edit/prefetch.js';
 import type { EncodeItem, VideoPlan } from './video.js';
 
 /**

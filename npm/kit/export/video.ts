@@ -13,7 +13,7 @@ import { type MaskSource, type ObjectChoice, checkMasks, selectLabels, getEnd, g
 import { LEGAL_BACKDROPS, type Backdrop, isBackdrop } from '../../draw/cutout.js';
 import { type LabelColors, SCREEN_GREEN } from '../../draw/palette.js';
 import { type MaskEdges, checkEdges } from '../edit/adjust.js';
-import { prefetch } from '../edit/ahead.js';
+import { prefetch } from '../edit/prefetch.js';
 import { tooFewFrames } from '../edit/at-size.js';
 import { yieldThread } from '../../worker/pause.js';
 import { QUALITIES, type VideoQuality } from './quality.js';

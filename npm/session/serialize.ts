@@ -35,8 +35,6 @@ export function restoreFields<T extends { width: number; height: number }>(json:
   return result;
 }
 
-export type PackedArray = { array: string; length: number; data: string };
-
 /** Replaces typed arrays by texts. */
 function packArrays(value: unknown): unknown {
   if (ArrayBuffer.isView(value)) {

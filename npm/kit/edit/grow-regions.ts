@@ -33,9 +33,9 @@ const MAX_AREA_SHARE = 0.5;
 const MAX_REGIONS = 3;
 const MAX_AREA_RATIO = 0.7;
 
-export type SuperpixelStats = { area: number; rim: number; colour: number[]; motion: number[] };
-export type HasMotion = Pick<SuperpixelStats, 'motion'>;
-export type Link = { to: number; length: number; weight: number };
+type SuperpixelStats = { area: number; rim: number; colour: number[]; motion: number[] };
+type HasMotion = Pick<SuperpixelStats, 'motion'>;
+type Link = { to: number; length: number; weight: number };
 
 /**
  * Returns the regions that a click may mean, the likeliest first, at most three of clearly different sizes. A region

@@ -2,7 +2,7 @@
 
 import { TraceCutError, illegal, withFrame, typeTag } from '../check/errors.js';
 import { type FrameSource, type RawFrame, toRawFrame } from '../worker/frames.js';
-import { compareNames } from './kind.js';
+import { compareNames } from './file-kind.js';
 import type { Reader } from './reader.js';
 
 /** A frame with its time. */
