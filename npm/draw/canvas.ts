@@ -88,7 +88,7 @@ export function createScratch(
   const canvas = emptyCanvas(context, width, height);
   const scratchContext = canvas.getContext('2d', read ? { willReadFrequently: true } : {}) as Context2D | null;
   if (!scratchContext)
-    throw new TraceCutError('unsupported', `there is no 2D canvas of ${width} × ${height} pixels to paint on`);
+    throw new TraceCutError('unsupported', `cannot create a 2D canvas of ${width} × ${height} pixels`);
   return { canvas: canvas as Scratch, context: scratchContext };
 }
 
@@ -105,7 +105,7 @@ function emptyCanvas(
   } catch (cause) {
     throw new TraceCutError(
       'unsupported',
-      'this engine has no OffscreenCanvas to paint on, and the canvas given makes no others',
+      'this engine has no OffscreenCanvas, and the given canvas cannot create another',
       { cause },
     );
   }

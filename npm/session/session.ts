@@ -266,7 +266,7 @@ export class Session {
       if (this.#closed)
         throw new TraceCutError(
           'closed',
-          `${noun} of a result come from its session, which is closed; ask before closing it`,
+          `${noun} of a result come from its session, which is closed; request them before closing it`,
         );
       const change =
         clipNumber !== this.#clipNumber

@@ -288,7 +288,7 @@ class TrackReader implements Reader {
     if (typeof VideoDecoder === 'undefined')
       return new TraceCutError(
         'unsupported',
-        'videos are decoded by WebCodecs, which this browser or page does not have (expected Chrome 94, Firefox 130, Safari 16.4 or newer, and a page by https)',
+        'decoding videos needs WebCodecs (Chrome 94, Firefox 130, Safari 16.4 or newer, and a page served by https)',
       );
     const codec = await this.#readCodec();
     const alternatives = codec.startsWith('avc') ? 'WebM' : 'MP4 (H.264) or WebM';
@@ -331,7 +331,7 @@ function toUpright(sample: VideoSample): ReadFrame {
   if (sample.rotation === 0 && !sample.flip) return { kind: 'image', image: sample.toVideoFrame() };
   const { displayWidth: width, displayHeight: height } = sample;
   const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
-  if (!context) throw new TraceCutError('unsupported', 'the browser gave no 2d canvas to turn the frame with');
+  if (!context) throw new TraceCutError('unsupported', 'the browser cannot create a 2D canvas');
   sample.draw(context, 0, 0, width, height);
   return { kind: 'pixels', data: new Uint8Array(context.getImageData(0, 0, width, height).data.buffer), width, height };
 }

@@ -31,10 +31,7 @@ export function openListed(
 ): Reader {
   return {
     async info() {
-      throw new TraceCutError(
-        'unsupported',
-        'a list or stream of frames has no facts before its frames are read; ask the frames themselves',
-      );
+      throw new TraceCutError('unsupported', 'a list or stream of frames has no info before its frames are read');
     },
     async *frames() {
       let index = 0;

@@ -26,7 +26,7 @@ export async function openImage(file: Blob, type: string): Promise<Reader> {
   if (!(await isAnimated(file, type))) return createStillReader(await createBitmap(file, type), type);
   throw new TraceCutError(
     'unsupported',
-    `this browser cannot take the pictures of ${type} apart; convert it to MP4 or WebM, or pass its frames as a list`,
+    `this browser cannot decode animated ${type}; convert it to MP4 or WebM, or pass its frames as a list`,
   );
 }
 

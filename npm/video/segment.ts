@@ -172,8 +172,7 @@ export class VideoSegmentation {
 
   /** Returns the mask of frame `t`, as `VideoResult.labels`, as soon as `collect` has it. */
   labels(t: number): Uint8Array<ArrayBuffer> {
-    if (!this.#collector)
-      throw new TraceCutError('state', 'this video segmentation collects nothing: call collect first');
+    if (!this.#collector) throw new TraceCutError('state', 'labels(t) needs collect(): call it first');
     return this.#collector.labels(t);
   }
 
@@ -359,7 +358,7 @@ const PREVIEW_SIDE = 320;
 
 /**
  * Computes coarse masks of a clip's first frames quickly: frames 0, 2, 4, … 14, from pictures of at most 320 pixels, on one
- * thread. Moving areas are mostly right; small and slow objects may be missing, and the labels differ from those of the
+ * thread. Moving areas are mostly right; small and slow objects may be missing, and the labels differ from the labels of the
  * whole clip. Takes the options of `segmentVideo`, with defaults `step: 2`, `maxFrames: 8`, `threads: 1` and
  * `clip.maxSide: 320`, and rejects in the same cases.
  *

@@ -56,7 +56,7 @@ export async function* videoStrip(
   try {
     const times = await untilAborted(reader.times(), take.signal);
     if (!times)
-      throw new TraceCutError('unsupported', 'a stream or generator of frames has no strip: its length is not known');
+      throw new TraceCutError('unsupported', 'a stream or generator of frames has no strip: its length is unknown');
     const inRange = [...times].filter(
       (time) => time >= take.start - TIME_TOLERANCE_S && time < take.end - TIME_TOLERANCE_S,
     );

@@ -272,9 +272,9 @@ export class Driver {
 }
 
 function createGoneError(name: string) {
-  const reason = 'only those of the last window are there, until the loop is left';
+  const reason = 'only the last window has them, until the loop ends';
   return new TraceCutError(
     'state',
-    `${name} of this window are gone, since the next is computed already (${reason}); a session keeps them`,
+    `${name} of this window are gone: the next one is being computed (${reason}); a session keeps them`,
   );
 }

@@ -152,7 +152,7 @@ function draw(image: CanvasImageSource, width: number, height: number, maxPixels
     throw new TraceCutError('unsupported', 'this engine has no OffscreenCanvas; push {data, width, height}');
   }
   const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
-  if (!context) throw new TraceCutError('unsupported', 'the browser gave no 2d canvas to read the frame with');
+  if (!context) throw new TraceCutError('unsupported', 'the browser cannot create a 2D canvas');
   context.drawImage(image, 0, 0, width, height);
   const pixels = context.getImageData(0, 0, width, height).data;
   return { kind: 'pixels', data: new Uint8Array(pixels.buffer), width, height };

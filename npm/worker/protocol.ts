@@ -16,7 +16,7 @@ import type { Progress } from '../session/engine.js';
 import type { Arguments, RequestName } from '../session/requests.js';
 import type { EnlargeTask } from './decode.js';
 
-/** A message of the page, except `abort`. The arguments of a request are those of its line in `session/requests.ts`. */
+/** A message of the page, except `abort`. The arguments of a request are on its line in `session/requests.ts`. */
 export type Message =
   | { type: 'create'; data: { module: WebAssembly.Module; parameters: Record<string, unknown> } }
   | { type: 'enlarge'; data: EnlargeTask }

@@ -175,7 +175,7 @@ test('pieces and halves of an object become objects, and objects one, by pixels 
   await refused(editor.apart([stroke(4)]), /2\.\.255 strokes/);
   const beside = { t: 0, points: [10, 0], radius: 0.5 };
   await refused(editor.apart([beside, beside]), /on no object/);
-  await refused(editor.together([stroke(4)]), /on one object at most/);
+  await refused(editor.together([stroke(4)]), /fewer than two objects/);
   await refused(editor.merge(3, []), /others/);
   assert.equal(editor.undoable, 3);
 });

@@ -152,7 +152,7 @@ export type Drawable = { image: CanvasImageSource; width: number; height: number
 
 export function getContext2d(canvas: OffscreenCanvas) {
   const context = canvas.getContext('2d', { willReadFrequently: true });
-  if (!context) throw new TraceCutError('unsupported', 'the browser gave no 2d canvas to paint frames on');
+  if (!context) throw new TraceCutError('unsupported', 'the browser cannot create a 2D canvas');
   return context;
 }
 

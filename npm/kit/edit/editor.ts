@@ -177,7 +177,7 @@ export class MaskEditor {
     if (at) toSplit(label, at, this);
     return this.#apply({ kind: 'split', label, at }, async () => {
       if (!at || label === 0)
-        throw new TraceCutError('param', 'only an object can be split, at a place of the piece that is another thing');
+        throw new TraceCutError('param', 'split needs an object and a place on the piece to separate');
       const labels = this.labels(at.t);
       if (labels[Math.round(at.y) * this.width + Math.round(at.x)] !== label)
         throw illegal('param', 'at', at, `a place of object ${label}`);
@@ -195,7 +195,7 @@ export class MaskEditor {
     return this.#apply({ kind: 'apart', strokes: list }, async () => {
       const t = Number(list[0]?.t);
       if (list.some((stroke) => stroke.t !== t))
-        throw new TraceCutError('param', 'the strokes lie in different frames: paint all of them in one');
+        throw new TraceCutError('param', 'the strokes lie in different frames (expected one frame)');
       const { label, regions } = await divideRegions(this.labels(t), list, this, this.#options.decoder);
       return this.#separate(t, label, regions.slice(1));
     });
@@ -213,11 +213,7 @@ export class MaskEditor {
         counts.some((count) => count[label]),
       );
       const [into = 0, ...others] = labels;
-      if (others.length === 0)
-        throw new TraceCutError(
-          'param',
-          'the strokes lie on one object at most: paint over each of those that are one',
-        );
+      if (others.length === 0) throw new TraceCutError('param', 'the strokes lie on fewer than two objects');
       return { table: createTable(into, others) };
     });
   }
@@ -252,8 +248,7 @@ export class MaskEditor {
    */
   async carry(edit: Edit, options: CarryOptions = {}): Promise<CarryRange> {
     const { picture, engine } = this.#options;
-    if (!picture)
-      throw new TraceCutError('state', 'nothing can be carried without pictures: editMasks(masks, {picture})');
+    if (!picture) throw new TraceCutError('state', 'carry needs pictures: editMasks(masks, {picture})');
     return (await loadPart(import('./carry.js'))).carry(this, edit, { ...options, picture }, engine);
   }
 
@@ -266,7 +261,7 @@ export class MaskEditor {
     checkWholeNumber('param', 't', t, 0, this.numFrames - 1);
     checkRuns('region', region, this.width * this.height);
     if (!paint || !this.#applied.includes(edit))
-      throw new TraceCutError('state', 'only a painted edit that is in force can go on in other frames');
+      throw new TraceCutError('state', 'only a painted edit in force can be extended');
     paint.parts.set(t, { region, evidence });
   }
 
@@ -325,7 +320,7 @@ export class MaskEditor {
     const { width, height, numFrames } = this;
     const size = isPlainObject(saved) ? `${saved.width} × ${saved.height} × ${saved.numFrames}` : 'nothing';
     if (size !== `${width} × ${height} × ${numFrames}`)
-      throw new TraceCutError('data', `these edits are of ${size} (expected ${width} × ${height} × ${numFrames})`);
+      throw new TraceCutError('data', `the edits are for ${size} (expected ${width} × ${height} × ${numFrames})`);
     // All is checked before anything is applied: nothing is half restored.
     const trial = new MaskEditor(this.#masks, {});
     for (const edit of checkList('edits', saved.edits as SavedEdit[])) {

@@ -114,10 +114,10 @@ export async function openProject(file: Uint8Array | ArrayBuffer | Blob): Promis
     });
   } catch (cause) {
     if (cause instanceof TraceCutError) throw cause;
-    throw new TraceCutError('data', 'this is no project file, or it is damaged', { cause });
+    throw new TraceCutError('data', 'not a project file, or a damaged one', { cause });
   }
   const { 'project.json': json, 'masks.bin': masks, 'trajectories.bin': tracks } = entries;
-  if (!json || !masks || !tracks) throw new TraceCutError('data', 'this archive is no project file');
+  if (!json || !masks || !tracks) throw new TraceCutError('data', 'the archive is not a project file');
   const { width, height, times, end, shots, edits, about, format } = parseProject(json);
   if (format !== FORMAT) throw illegal('data', 'the format of the project', format, `${FORMAT}`);
   const files = Object.entries(entries).filter(([name]) => name.startsWith(FOLDER));

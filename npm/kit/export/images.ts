@@ -178,7 +178,7 @@ async function* writeArchive(
     if (total + bytes.length > MAX_ARCHIVE_BYTES)
       throw new TraceCutError(
         'unsupported',
-        `the archive would be of more than ${MAX_ARCHIVE_BYTES} bytes after ${t} frames; take a smaller size or fewer frames`,
+        `the archive exceeds ${MAX_ARCHIVE_BYTES} bytes after ${t} frames; use a smaller size or fewer frames`,
       );
     const file = begin(formatPngName(t));
     for (let from = 0; from < bytes.length; from += CHUNK_BYTES) {

@@ -103,7 +103,7 @@ function createNoEncoderError({ format, alpha }: VideoPlan, width: number, heigh
     format === 'mp4' ? "format: 'webm'" : alpha ? "a background colour and format: 'mp4'" : "format: 'mp4'";
   return new TraceCutError(
     'unsupported',
-    `this browser encodes none of ${codecs.join(', ')} for ${FORMAT_NAMES[format]} files of ${width} × ${height} pixels; try ${alternative}, or take PNG files from masksZip`,
+    `this browser encodes none of ${codecs.join(', ')} for ${FORMAT_NAMES[format]} files of ${width} × ${height} pixels; try ${alternative}, or PNG files by masksZip`,
   );
 }
 
@@ -212,7 +212,7 @@ class AlphaEncoder {
   #check() {
     if (!this.#failure) return;
     const reason = this.#failure instanceof Error ? this.#failure.message : String(this.#failure);
-    throw new TraceCutError('unsupported', `the browser's video encoder gave up: ${reason}`, { cause: this.#failure });
+    throw new TraceCutError('unsupported', `the browser's video encoder failed: ${reason}`, { cause: this.#failure });
   }
 }
 
@@ -350,6 +350,6 @@ function createSoundError(codec: string, format: 'webm' | 'mp4') {
   const [name, alternative] = format === 'mp4' ? ['MP4', 'webm'] : ['WebM', 'mp4'];
   return new TraceCutError(
     'unsupported',
-    `sound: ${name} files cannot hold ${codec} as it is, and this browser does not turn it into Opus; try format: '${alternative}', or leave the sound out (soundInfo says which formats can)`,
+    `sound: ${name} files cannot hold ${codec} as it is, and this browser cannot convert it to Opus; try format: '${alternative}', or omit the sound (soundInfo lists the formats)`,
   );
 }

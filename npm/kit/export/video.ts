@@ -118,7 +118,7 @@ export async function encodeVideo(
   if (typeof VideoEncoder === 'undefined' || typeof OffscreenCanvas === 'undefined') {
     throw new TraceCutError(
       'unsupported',
-      'encodeVideo needs WebCodecs and OffscreenCanvas, which this engine does not have; masksZip gives the masks as PNG files',
+      'encodeVideo needs WebCodecs and OffscreenCanvas, which this engine lacks; masksZip saves the masks as PNG files',
     );
   }
   const { onProgress, signal } = options;
