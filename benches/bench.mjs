@@ -1,13 +1,13 @@
 // `npm run bench`: seconds per stage in Node, one thread, wasm with SIMD; peak wasm memory; size of the wasm files.
 // "Dense" is the half from superpixels to masks. Options, after `--`:
 //   --quick          the smallest size only
-//   --clip DIR       the PNG and JPEG files of a folder, in the order of their names, in place of made clips
-//   --frames N       the first of them
-//   --threads N      also runs the package on 1 and on N threads: seconds on the wall and of all processors, least of three;
-//                    what only the session itself can do, stage by stage; and the wall on any number of cores, simulated
-//   --growth         only how the seconds of each stage grow with frames and with pixels, as exponents
+//   --clip DIR       the PNG and JPEG files of a folder, in name order, instead of synthetic clips
+//   --frames N       only the first N of them
+//   --threads N      also runs the package on 1 and on N threads: wall and processor seconds, the minimum of three; the
+//                    serial share of each stage; and simulated wall times on any number of cores
+//   --growth         only the growth of each stage's seconds with frames and with pixels, as exponents
 //   --json FILE      also writes the figures
-//   --compare FILE   also prints the ratio of each stage to what --json wrote there; both want a machine as idle
+//   --compare FILE   also prints each stage's ratio to the figures in a --json file; needs an equally idle machine
 
 import { readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
@@ -35,9 +35,9 @@ const SIZES = [
   [640, 360, 30],
 ];
 const LARGEST = [640, 480, 50];
-/** In a frame of a file. */
-const MOST_PIXELS = 2 ** 26;
-/** Cores that a run is simulated on. */
+/** Maximum number of pixels of a frame of a file. */
+const MAX_PIXELS = 2 ** 26;
+/** Numbers of cores to simulate. */
 const CORES = [1, 2, 4, 8, 16];
 
 const { values: options } = parseArgs({
@@ -93,7 +93,7 @@ for (const name of ['tracecut_bg.wasm', 'decoder_bg.wasm']) {
 if (options.threads) await share(Number(options.threads));
 if (options.json) writeFileSync(options.json, `${JSON.stringify(rows, null, 2)}\n`);
 
-/** Runs one clip in an instance of its own, so that its memory is its own. */
+/** Runs one clip in a new instance, so that its memory can be measured. */
 function measure(clip, width, height, params = {}) {
   const frames = clip.length;
   glue.__wbg_reset_state();
@@ -121,25 +121,25 @@ function measure(clip, width, height, params = {}) {
   return row;
 }
 
-/** The frames of a clip; the generator's memory goes with its instance. */
+/** Returns the frames of a clip; the generator's memory is freed with its instance. */
 function render(width, height, frames) {
   glue.initSync({ module: wasm });
   const scene = new glue.Scene(width, height, frames, 1);
   return Array.from({ length: frames }, (_, t) => scene.frame(t));
 }
 
-/** The frames of a folder, and their size. */
+/** Returns the frames of a folder and their size. */
 async function read(folder, most) {
   const decoder = await import('../dist/decoder.js');
   decoder.initSync({ module: readFileSync(new URL('../dist/decoder_bg.wasm', import.meta.url)) });
   const names = readdirSync(folder).filter((name) => /\.(png|jpe?g)$/i.test(name));
   const decoded = names.sort().slice(0, most);
-  const frames = decoded.map((name) => decoder.decode(readFileSync(join(folder, name)), MOST_PIXELS));
+  const frames = decoded.map((name) => decoder.decode(readFileSync(join(folder, name)), MAX_PIXELS));
   const [, width, height] = frames[0];
   return [frames.map(([data]) => ({ data })), width, height];
 }
 
-/** Seconds on the wall and of all processors, from the first frame to the masks, on one thread and on several. */
+/** Measures wall and processor seconds from the first frame to the masks, on one thread and on several. */
 async function share(threads) {
   const { createSession } = await import('../dist/node.js');
   const [clip, width, height] = options.clip
@@ -148,7 +148,7 @@ async function share(threads) {
   const least = { 1: [Infinity, Infinity], [threads]: [Infinity, Infinity] };
   const cores = Object.fromEntries(CORES.map((count) => [count, Infinity]));
   let serial;
-  // One after the other, so that what else the machine does is shared out.
+  // In turns, so that other load on the machine affects all alike.
   for (let round = 0; round < 3; round += 1) {
     for (const count of [1, threads]) {
       const session = await createSession({ threads: count });
@@ -165,10 +165,10 @@ async function share(threads) {
     if (!serial || alone(found) < alone(serial)) serial = found;
   }
   for (const [count, [seconds, processors]] of Object.entries(least))
-    console.log(`${count} threads: ${seconds.toFixed(2)} s on the wall, ${processors.toFixed(2)} s of all processors`);
+    console.log(`${count} threads: ${seconds.toFixed(2)} s wall, ${processors.toFixed(2)} s of all processors`);
   const ratio = least[threads][0] / least[1][0];
   const simulated = CORES.map((count) => `${count}: ${cores[count].toFixed(2)} s, ${of(cores[count])}`);
-  console.log(`wall: ${ratio.toFixed(3)} of one thread's; simulated on so many cores: ${simulated.join('; ')}`);
+  console.log(`wall: ${ratio.toFixed(3)} of one thread's; simulated by number of cores: ${simulated.join('; ')}`);
   const stages = Object.entries(serial.stages).map(([stage, seconds]) => `${stage} ${of(seconds)}`);
   console.log(`serial: ${of(alone(serial))} of one thread's (${stages.join(', ')}, transfers ${of(serial.transfers)})`);
   rows.push({ width, height, frames: clip.length, threads, wall: least, ratio, simulated: cores, serial });
@@ -178,19 +178,19 @@ async function share(threads) {
   }
 }
 
-/** Seconds in which nobody can help. */
+/** Returns the serial seconds. */
 function alone({ stages, transfers }) {
   return Object.values(stages).reduce((sum, seconds) => sum + seconds, transfers);
 }
 
-/** An instance with a memory of its own. */
+/** Creates an instance with its own memory. */
 function fresh() {
   glue.__wbg_reset_state();
   glue.initSync();
   return glue;
 }
 
-/** Ratios to the figures of an earlier run, stage by stage. */
+/** Prints ratios to the figures of an earlier run, stage by stage. */
 function compare(earlier) {
   for (const row of rows) {
     const same = ({ width, height, frames, seconds }) =>

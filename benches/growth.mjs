@@ -1,4 +1,4 @@
-// How the seconds of a run grow with the frames and with the pixels of a clip.
+// Measures how the seconds of a run grow with the frames and pixels of a clip.
 
 const FRAMES = { size: [480, 270], counts: [20, 40, 80] };
 const PIXELS = {
@@ -37,13 +37,13 @@ export function growth(run) {
   );
 }
 
-/** The least seconds of each stage in some runs. */
+/** Returns the minimum seconds of each stage over some runs. */
 function least(run) {
   const runs = Array.from({ length: ROUNDS }, run);
   return Object.fromEntries(Object.keys(runs[0]).map((stage) => [stage, Math.min(...runs.map((row) => row[stage]))]));
 }
 
-/** The slope of the line through (ln amount, ln seconds) by least squares. */
+/** Returns the slope of the least-squares line through (ln amount, ln seconds). */
 function exponent(points) {
   const logs = points.map(([amount, seconds]) => [Math.log(amount), Math.log(Math.max(seconds, 1e-4))]);
   const mean = (k) => logs.reduce((sum, log) => sum + log[k], 0) / logs.length;

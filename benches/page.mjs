@@ -1,6 +1,6 @@
-// `node benches/page.mjs`: how long the page's own thread is held up. Prints, for reading and running a 4K clip, playing
-// it with three layers, and saving 470 masks and cut-out frames, the longest task of the page's thread and how many there
-// were above 50 ms. The browser tells of none that are shorter. Wants a machine that is idle.
+// `node benches/page.mjs`: how long the page's main thread is blocked. Prints, for reading and running a 4K clip, playing it
+// with three layers, and saving 470 masks and cut-out frames, the longest task of the main thread and the number of tasks
+// above 50 ms. The browser does not report shorter ones. Needs an idle machine.
 
 import { mkdtempSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -11,8 +11,8 @@ import { serve } from '../scripts/serve.mjs';
 
 const CLIP = { width: 3840, height: 2160, frames: 30 };
 const MASKS = { width: 854, height: 480, frames: 470 };
-/** What the page is to stay below, in milliseconds. */
-const BARS = {
+/** Maximum duration of tasks, in milliseconds. */
+const LIMITS_MS = {
   reading: 50,
   running: 100,
   'playing with three layers': 100,
@@ -20,7 +20,7 @@ const BARS = {
   'zipping 470 masks': 50,
   'zipping 40 cut-out frames': 50,
 };
-const PATIENCE_MS = 600_000;
+const TIMEOUT_MS = 600_000;
 
 await build();
 const server = await serve();
@@ -32,7 +32,7 @@ try {
     serviceWorkers: 'block',
   });
   const page = await context.newPage();
-  page.setDefaultTimeout(PATIENCE_MS);
+  page.setDefaultTimeout(TIMEOUT_MS);
   await page.goto(server.url);
   await page.waitForFunction(() => ['done', 'error'].includes(document.body.dataset.state));
   const clip = join(mkdtempSync(join(tmpdir(), 'tracecut-')), 'clip-4k.webm');
@@ -44,12 +44,12 @@ try {
     await page.evaluate(() => globalThis.longTasks.splice(0));
     const begun = performance.now();
     await work();
-    // An observer hears of a task when it is over.
+    // An observer sees a task only after it ends.
     await page.evaluate(() => new Promise((done) => setTimeout(done, 300)));
     const tasks = await page.evaluate(() => globalThis.longTasks.splice(0));
     const longest = Math.round(Math.max(0, ...tasks));
     const shown = longest > 0 ? `${longest} ms` : 'none above 50 ms';
-    figures.push([name, longest <= BARS[name]]);
+    figures.push([name, longest <= LIMITS_MS[name]]);
     console.log(`${name}: ${shown}, ${tasks.length} tasks in ${((performance.now() - begun) / 1000).toFixed(1)} s`);
   };
 
@@ -80,7 +80,7 @@ try {
   await phase('zipping 470 masks', () => page.evaluate(zipMasks, MASKS));
   await phase('zipping 40 cut-out frames', () => page.evaluate(zipCutouts, MASKS));
   const over = figures.filter(([, isBelow]) => !isBelow).map(([name]) => name);
-  console.log(over.length > 0 ? `Above what is wanted: ${over.join(', ')}.` : 'All below what is wanted.');
+  console.log(over.length > 0 ? `Above the limit: ${over.join(', ')}.` : 'All below the limits.');
 } finally {
   await browser.close();
   await server.close();
@@ -94,7 +94,7 @@ function watchTasks() {
   }).observe({ type: 'longtask', buffered: false });
 }
 
-/** Runs in the page: a textured square over a textured ground, as a file. */
+/** Runs in the page: makes a file of a textured square over a textured background. */
 async function makeClip({ width, height, frames }) {
   const library = await import('/model/library.js');
   const texture = (salt, side) => {
@@ -128,7 +128,7 @@ async function makeClip({ width, height, frames }) {
   return url.slice(url.indexOf(',') + 1);
 }
 
-/** Runs in the page: all frames, at the working size. */
+/** Runs in the page: reads all frames at the working size. */
 async function readAll(frames) {
   const library = await import('/model/library.js');
   let count = 0;
@@ -136,7 +136,7 @@ async function readAll(frames) {
   if (count !== frames) throw new Error(`${count} of ${frames} frames`);
 }
 
-/** Runs in the page: an archive of many masks. */
+/** Runs in the page: makes an archive of many masks. */
 async function zipMasks({ width, height, frames }) {
   const library = await import('/model/library.js');
   const labels = (t) => {
@@ -148,7 +148,7 @@ async function zipMasks({ width, height, frames }) {
   if (bytes.length < 1e5) throw new Error(`${bytes.length} bytes`);
 }
 
-/** Runs in the page: an archive of pictures with alpha. */
+/** Runs in the page: makes an archive of pictures with alpha. */
 async function zipCutouts({ width, height }) {
   const library = await import('/model/library.js');
   const numFrames = 40;

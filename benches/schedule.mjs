@@ -1,14 +1,14 @@
-// What a run costs on any number of cores, from what its parts cost on one: every step, piece and transfer is made and
-// timed here, one after the other, and put where the engine and its helpers would have it.
+// Simulates the cost of a run on any number of cores: every step, job and transfer is run and timed here, one after the
+// other, and scheduled as the engine and its helpers would.
 
-/** From a thread to another, in seconds: a message of Node's. */
+/** Time of a Node message from one thread to another, in seconds. */
 const LATENCY = 0.00005;
-/** As the engine has it: most steps, and most seconds, between two looks at what came from helpers. */
+/** As in the engine: maximum steps, and maximum seconds, between two checks for results of helpers. */
 const [SLICE_STEPS, SLICE_SECONDS] = [16, 0.03];
-/** As its pool has it: pieces that a helper has at a time. */
+/** As in its pool: number of jobs that a helper has at a time. */
 const IN_HAND = 2;
 
-/** The result of `work`, and the seconds of the processor that it took. */
+/** Returns the result of `work` and its processor seconds. */
 function timed(work) {
   const before = process.cpuUsage();
   const result = work();
@@ -17,8 +17,8 @@ function timed(work) {
 }
 
 /**
- * What only the session itself can do, stage by stage, and all that anyone can: seconds. Each piece is back before the
- * step that needs it.
+ * Measures the serial seconds of the session, stage by stage, and the seconds of all jobs. Each job is back before the step
+ * that needs it.
  */
 export function shares(glue, clip, width, height) {
   const [session, helper] = [new glue.Session({}), new glue.Session({})];
@@ -35,7 +35,7 @@ export function shares(glue, clip, width, height) {
       found.transfers += given + taken;
     }
     const [progress, seconds] = timed(() => session.step());
-    // What follows the last step of a stage is its own end.
+    // Time after the last step of a stage belongs to the stage.
     stage = progress?.stage ?? stage;
     found.stages[stage] = (found.stages[stage] ?? 0) + seconds;
     if (progress) continue;
@@ -45,7 +45,7 @@ export function shares(glue, clip, width, height) {
   }
 }
 
-/** What the package reads of a session at the end of a run. */
+/** Reads what the package reads from a session at the end of a run. */
 function read(session, frames) {
   const names = ['trajectories', 'clusters', 'thresholdClusters', 'embedding', 'edges', 'saliency', 'components'];
   for (const name of names) session[name]();
@@ -53,7 +53,7 @@ function read(session, frames) {
   for (let t = 0; t < frames; t += 1) labels.push(session.labels(t).slice());
 }
 
-/** Seconds on the wall from the first frame to the result on so many cores. */
+/** Returns the wall seconds from the first frame to the result on a number of cores. */
 export function wall(glue, clip, width, height, cores) {
   const [session, worker] = [new glue.Session({}), new glue.Session({})];
   const helpers = Array.from({ length: cores - 1 }, () => ({ free: 0, hands: [] }));

@@ -1,6 +1,6 @@
 // `npm run soak`: memory over a thousand sessions in one process, a hundred at once, hours of windows, a page left running:
-// each in a process of its own, measured after collecting garbage. `npm run soak -- sessions=200 page=50` runs these
-// two, 200 and 50 times; results go into `docs/reliability.md` with `--write`.
+// each in its own process, measured after collecting garbage. `npm run soak -- sessions=200 page=50` runs only these two,
+// 200 and 50 times; `--write` updates `docs/reliability.md`.
 
 import { spawn } from 'node:child_process';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
@@ -10,8 +10,8 @@ import { build } from '../scripts/build.mjs';
 import { fail, root } from '../scripts/tools.mjs';
 
 /**
- * What came of one part: memory in bytes after a number of them was done, and what one more costs after the warm-up.
- * @typedef {object} Soaked
+ * The result of one part: memory in bytes after a number of repetitions, and the growth per repetition after the warm-up.
+ * @typedef {object} SoakResult
  * @property {string} part
  * @property {string} unit
  * @property {number} count
@@ -21,22 +21,22 @@ import { fail, root } from '../scripts/tools.mjs';
  * @property {{heap: number, rss: number}} slope
  */
 
-/** How many times each is done. */
-const USUALLY = { sessions: 1000, crowd: 20, windows: 12000, page: 2000 };
-/** Bytes that a session or a window may leave behind. */
-const MOST_SLOPE = 1024;
+/** Default number of repetitions. */
+const DEFAULT_COUNTS = { sessions: 1000, crowd: 20, windows: 12000, page: 2000 };
+/** Maximum growth per session or window, in bytes. */
+const MAX_SLOPE = 1024;
 
 const megabytes = (/** @type {number} */ bytes) => (bytes / 1e6).toFixed(1);
 const args = process.argv.slice(2);
 const asked = Object.fromEntries(args.filter((arg) => !arg.startsWith('-')).map((arg) => arg.split('=')));
 
 /**
- * Runs one part to its end.
+ * Runs one part.
  * @param {string} part
  * @param {number} count
- * @returns {Promise<Soaked>}
+ * @returns {Promise<SoakResult>}
  */
-function soaked(part, count) {
+function runPart(part, count) {
   const script = join(root, 'benches', 'soak', part === 'page' ? 'page.mjs' : 'node.mjs');
   return new Promise((done, failed) => {
     const child = spawn(process.execPath, ['--expose-gc', script, String(count), part], {
@@ -50,12 +50,12 @@ function soaked(part, count) {
   });
 }
 
-const chosen = Object.keys(asked).length > 0 ? Object.keys(asked) : Object.keys(USUALLY);
-const unknown = chosen.find((part) => !(part in USUALLY));
-if (unknown) fail(`There is no part "${unknown}" (expected ${Object.keys(USUALLY).join(', ')}).`);
+const chosen = Object.keys(asked).length > 0 ? Object.keys(asked) : Object.keys(DEFAULT_COUNTS);
+const unknown = chosen.find((part) => !(part in DEFAULT_COUNTS));
+if (unknown) fail(`There is no part "${unknown}" (expected ${Object.keys(DEFAULT_COUNTS).join(', ')}).`);
 await build();
 const results = [];
-for (const part of chosen) results.push(await soaked(part, Number(asked[part] ?? USUALLY[part])));
+for (const part of chosen) results.push(await runPart(part, Number(asked[part] ?? DEFAULT_COUNTS[part])));
 mkdirSync(join(root, 'out'), { recursive: true });
 writeFileSync(join(root, 'out', 'soak.json'), JSON.stringify(results, null, 2));
 const text = table(results, { node: process.version, cores: availableParallelism() });
@@ -68,19 +68,19 @@ if (args.includes('--write')) {
     readFileSync(file, 'utf8').replace(place, (_, from, to) => `${from}\n${text}\n${to}`),
   );
 }
-// What a process holds goes up and down by megabytes: only over many does that tell anything.
-const steep = results.filter(({ count, slope: { heap, rss } }) => Math.max(heap, count < 1000 ? 0 : rss) > MOST_SLOPE);
+// The memory of a process fluctuates by megabytes, so slopes mean something only over many repetitions.
+const steep = results.filter(({ count, slope: { heap, rss } }) => Math.max(heap, count < 1000 ? 0 : rss) > MAX_SLOPE);
 if (steep.length > 0) fail(`Memory grows: ${steep.map(({ part }) => part).join(', ')}.`);
 
 /**
- * @param {Soaked[]} results
+ * @param {SoakResult[]} results
  * @param {{node: string, cores: number}} machine
  */
 function table(results, { node, cores }) {
   const lines = [
-    `Node ${node} on ${cores} cores. Heap is \`heapUsed\` + \`external\` after collecting garbage (of the page: scripts and objects of the browser that are`,
-    'alive), RSS what the process holds (of the page: without what it shares); the slope is measured over the second half: the median between any two',
-    'of its points, for each session, window or clip.',
+    `Node ${node} on ${cores} cores. Heap is \`heapUsed\` + \`external\` after garbage collection (for the page: live objects of scripts and browser),`,
+    'RSS the resident memory of the process (for the page: without shared memory). The slope is per session, window or clip: the median between any',
+    'two points of the second half.',
     '',
     '| what | done | heap at first, half, end (MB) | RSS at first, half, end (MB) | slope of heap, RSS (bytes) |',
     '|---|---|---|---|---|',

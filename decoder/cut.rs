@@ -1,4 +1,4 @@
-//! What borders are moved with: colours and the expansion of `src/dense/cut`.
+//! Colour models and alpha-expansion of `src/dense/cut`, for the refinement of borders.
 
 #[path = "../src/dense/cut/colour.rs"]
 mod colour;
@@ -7,5 +7,5 @@ mod expansion;
 #[path = "../src/dense/cut/maxflow.rs"]
 mod maxflow;
 
-pub(crate) use colour::{Colour, Corners, Histogram, UNSEEN};
-pub(crate) use expansion::{Expansion, Potts, rounded};
+pub(crate) use colour::{Colour, Corners, Histogram, UNSEEN_SHARE};
+pub(crate) use expansion::{Expansion, Potts, to_steps};

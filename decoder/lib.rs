@@ -1,11 +1,11 @@
-//! What goes in and comes out as files, for JavaScript: image files to pixels, masks to the size of their pictures, to
-//! run lengths, prompts and a table, strokes to the pixels that they cover; see `npm/worker/decode.ts`, `enlarge.ts` and
+//! File formats for JavaScript: image files to pixels; masks enlarged to the size of their pictures, as run lengths, prompts and a
+//! table; distances of pixels to strokes; see `npm/worker/decode.ts`, `enlarge.ts` and
 //! `regions.ts` of `npm/kit/edit`, and `coco.ts`, `prompts.ts` and `table.ts` of `npm/kit/export`.
 //!
-//! It compiles these files of the library, a tenth of it, and not the library: nobody waits for that twice.
+//! It compiles these files of the library, a tenth of it, which makes a small wasm file.
 
 #![cfg(target_arch = "wasm32")]
-#![allow(dead_code, unused_imports, unreachable_pub, reason = "of the library's files not all is called here")]
+#![allow(dead_code, unused_imports, unreachable_pub, reason = "only parts of the library's files are used here")]
 #![allow(clippy::needless_range_loop, reason = "as in the library")]
 
 mod cut;
@@ -31,10 +31,10 @@ use crate::trajectory::Trajectories;
 use js_sys::{Array, Reflect, Uint8Array};
 use wasm_bindgen::prelude::*;
 
-/// RGBA bytes, width and height of a PNG or JPEG file of at most `max_pixels` pixels.
+/// Returns RGBA bytes, width and height of a PNG or JPEG file of at most `max_pixels` pixels.
 #[wasm_bindgen]
 pub fn decode(bytes: &[u8], max_pixels: usize) -> Result<Array, JsValue> {
-    let frame = Frame::decode_within(bytes, max_pixels).map_err(|error| thrown(&error))?;
+    let frame = Frame::decode_within(bytes, max_pixels).map_err(|error| to_js_error(&error))?;
     let mut rgba = Vec::with_capacity(4 * frame.width() * frame.height());
     for pixel in frame.rgb().chunks_exact(3) {
         rgba.extend_from_slice(&[pixel[0], pixel[1], pixel[2], 255]);
@@ -42,7 +42,8 @@ pub fn decode(bytes: &[u8], max_pixels: usize) -> Result<Array, JsValue> {
     Ok(Array::of3(&Uint8Array::from(rgba.as_slice()).into(), &frame.width().into(), &frame.height().into()))
 }
 
-/// Labels and opacity of a mask at the size of its picture, RGBA bytes. `chosen` holds 1 for each label whose opacity is wanted.
+/// Returns labels and opacity of a mask at the size of its picture, which is RGBA bytes. `chosen` is 1 for each label whose opacity is
+/// computed.
 #[wasm_bindgen]
 pub fn enlarge(
     labels: Vec<u8>,
@@ -52,16 +53,16 @@ pub fn enlarge(
     picture_height: usize,
     chosen: &[u8],
 ) -> Result<Array, JsValue> {
-    let picture = Frame::from_rgba(&rgba, picture_width, picture_height).map_err(|error| thrown(&error))?;
+    let picture = Frame::from_rgba(&rgba, picture_width, picture_height).map_err(|error| to_js_error(&error))?;
     drop(rgba);
     let mask = mask_of(labels, width);
     let enlarged = mask::enlarge(&mask, &picture, |label| chosen.get(usize::from(label)) == Some(&1))
-        .map_err(|error| thrown(&error))?;
+        .map_err(|error| to_js_error(&error))?;
     let bytes = |plane: &Plane<u8>| JsValue::from(Uint8Array::from(plane.data()));
     Ok(Array::of2(&bytes(&enlarged.labels), &bytes(&enlarged.alpha)))
 }
 
-/// The runs of the labels that `chosen` holds 1 for: `[label, area, left, top, width, height, counts]` of each, ascending.
+/// Returns the runs of the labels for which `chosen` is 1: `[label, area, left, top, width, height, counts]` of each, ascending.
 #[wasm_bindgen(js_name = cocoRuns)]
 pub fn coco_runs(labels: Vec<u8>, width: usize, chosen: &[u8]) -> Array {
     let runs = mask::coco_runs(&mask_of(labels, width));
@@ -76,16 +77,16 @@ pub fn coco_runs(labels: Vec<u8>, width: usize, chosen: &[u8]) -> Array {
     runs.iter().filter(|runs| is_chosen(runs.label)).map(entry).collect()
 }
 
-/// The mask that run lengths are of, 0 or 1 for each pixel; `text`, in ASCII, takes the place of `counts`.
+/// Decodes run lengths to a mask of 0 and 1; `text`, in ASCII, is used instead of `counts` if it is not empty.
 #[wasm_bindgen(js_name = cocoMask)]
 pub fn coco_mask(text: &[u8], counts: &[u32], width: usize, height: usize) -> Result<Vec<u8>, JsValue> {
     let read = |text: &[u8]| mask::coco_counts(&String::from_utf8_lossy(text));
     let counts = if text.is_empty() { Ok(counts.to_vec()) } else { read(text) };
     let mask = counts.and_then(|counts| mask::coco_mask(&counts, (width, height)));
-    mask.map(Plane::into_data).map_err(|error| thrown(&error))
+    mask.map(Plane::into_data).map_err(|error| to_js_error(&error))
 }
 
-/// Returns for each pixel of a frame the square of its distance to a stroke's centre line, x0, y0, x1, y1, and so on;
+/// Returns the squared distance of each pixel of a frame to the centre line of a stroke with `points` x0, y0, x1, y1, and so on;
 /// infinite beyond `reach` pixels.
 #[wasm_bindgen(js_name = strokeDistances)]
 pub fn stroke_distances(points: &[f32], reach: f64, width: usize, height: usize) -> Vec<f64> {
@@ -93,11 +94,11 @@ pub fn stroke_distances(points: &[f32], reach: f64, width: usize, height: usize)
     Stroke { t: 0, points, radius: 0.0 }.distances(reach, (width, height), (width, height))
 }
 
-/// Numbers of a row of the objects' table: frame, time, object, left, top, width, height, area, x, y, dx, dy, and how many
-/// trajectories; NaN where there is none.
+/// Numbers of a row of the objects' table: frame, time, object, left, top, width, height, area, x, y, dx, dy and number of
+/// trajectories; missing ones are NaN.
 const COLUMNS: usize = 13;
 
-/// Rows of the objects in frames from `t` on, one after the other: `labels` are theirs, the trajectories in pixels of them.
+/// Returns the rows of the objects in frames from `t` on. `labels` has the masks of these frames; trajectories are in their pixels.
 #[wasm_bindgen(js_name = objectRows)]
 #[allow(clippy::too_many_arguments, reason = "flat arrays are what crosses the boundary cheaply")]
 pub fn object_rows(
@@ -113,7 +114,7 @@ pub fn object_rows(
     let variation = vec![0.0; x.len()];
     let (num_frames, size) = (usize::MAX, (width, height));
     let tracks = Trajectories { num_frames, size, start_frame, offset, x, y, variation };
-    tracks.check().map_err(|error| thrown(&error))?;
+    tracks.check().map_err(|error| to_js_error(&error))?;
     let masks = labels.chunks_exact((width * height).max(1)).map(|labels| mask_of(labels.to_vec(), width));
     let rows = masks.enumerate().flat_map(|(k, mask)| mask::object_rows(&mask, &tracks, t + k));
     Ok(rows.flat_map(|row| numbers(&row)).collect())
@@ -121,67 +122,67 @@ pub fn object_rows(
 
 fn numbers(row: &ObjectRow) -> [f64; COLUMNS] {
     let ObjectRow { corner, size, centroid, .. } = row;
-    let whole = |number: usize| number as f64;
+    let integer = |number: usize| number as f64;
     let (dx, dy) = row.motion.unwrap_or((f64::NAN, f64::NAN));
     [
-        whole(row.frame),
+        integer(row.frame),
         row.time.unwrap_or(f64::NAN),
         f64::from(row.object),
-        whole(corner.0),
-        whole(corner.1),
-        whole(size.0),
-        whole(size.1),
-        whole(row.area),
+        integer(corner.0),
+        integer(corner.1),
+        integer(size.0),
+        integer(size.1),
+        integer(row.area),
         centroid.0,
         centroid.1,
         dx,
         dy,
-        whole(row.trajectories),
+        integer(row.trajectories),
     ]
 }
 
-/// Such rows as a table of comma-separated values.
+/// Formats such rows as comma-separated values.
 #[wasm_bindgen(js_name = objectTable)]
 pub fn object_table(rows: &[f64]) -> String {
-    let known = |number: f64| Some(number).filter(|number| !number.is_nan());
+    let optional = |number: f64| Some(number).filter(|number| !number.is_nan());
     let row = |row: &[f64]| ObjectRow {
         frame: row[0] as usize,
-        time: known(row[1]),
+        time: optional(row[1]),
         object: row[2] as u8,
         corner: (row[3] as usize, row[4] as usize),
         size: (row[5] as usize, row[6] as usize),
         area: row[7] as usize,
         centroid: (row[8], row[9]),
-        motion: known(row[10]).zip(known(row[11])),
+        motion: optional(row[10]).zip(optional(row[11])),
         trajectories: row[12] as usize,
     };
     mask::object_table(&rows.chunks_exact(COLUMNS).map(row).collect::<Vec<_>>())
 }
 
-/// Looks for prompts in masks frame by frame.
+/// Finds prompts in masks frame by frame.
 #[wasm_bindgen]
 #[derive(Debug, Default)]
 pub struct Prompts(mask::Prompts);
 
 #[wasm_bindgen]
 impl Prompts {
-    /// Nothing was looked at yet.
+    /// Starts without masks.
     #[wasm_bindgen(constructor)]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The mask of frame `t`; only the labels that `chosen` holds 1 for count.
+    /// Adds the mask of frame `t`, with the labels for which `chosen` is 1.
     pub fn add(&mut self, t: usize, mut labels: Vec<u8>, width: usize, chosen: &[u8]) {
         let is_chosen = |label: u8| chosen.get(usize::from(label)) == Some(&1);
         labels.iter_mut().filter(|label| !is_chosen(**label)).for_each(|label| *label = 0);
         self.0.add(t, &mask_of(labels, width));
     }
 
-    /// `[object, frame, box, points inside, points outside, run lengths]` of each object; places one after the other.
+    /// Returns `[object, frame, box, points inside, points outside, run lengths]` of each object, with flat lists of coordinates.
     pub fn finish(self) -> Array {
-        let places = |places: &[(usize, usize)]| -> JsValue {
-            places.iter().flat_map(|&(x, y)| [x as u32, y as u32]).collect::<Vec<u32>>().into()
+        let flatten = |points: &[(usize, usize)]| -> JsValue {
+            points.iter().flat_map(|&(x, y)| [x as u32, y as u32]).collect::<Vec<u32>>().into()
         };
         let entry = |prompt: &mask::Prompt| {
             let corners = [(prompt.bounds[0], prompt.bounds[1]), (prompt.bounds[2], prompt.bounds[3])];
@@ -190,9 +191,9 @@ impl Prompts {
             let entry = [
                 prompt.object.into(),
                 prompt.frame.into(),
-                places(&corners),
-                places(&prompt.inside),
-                places(&prompt.outside),
+                flatten(&corners),
+                flatten(&prompt.inside),
+                flatten(&prompt.outside),
                 counts.unwrap_or_default().into(),
             ];
             entry.into_iter().collect::<Array>()
@@ -201,13 +202,13 @@ impl Prompts {
     }
 }
 
-/// `labels` are of `width` columns, a divisor of their number.
+/// Returns a mask of `width` columns, which must divide the number of labels.
 fn mask_of(labels: Vec<u8>, width: usize) -> Plane<u8> {
     let height = labels.len() / width.max(1);
     Plane::from_vec(width, height, labels).unwrap_or_default()
 }
 
-fn thrown(error: &Error) -> JsValue {
+fn to_js_error(error: &Error) -> JsValue {
     let value = js_sys::Error::new(&error.to_string());
     // Setting a property of a fresh, extensible object cannot fail.
     let _ = Reflect::set(&value, &"code".into(), &error.code().into());

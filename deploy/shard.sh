@@ -1,18 +1,18 @@
 #!/usr/bin/env bash
-# Segments one share of a list of clips: every SHARDS-th line, from line SHARD on. Run it once for each share, on as many
-# machines as there are. A share may be run again after anything: it does what is not done.
+# Segments one share of a list of clips: every SHARDS-th line, from line SHARD on. Run it once for each share, on any number
+# of machines. A share can always be run again: it processes only what is missing.
 #
 #   shard.sh LIST OUT [OPTION...]     the options are those of `tracecut segment`
 #
 # SHARD (0 to SHARDS - 1) comes from the environment, else from a Slurm array or an indexed Job of Kubernetes. SHARDS comes
-# from the environment, and is the same in all runs. LIST has one clip on each line; empty lines and lines that begin with #
-# count as lines and are no clips. Line n, counted from 0, goes to OUT/00000n-NAME. Beside it lies, where not all went well,
+# from the environment and must be the same in all runs. LIST has one clip per line; empty lines and lines that begin with #
+# are skipped, but counted. Line n, counted from 0, goes to OUT/00000n-NAME. If something went wrong, beside it is one of
 #
 #   00000n-NAME.failed      the clip cannot be read: the command and its error. Tried again when the clip or the options change
-#   00000n-NAME.truncated   the results end early, since the clip is damaged: the command and its error
+#   00000n-NAME.truncated   the clip is damaged, so its results end early: the command and its error
 #   00000n-NAME.log         the clip failed for a reason that may go away. Tried again in the next run, after all other clips
 #
-# Exit code: 0 if each clip is done, truncated or cannot be read; 1 if another run has something to do; 2 for wrong use;
+# Exit code: 0 if each clip is done, truncated or cannot be read; 1 if clips are left for another run; 2 for wrong use;
 # 130 or 143 if a signal ended it.
 set -uo pipefail
 
@@ -44,12 +44,12 @@ shard=$((10#$shard))
 shards=$((10#$shards))
 ((shard < shards)) || end 2 "SHARD = $shard (expected 0 to $((shards - 1)), as SHARDS = $shards)"
 
-# These may be there in the next run, or on another machine.
+# These may exist in the next run, or on another machine.
 [ -r "$list" ] && [ ! -d "$list" ] || end 1 "the list $list cannot be read"
 command -v tracecut >/dev/null || end 1 'there is no tracecut on the PATH'
 mkdir -p -- "$out" || exit 1
 
-# A signal ends the command, which keeps what it has, and then the share. Bash has its children ignore SIGINT.
+# A signal ends the command, which keeps its finished windows, and then the share. Bash makes its children ignore SIGINT.
 child=
 stop_code=
 stop() {
@@ -59,11 +59,11 @@ stop() {
 trap 'stop 130' INT
 trap 'stop 143' TERM
 
-# segment LOG CLIP PLACE OPTION...: runs the command and waits for its end, also when signals arrive.
+# segment LOG CLIP PLACE OPTION...: runs the command and waits until it ends, even if signals arrive.
 segment() {
   local log=$1 clip=$2 place=$3 code
   shift 3
-  # A path is never an option, nor standard input.
+  # A path must not be taken for an option or standard input.
   case $clip in -*) clip=./$clip ;; esac
   tracecut segment "$clip" --out "$place" --resume --quiet "$@" 2>"$log" &
   child=$!
@@ -72,7 +72,7 @@ segment() {
   while :; do
     wait "$child"
     code=$?
-    # A wait that a signal ended gives a code of its own, and the command goes on.
+    # If a signal interrupted the wait, the code is the signal's and the command is still running.
     if ((code <= 128)) || ! kill -0 "$child" 2>/dev/null; then break; fi
   done
   child=
@@ -86,7 +86,7 @@ place_of() {
   printf '%s/%06d-%s' "$out" "$1" "${name%.*}"
 }
 
-# is_noted NOTE CLIP COMMAND: is true if the note is about this command, and the clip has not changed since.
+# is_noted NOTE CLIP COMMAND: true if the note is about this command and the clip has not changed since.
 is_noted() {
   local noted
   [ -f "$1" ] && [ ! "$2" -nt "$1" ] && IFS= read -r noted <"$1" && [ "$noted" = "$3" ]
@@ -106,7 +106,7 @@ num_truncated=0
 num_unreadable=0
 num_failed=0
 
-# process NUMBER CLIP OPTION...: makes the results of one clip, or a note on why there are none.
+# process NUMBER CLIP OPTION...: writes the results of one clip, or a note on why there are none.
 process() {
   local number=$1 clip=$2 place command code
   shift 2
@@ -130,7 +130,7 @@ process() {
     num_unreadable=$((num_unreadable + 1))
   else
     cat "$place.log" >&2
-    # Options that are wrong for a clip of which nothing is there are wrong for all.
+    # Options that are wrong for a clip without any results are wrong for all.
     if ((code == WRONG_USE)) && [ ! -e "$place" ] && [ ! -e "$place.partial" ]; then
       rm -f "$place.log"
       exit 2
@@ -140,7 +140,7 @@ process() {
   fi
 }
 
-# The numbers of the share's clips. One that failed may take the whole share down again, so it comes last.
+# The numbers of the share's clips. Clips that failed come last, as they may bring the whole share down again.
 clips=()
 fresh=
 failed=
@@ -148,7 +148,7 @@ number=-1
 while IFS= read -r clip || [ -n "$clip" ]; do
   number=$((number + 1))
   ((number % shards == shard)) || continue
-  # Editors on Windows write a mark before the text and a carriage return behind each line.
+  # Windows editors write a byte order mark and carriage returns.
   ((number > 0)) || clip=${clip#$'\xef\xbb\xbf'}
   clip=${clip%$'\r'}
   if [[ $clip =~ ^[[:space:]]*$ || $clip == '#'* ]]; then continue; fi

@@ -1,30 +1,29 @@
-//! The whole method in straight lines, to be read with the paper in one hand: `cargo run --release --example method --
-//! FRAMES`.
+//! The whole method, top to bottom, to read beside the paper: `cargo run --release --example method -- FRAMES`.
 //!
-//! `FRAMES` is a folder of PNG or JPEG files and nothing else, taken in name order. For each frame a line is printed:
-//! its mask as runs of a label and a number of pixels, row by row; 0 is the background. The labels equal those of
-//! [`tracecut::Session`] with default parameters, which does the same step by step, reduces large frames, and takes long
-//! clips window by window.
+//! `FRAMES` is a folder of PNG or JPEG files and nothing else, taken in name order. It prints one line per frame:
+//! the mask as runs of a label and a number of pixels, row by row; 0 is the background. The labels equal those of
+//! [`tracecut::Session`] with default parameters, which does the same step by step, scales large frames down, and
+//! processes long clips window by window.
 
 use std::error::Error;
 use std::{env, fs};
 use tracecut::Params;
 use tracecut::affinity::affinities;
-use tracecut::background::{Background, LabelledTracks};
-use tracecut::camera::{Camera, Travel};
+use tracecut::background::{Background, SegmentedTracks};
+use tracecut::camera::{Camera, ForwardMotion};
 use tracecut::connectedness::{Separation, components, constrain};
 use tracecut::cut::{CutInput, add_appearance, gabriel_cut, paint};
 use tracecut::discontinuity::{discontinuities, neighborhoods};
-use tracecut::discretize::{Known, discretize};
+use tracecut::discretize::{EvidenceInput, discretize};
 use tracecut::embedding::embed;
 use tracecut::flow::{CompactFlow, FlowPyramid, flow_between, local_flow_variation};
 use tracecut::image::{Frame, Plane};
-use tracecut::mask::{Observations, cluster_doubts, judge_clusters, number_objects, refine};
-use tracecut::saliency::{SaliencyMaps, context_saliency, look_up, trajectory_saliency};
+use tracecut::mask::{Observations, classify_clusters, cluster_penalties, number_objects, refine};
+use tracecut::saliency::{SaliencyMaps, context_saliency, sample_map, trajectory_saliency};
 use tracecut::superpixel::superpixels_of;
 use tracecut::trajectory::{Tracker, structure};
 
-/// A label for every pixel of at least two frames of one size.
+/// Returns a label for every pixel of at least two frames of equal size.
 fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut::Error> {
     // Lengths are stated for large frames, counts of trajectories for a grid step of 8 pixels there.
     let (width, height) = (frames[0].width(), frames[0].height());
@@ -37,7 +36,7 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
     let mut flows = Vec::new();
     for pair in frames.windows(2) {
         let structure = structure(&pair[0].luma());
-        let [from, to] = [&pair[0], &pair[1]].map(|frame| FlowPyramid::of_frame(frame, params.flow.max_side));
+        let [from, to] = [&pair[0], &pair[1]].map(|frame| FlowPyramid::from_frame(frame, params.flow.max_side));
         let forward = flow_between(&from, &to, &params.flow).at_size(width, height);
         let backward = flow_between(&to, &from, &params.flow).at_size(width, height);
         let variation = local_flow_variation(&forward);
@@ -58,12 +57,12 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
 
     // 3. Saliency: what the flow around a point does not do, averaged over what is near in the embedding.
     let mut maps = SaliencyMaps::new(&params.saliency);
-    flows.iter().for_each(|flow| maps.look_at(&flow.unpack(1.0, 1.0)));
+    flows.iter().for_each(|flow| maps.add_flow(&flow.unpack(1.0, 1.0)));
     let (mut of_points, mut of_denser) = (vec![-1.0; tracks.x.len()], vec![-1.0; denser.x.len()]);
     for (t, flow) in flows.iter().enumerate() {
         let map = maps.map(t, &flow.unpack(1.0, 1.0));
-        look_up(&map, &tracks, t, &mut of_points);
-        look_up(&map, &denser, t, &mut of_denser);
+        sample_map(&map, &tracks, t, &mut of_points);
+        sample_map(&map, &denser, t, &mut of_denser);
     }
     let alone = trajectory_saliency(&tracks, &of_points);
     let foreground = context_saliency(alone, &v, &d, &params.saliency).foreground;
@@ -78,9 +77,9 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
         d = discontinuities(d.neighborhoods, &v, &params.discontinuity);
     }
 
-    // 2.3 Labels of the trajectories: V is rotated, and what is one thing by all that is known of it is merged.
-    let known = Known::new(&tracks, &d, &params.affinity, Some(&maps), Some(&separation));
-    let clusters = discretize(&v, &known, &params.discretize, seed);
+    // 2.3 Labels of the trajectories: V is rotated, and clusters that are likely one object are merged.
+    let input = EvidenceInput::new(&tracks, &d, &params.affinity, Some(&maps), Some(&separation));
+    let clusters = discretize(&v, &input, &params.discretize, seed);
 
     // 4.1 Superpixels: faces of the constrained Gabriel graph of each frame's contours.
     let superpixels: Vec<_> =
@@ -89,10 +88,10 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
     // Which clusters are objects (not in the paper): where the camera stands still, those that differ from a plate of all
     // frames; elsewhere those that hold little of the frame's border and do not move with the camera, or that no rigid
     // scene explains if it goes forward. The denser trajectories take the labels of the clustered ones around them.
-    let camera = Camera::new(maps.motions(), frames, Travel::of(&tracks));
+    let camera = Camera::new(maps.motions(), frames, ForwardMotion::estimate(&tracks));
     let mut background = Background::new(frames, camera, &denser, params.trajectory.mask_step);
     let observations = Observations {
-        known: &known,
+        clustered: &input,
         denser: &denser,
         saliency: &trajectory_saliency(&denser, &of_denser),
         saliency_threshold: params.saliency.threshold,
@@ -100,27 +99,27 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
         vote_radius: params.vote_radius(),
         spacing: params.trajectory.mask_step,
     };
-    let figure = judge_clusters(&background, &clusters, &observations, &params.background);
-    let objects = number_objects(&tracks, &figure.clusters, &figure.is_object).of_cluster;
+    let classes = classify_clusters(&background, &clusters, &observations, &params.background);
+    let objects = number_objects(&tracks, &classes.clusters, &classes.is_object).of_cluster;
 
     // Evidence for and against objects in each superpixel (not in the paper): its distance from the plate and its flow, or
-    // whether its pixels are found in other frames where the scene has gone, or where the objects have gone.
-    let labelled = LabelledTracks { tracks: &denser, label: &figure.label, is_object: &figure.is_object };
-    background.compare_frames(labelled);
-    let doubts = cluster_doubts(&figure.clusters, &figure.doubts, |_| false);
-    let evidence = background.evidence(&superpixels, &flows, labelled, &doubts, &params.background);
+    // its reprojection errors in other frames by the motion of the scene and by the motion of the objects.
+    let segmented = SegmentedTracks { tracks: &denser, label: &classes.label, is_object: &classes.is_object };
+    background.compute_reprojection_errors(segmented);
+    let penalties = cluster_penalties(&classes.clusters, &classes.penalties, |_| false);
+    let evidence = background.evidence(&superpixels, &flows, segmented, &penalties, &params.background);
 
     // 4.2 The Gabriel cut, from the denser trajectories. It is made again with what objects and the ground near them look
     // like in the cut before (not in the paper).
-    let num_labels = figure.clusters.count.max(1);
+    let num_labels = classes.clusters.count.max(1);
     let cut_with = |evidence: &[f32]| {
-        let LabelledTracks { tracks, label, is_object: objects } = labelled;
+        let SegmentedTracks { tracks, label, is_object: objects } = segmented;
         gabriel_cut(&CutInput { superpixels: &superpixels, tracks, label, num_labels, objects, evidence }, &params.cut)
     };
     let mut cut = cut_with(&evidence).labels;
     for _ in 0..params.cut.appearance_rounds {
         let weight = params.cut.appearance_weight;
-        cut = cut_with(&add_appearance(&evidence, &superpixels, frames, &cut, labelled.is_object, weight)).labels;
+        cut = cut_with(&add_appearance(&evidence, &superpixels, frames, &cut, segmented.is_object, weight)).labels;
     }
 
     // Masks: clusters that are objects, with borders to the pixel (not in the paper).

@@ -1,13 +1,12 @@
 """Sets up an environment, builds the package and runs its tests: ``python python/run_tests.py [arguments of pytest]``.
 
-``--prepare`` makes the environment, ``--build`` the module in it, ``--test`` runs the tests of what was built: without one
-of them, all three.
+``--prepare`` creates the environment, ``--build`` builds the module in it, ``--test`` runs the tests; without an option,
+all three.
 
-``--wheel`` builds the wheel as it would be published instead, installs it into an empty environment and tests it there,
-and what is marked ``wheel``: the notebook and the recipes for other tools, whose packages take long to install, and
-what runs for many seconds.
+``--wheel`` instead builds the wheel for publishing, installs it into an empty environment and tests it there, with the
+tests marked ``wheel``: the notebook, the recipes for other tools, whose packages take long to install, and slow tests.
 
-``--long`` runs what is marked ``long`` instead, with Ray, which it adds to the environment.
+``--long`` instead runs the tests marked ``long``, with Ray, which it adds to the environment.
 """
 
 from __future__ import annotations
@@ -29,52 +28,52 @@ NOTEBOOK = ["matplotlib", "nbclient", "ipykernel"]
 OTHER_TOOLS = ["datumaro", "label-studio-sdk", "fiftyone"]
 RAY = "ray>=2.9"
 NOTHING_TO_RUN = 5
-"""The code of pytest where all that is in a file is left to another run."""
+"""Exit code of pytest if it selects no test of a file."""
 
 
-def run(*command: object, fine: tuple[int, ...] = (0,), **environment: str) -> None:
-    """Runs a command, and ends with its code unless that is fine."""
+def run(*command: object, accepted: tuple[int, ...] = (0,), **environment: str) -> None:
+    """Runs a command, and exits with its code unless that is accepted."""
     print("+", *command, flush=True)
     code = subprocess.run([str(word) for word in command], env={**os.environ, **environment}).returncode
-    if code not in fine:
+    if code not in accepted:
         sys.exit(code)
 
 
 def python_of(folder: Path) -> Path:
-    """The interpreter of an environment, which is made if it is not there."""
+    """Returns the interpreter of an environment, creating it if needed."""
     python = folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     if not python.exists():
-        print(f"+ making the environment {folder}", flush=True)
+        print(f"+ creating the environment {folder}", flush=True)
         venv.create(folder, with_pip=True)
     return python
 
 
 def test(python: Path, arguments: list[str], files: list[Path]) -> None:
-    """Runs these files of tests, unless the arguments name others."""
-    named = any(Path(word.split("::")[0]).exists() for word in arguments)
+    """Runs these test files, unless the arguments name others."""
+    has_files = any(Path(word.split("::")[0]).exists() for word in arguments)
     command = [python, "-m", "pytest", "-c", HERE / "pyproject.toml", "--rootdir", HERE]
-    run(*command, *arguments, *([] if named else files), fine=(0, NOTHING_TO_RUN))
+    run(*command, *arguments, *([] if has_files else files), accepted=(0, NOTHING_TO_RUN))
 
 
 def prepare() -> None:
-    """The environment, which stays; its packages are asked for when this file has changed."""
+    """Creates the permanent environment; installs its packages if the list has changed."""
     python = python_of(VENV)
-    wanted, had = " ".join(TOOLS), VENV / "packages.txt"
-    if not had.exists() or had.read_text() != wanted:
+    packages, installed = " ".join(TOOLS), VENV / "packages.txt"
+    if not installed.exists() or installed.read_text() != packages:
         run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *TOOLS)
-        had.write_text(wanted)
+        installed.write_text(packages)
 
 
 def build() -> None:
-    """The module in the environment: the one that ``TRACECUT_MODULE`` names, which `npm test` has compiled, or a new one."""
+    """Installs the module: the one that `npm test` compiled (``TRACECUT_MODULE``), or a new build."""
     python, manifest = python_of(VENV), ["--manifest-path", HERE / "Cargo.toml"]
     compiled = os.environ.get("TRACECUT_MODULE")
     if not compiled:
         run(python, "-m", "maturin", "develop", "--profile", "dev", *manifest, "--locked", VIRTUAL_ENV=str(VENV))
         return
     shutil.copyfile(compiled, HERE / "package" / "tracecut" / "_tracecut.abi3.so")
-    asked = [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
-    site = Path(subprocess.run(asked, check=True, capture_output=True, text=True).stdout.strip())
+    command = [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
+    site = Path(subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip())
     (site / "tracecut.pth").write_text(f"{HERE / 'package'}\n")
     for old in site.glob("tracecut-*.dist-info"):
         shutil.rmtree(old)
@@ -86,32 +85,32 @@ def build() -> None:
 
 
 def develop(arguments: list[str]) -> None:
-    """The tests in the environment that stays."""
+    """Runs the tests in the permanent environment."""
     test(python_of(VENV), arguments, [HERE / "tests"])
 
 
 def long(arguments: list[str]) -> None:
-    """Runs what takes minutes in the environment that stays."""
+    """Runs the long tests in the permanent environment."""
     run(python_of(VENV), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", RAY)
     test(python_of(VENV), ["-m", "long", *arguments], [HERE / "tests"])
 
 
 def wheel(arguments: list[str]) -> None:
-    """The tests on the wheel, in an environment that has nothing else."""
+    """Runs the tests on the wheel, in an empty environment."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder)
         build = ["-m", "maturin", "build", "--out", out, "--manifest-path", HERE / "Cargo.toml", "--locked"]
         run(python_of(VENV), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", TOOLS[0])
         run(python_of(VENV), *build)
-        (built,) = out.glob("*.whl")
-        print(f"{built.name}: {built.stat().st_size} bytes")
+        (package,) = out.glob("*.whl")
+        print(f"{package.name}: {package.stat().st_size} bytes")
         python = python_of(out / "venv")
-        run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", built)
-        # Nothing but the wheel and NumPy: the ten lines of the README, as they stand there.
+        run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", package)
+        # With only the wheel and NumPy: the code of the READMEs.
         run(python, HERE / "tests" / "readme.py", PYTHONPATH="")
         run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "pytest", "pillow", "pycocotools")
         test(python, ["-m", "not long", *arguments], [HERE / "tests" / name for name in WITHOUT_EXTRAS])
-        run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", f"{built}[video]", *NOTEBOOK)
+        run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", f"{package}[video]", *NOTEBOOK)
         test(python, ["-m", "not long", *arguments], [HERE / "tests" / name for name in WITH_VIDEO_AND_NOTEBOOK])
         run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *OTHER_TOOLS)
         test(python, ["-m", "not long", *arguments], [HERE / "tests" / "test_interchange.py"])

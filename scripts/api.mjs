@@ -1,15 +1,15 @@
 // `npm run api` writes docs/api.txt, the public interface of the Rust library as the crate public-api lists it;
-// `npm run api -- --check` fails where the sources say otherwise, so that no change of it goes unseen.
+// `npm run api -- --check` fails if the sources differ, so that no change goes unnoticed.
 
 import { existsSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { parseArgs } from 'node:util';
 import { ensureOwnTool, ensureRust, fail, output, ownTool, root, run } from './tools.mjs';
 
-/** Most public items: each is a promise. Lower it when there are fewer. */
-const MOST_ITEMS = 266;
+/** Maximum number of public items, as each is a promise. Lower it when there are fewer. */
+const MAX_ITEMS = 266;
 
-/** What counts: all that the documentation has a heading for. Methods that a trait asks for have none. */
+/** The counted items: those with a heading in the documentation. Trait methods have none. */
 const ITEM = /^(?:#\[\w+\] )*pub (?:const |async )*(mod|struct|enum|union|trait|fn|const|static|type|macro) ([\w:]+)/;
 
 const file = join(root, 'docs', 'api.txt');
@@ -19,12 +19,12 @@ await ensureOwnTool('api');
 const json = ['--', '-Z', 'unstable-options', '--output-format', 'json'];
 run('cargo', ['rustdoc', '--quiet', '--locked', '--lib', ...json], { env: { RUSTDOC: ownTool('api') } });
 const { lines, count } = listed(output('api', [join('target', 'doc', 'tracecut.json')]));
-console.log(`${count} public items (at most ${MOST_ITEMS}).`);
-if (count > MOST_ITEMS) fail(`These are ${count - MOST_ITEMS} too many: make what no user needs pub(crate).`);
+console.log(`${count} public items (at most ${MAX_ITEMS}).`);
+if (count > MAX_ITEMS) fail(`These are ${count - MAX_ITEMS} too many: make what no user needs pub(crate).`);
 if (check) compare(existsSync(file) ? readFileSync(file, 'utf8').replaceAll('\r', '').split('\n') : []);
 else writeFileSync(file, `${lines.join('\n')}\n`);
 
-/** The lines of a listing without the methods of traits, each once, and the items: of two names of one type the first. */
+/** Returns the distinct lines of a listing without trait methods, and the items; a type with two names counts once. */
 function listed(listing) {
   const [lines, items] = [new Set(), new Set()];
   let implementing = '';
@@ -38,13 +38,13 @@ function listed(listing) {
   return { lines: [...lines], count: items.size };
 }
 
-/** Ends the script where the listing differs from the sources, with the lines that differ. */
-function compare(before) {
-  const gone = before.filter((line) => line && !lines.includes(line)).map((line) => `- ${line}`);
-  const come = lines.filter((line) => !before.includes(line)).map((line) => `+ ${line}`);
-  if (gone.length + come.length === 0) return;
-  fail(`The public interface differs from docs/api.txt:\n${[...gone, ...come].join('\n')}
-If this is meant: npm run api, and a line in CHANGELOG.md.`);
+/** Ends the script if the listing differs from the sources, and prints the differences. */
+function compare(previous) {
+  const removed = previous.filter((line) => line && !lines.includes(line)).map((line) => `- ${line}`);
+  const added = lines.filter((line) => !previous.includes(line)).map((line) => `+ ${line}`);
+  if (removed.length + added.length === 0) return;
+  fail(`The public interface differs from docs/api.txt:\n${[...removed, ...added].join('\n')}
+If this is intended: npm run api, and a line in CHANGELOG.md.`);
 }
 
 function options() {

@@ -1,7 +1,6 @@
-// `npm run audit`: what is known against the crates and npm packages that the project uses. Licences, bans and sources
-// of crates are judged without a network (deny.toml); advisories are asked for where there is one, and where there is
-// none that is said. `--install` builds cargo-deny first where it is missing (some minutes), `--strict` fails where
-// anything could not be looked at.
+// `npm run audit`: checks the crates and npm packages that the project uses. Licences, bans and sources of crates are
+// checked offline (deny.toml); advisories need a network, and the report says if there is none. `--install` first builds
+// cargo-deny if it is missing (a few minutes), `--strict` fails if anything could not be checked.
 
 import { spawnSync } from 'node:child_process';
 import { pathToFileURL } from 'node:url';
@@ -9,12 +8,12 @@ import { LIBRARIES } from './licences.mjs';
 import { ensureRustTool, environment, fail, hasRustTool, root } from './tools.mjs';
 
 /**
- * What came of one question: `open` is what could not be looked at, and why.
+ * The outcome of one check; `open` means it could not be made, and `words` say why.
  * @typedef {{question: string, state: 'clean' | 'found' | 'open', words: string}} Answer
  */
 
-/** As long as an advisory database or a registry may take to answer. */
-const PATIENCE_MS = 30_000;
+/** Timeout for an advisory database or a registry. */
+const TIMEOUT_MS = 30_000;
 const NO_RETRIES = ['--fetch-retries=0', '--fetch-timeout=15000'];
 const NO_DATABASE = /failed to (fetch|open|load) advisory database|unable to access|failed to clone/i;
 
@@ -45,8 +44,8 @@ function packagesAnswers() {
   const within = packageAnswer(stdout, (name) => LIBRARIES.includes(name));
   return [
     { question: `npm packages within ours (${LIBRARIES})`, ...within },
-    // Tools of the development see our own files alone: told, and no fault.
-    { question: 'npm packages of the development', ...told(packageAnswer(stdout, () => true)) },
+    // Development tools only read our own files: reported, but not a fault.
+    { question: 'npm packages of the development', ...asReport(packageAnswer(stdout, () => true)) },
   ];
 }
 
@@ -67,8 +66,8 @@ export function packageAnswer(json, counts) {
 }
 
 /** @param {Pick<Answer, 'state' | 'words'>} answer */
-function told({ state, words }) {
-  return state === 'found' ? { state: 'clean', words: `(told, no fault)\n${words}` } : { state, words };
+function asReport({ state, words }) {
+  return state === 'found' ? { state: 'clean', words: `(reported, not a fault)\n${words}` } : { state, words };
 }
 
 /** @param {string} json */
@@ -83,7 +82,7 @@ function parsed(json) {
 /** @param {string} command @param {string[]} args */
 function ask(command, args) {
   const shell = process.platform === 'win32';
-  const options = { cwd: root, env: environment(), encoding: 'utf8', timeout: PATIENCE_MS, shell };
+  const options = { cwd: root, env: environment(), encoding: 'utf8', timeout: TIMEOUT_MS, shell };
   return spawnSync(command, args, /** @type {const} */ (options));
 }
 
@@ -94,7 +93,7 @@ function lastLine(said) {
 
 if (import.meta.url === pathToFileURL(process.argv[1] ?? '').href) {
   if (process.argv.includes('--install')) ensureRustTool('cargo-deny');
-  const marks = { clean: 'clean', found: '!!! FOUND', open: '!!! NOT LOOKED AT' };
+  const marks = { clean: 'clean', found: '!!! FOUND', open: '!!! NOT CHECKED' };
   const answers = [...cratesAnswers(), ...packagesAnswers()];
   for (const { question, state, words } of answers) console.log(`${question}: ${marks[state]} ${words}`.trim());
   const bad = process.argv.includes('--strict') ? ['found', 'open'] : ['found'];

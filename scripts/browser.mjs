@@ -4,7 +4,7 @@ import { join } from 'node:path';
 import { chromium } from 'playwright-core';
 import { fail, findProgram, root, run } from './tools.mjs';
 
-// Without windows first: a third less work for the machine.
+// Headless first: a third less work for the machine.
 const names = [
   'chromium-headless-shell',
   'chromium',
@@ -29,13 +29,13 @@ const flags = [
 ];
 
 /**
- * Path of a Chromium: the CHROME environment variable, one on PATH, one in the usual places, or one downloaded earlier.
+ * Returns the path of a Chromium: from the CHROME environment variable, on PATH, in a usual place, or downloaded earlier.
  */
 export function findBrowser() {
   return findProgram(process.env.CHROME, ...names, ...places, chromium.executablePath());
 }
 
-/** As `findBrowser`, but downloads a Chromium when there is none; ends the script when that fails. */
+/** Like `findBrowser`, but downloads a Chromium if there is none; ends the script if that fails. */
 export function ensureBrowser() {
   const found = findBrowser();
   if (found) return found;
@@ -50,18 +50,18 @@ export function ensureBrowser() {
   return findBrowser() ?? fail('The downloaded Chromium cannot be found; name one in the environment variable CHROME.');
 }
 
-const launched = (args = []) => ({ executablePath: ensureBrowser(), headless: true, args: [...flags, ...args] });
+const launchOptions = (args = []) => ({ executablePath: ensureBrowser(), headless: true, args: [...flags, ...args] });
 
-/** Starts a headless Chromium that many processes use, each with pages of its own: a Playwright `BrowserServer`. */
+/** Starts a headless Chromium (a Playwright `BrowserServer`) that processes share, each with its own pages. */
 export function shareBrowser() {
-  return chromium.launchServer(launched());
+  return chromium.launchServer(launchOptions());
 }
 
 /**
- * A headless Chromium with a fresh profile, a Playwright `Browser`: the shared one that `TRACECUT_BROWSER` names, or one of
- * its own where there is none, and where it takes arguments.
+ * Returns a headless Chromium with a fresh profile (a Playwright `Browser`): the shared one that `TRACECUT_BROWSER` names,
+ * or a new one if there is none or arguments are given.
  */
 export function launchBrowser({ args = [] } = {}) {
   const shared = process.env.TRACECUT_BROWSER;
-  return shared && args.length === 0 ? chromium.connect(shared) : chromium.launch(launched(args));
+  return shared && args.length === 0 ? chromium.connect(shared) : chromium.launch(launchOptions(args));
 }

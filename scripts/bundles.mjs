@@ -1,5 +1,5 @@
-// Builds of the package in single files, for tools that carry no other files along: the worker, everything with the wasm
-// inside, and CommonJS for Node.
+// Builds the package as single files, for tools that copy no other files: the worker, everything with the wasm inside, and
+// CommonJS for Node.
 
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
@@ -9,10 +9,10 @@ import { root } from './tools.mjs';
 const dist = join(root, 'dist');
 const entries = join(root, 'scripts', 'bundle');
 
-/** What they are made from besides the built modules. */
+/** Their sources besides the built modules. */
 export const BUNDLE_SOURCES = ['worker.js', 'inline.js'].map((name) => join(entries, name));
 
-/** The entries of the package that have one for `require`: where they lie in `dist`, for Node and for types. */
+/** The entries of the package that `require` can load: their paths in `dist`, for Node and for types. */
 const ENTRIES = {
   index: ['node/index.js', 'index.js'],
   draw: ['draw.js', 'draw.js'],
@@ -36,19 +36,18 @@ export async function buildBundles() {
     entryPoints: [join(entries, 'inline.js')],
     outfile: join(dist, 'inline.js'),
     format: 'esm',
-    // Nothing lies beside this file, and no bundler shall look for it.
+    // There are no files beside this one, and bundlers must not look for any.
     define: { 'import.meta.url': '"inline:"' },
     plugins: [packed],
   });
-  const passedOn = Object.values(ENTRIES).map(([, types]) => `export * from './${types}';\n`);
-  writeFileSync(join(dist, 'inline.d.ts'), passedOn.join(''));
+  const typeExports = Object.values(ENTRIES).map(([, types]) => `export * from './${types}';\n`);
+  writeFileSync(join(dist, 'inline.d.ts'), typeExports.join(''));
   await buildCommonJs(build, common);
 }
 
 /**
- * Node's entries as CommonJS: one file with the code of all, and one for each entry with its names, so that all share one
- * state. The other files lie beside them, as they do beside the modules. Video files are none of Node's, so what reads
- * them stays outside.
+ * Builds Node's entries as CommonJS: one file with all code, and one per entry with its names, so that all share one state.
+ * The other files lie beside them, as beside the modules. Node does not read video files, so that code stays external.
  */
 async function buildCommonJs(build, common) {
   const modules = Object.values(ENTRIES).map(([module]) => module);
@@ -75,7 +74,7 @@ async function buildCommonJs(build, common) {
   }
 }
 
-/** The files that go inside, as text. */
+/** Embeds the files as text. */
 const packed = {
   name: 'packed',
   setup(build) {

@@ -1,10 +1,10 @@
-// `npm run format`: Rust by rustfmt, TypeScript and JavaScript by Prettier. `-- --check` changes nothing and fails at a file that is
-// not formatted.
+// `npm run format`: formats Rust with rustfmt, TypeScript and JavaScript with Prettier. `-- --check` changes nothing and
+// fails if a file is not formatted.
 
 import { parseArgs } from 'node:util';
 import { ensureNodeModules, fail, run } from './tools.mjs';
 
-const hint = 'npm run format puts it right.';
+const hint = 'Run npm run format.';
 const check = options();
 ensureNodeModules();
 run('cargo', ['fmt', '--all', ...(check ? ['--check'] : [])], { hint });
@@ -14,7 +14,7 @@ run(
   { hint },
 );
 
-/** Whether only to look. */
+/** Returns whether to check only. */
 function options() {
   try {
     return parseArgs({ options: { check: { type: 'boolean', default: false } } }).values.check;

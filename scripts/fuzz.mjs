@@ -1,7 +1,7 @@
-// `npm run fuzz -- TARGET|all [RUNS]`: fuzzes with libFuzzer, and says in which targets something was found. What reads
-// files goes with the address sanitizer; whole runs go without it, at twice the speed, unless TRACECUT_SANITIZER=address.
-// Needs the nightly compiler (`rustup toolchain install nightly`); cargo-fuzz is built into .tools when it is missing.
-// What is found lies in fuzz/artifacts, what covers more in fuzz/corpus.
+// `npm run fuzz -- TARGET|all [RUNS]`: fuzzes with libFuzzer, and lists the targets with findings. File readers run with
+// the address sanitizer; whole runs go without it, at twice the speed, unless TRACECUT_SANITIZER=address. Needs the nightly
+// compiler (`rustup toolchain install nightly`); cargo-fuzz is built into .tools if it is missing. Findings are written to
+// fuzz/artifacts, inputs with new coverage to fuzz/corpus.
 
 import { spawnSync } from 'node:child_process';
 import { existsSync, mkdirSync, readFileSync } from 'node:fs';
@@ -12,7 +12,7 @@ const folder = join(root, 'fuzz');
 const source = readFileSync(join(folder, 'fuzz.rs'), 'utf8');
 const targets = [...source.matchAll(/^ +"(\w+)" => /gm)].map(([, name]) => name);
 
-/** How often each is run, and how long its input may be, where that is not 1,000,000 times and 4 KiB. */
+/** Number of runs and maximum length of inputs, where they are not 1,000,000 and 4 KiB. */
 const runsOf = {
   session: 20000,
   corrections: 20000,
@@ -21,7 +21,7 @@ const runsOf = {
   image: 50000,
   outside_tracks: 20000,
 };
-/** Of these the code is ours, which has no `unsafe`; `npm run test:long` runs the native tests with the sanitizer. */
+/** The code of these is ours and has no `unsafe`; `npm run test:long` runs the native tests with the sanitizer. */
 const sanitizerOf = (name) => process.env.TRACECUT_SANITIZER ?? (name in runsOf ? 'none' : 'address');
 const built = (sanitizer) => join(folder, 'target', sanitizer);
 const lengthOf = { image_file: 16384, animation: 8192, y4m: 2048, flo: 1024, setting: 128, bmf: 512 };
@@ -40,10 +40,10 @@ for (const sanitizer of new Set(chosen.map(sanitizerOf)))
   run('cargo', ['+nightly', 'fuzz', 'build', 'fuzz', '--sanitizer', sanitizer, '--target-dir', built(sanitizer)]);
 
 const found = chosen.filter((name) => fuzz(name, Number(runs ?? runsOf[name] ?? 1e6)) !== 0);
-if (found.length > 0) fail(`Something was found by ${found.join(', ')}: see fuzz/artifacts.`);
-console.log(`\nNothing was found by ${chosen.join(', ')}.`);
+if (found.length > 0) fail(`Findings in ${found.join(', ')}: see fuzz/artifacts.`);
+console.log(`\nNo findings in ${chosen.join(', ')}.`);
 
-/** Fuzzes one target; gives the exit code of its program. */
+/** Fuzzes one target and returns the exit code of its program. */
 function fuzz(name, count) {
   for (const part of ['corpus', 'artifacts']) mkdirSync(join(folder, part, name), { recursive: true });
   const binary = join(built(sanitizerOf(name)), 'x86_64-unknown-linux-gnu', 'release', 'fuzz');

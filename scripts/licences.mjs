@@ -1,5 +1,5 @@
-// `npm run licences`: writes the licences of other people's work that the npm package and the Python wheel hold, from
-// cargo-about and from the libraries' own files. A release and a site have them; tests and `npm start` need none.
+// `npm run licences`: writes the licences of third-party code in the npm package and the Python wheel, from cargo-about and
+// from the libraries' own files. Releases and the site include them; tests and `npm start` do not need them.
 
 import { appendFileSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
@@ -7,19 +7,19 @@ import { pathToFileURL } from 'node:url';
 import { ensureRustTool, root, run } from './tools.mjs';
 
 export const LICENCES = 'THIRD-PARTY-LICENSES.txt';
-/** The libraries whose JavaScript the package holds. */
+/** The libraries whose JavaScript is in the package. */
 export const LIBRARIES = ['fflate', 'mediabunny'];
 
 const read = (...path) => readFileSync(join(root, ...path), 'utf8');
 
-/** Writes those of the npm package. Its second wasm file is made of files of the library and needs no other crates. */
+/** Writes the licences of the npm package. Its second wasm file needs no crates that the library does not. */
 export function writeLicences(folder) {
   const file = join(folder, LICENCES);
   writeCrates(file, 'Cargo.toml', ['--features', 'wasm', '--target', 'wasm32-unknown-unknown']);
   for (const name of LIBRARIES) appendFileSync(file, libraryEntry(name));
 }
 
-/** Writes those of a package and the crates that it needs. */
+/** Writes the licences of a package and its crates. */
 function writeCrates(file, manifest, which = []) {
   ensureRustTool('cargo-about');
   run('cargo', ['fetch', '--locked']);

@@ -1,5 +1,5 @@
-// Writes dist/parameters.js and its types from the parameters that the wasm module itself lists and their declarations, so
-// that the option tree of the package is typed, documented and never out of step with Rust.
+// Writes dist/parameters.js and its types from the parameters that the wasm module lists and their declarations, so that the
+// option tree of the package is typed, documented and always in step with Rust.
 
 import { readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
@@ -8,7 +8,7 @@ import { fail, root } from './tools.mjs';
 
 const types = { number: 'number', integer: 'number', boolean: 'boolean' };
 
-/** The Rust files that parameters are declared in. */
+/** The Rust files that declare parameters. */
 export function parameterSources() {
   return readdirSync(join(root, 'src'), { recursive: true })
     .filter((name) => name.endsWith('.rs'))
@@ -17,8 +17,8 @@ export function parameterSources() {
 }
 
 /**
- * Writes `parameters.js` and `parameters.d.ts` into `dist`: names, ranges and defaults as the wasm module there has them,
- * which is made without descriptions, and these from the declarations in Rust.
+ * Writes `parameters.js` and `parameters.d.ts` into `dist`: names, ranges and defaults from the wasm module, which has no
+ * descriptions, and the descriptions from the declarations in Rust.
  */
 export async function writeParameters(dist) {
   const glue = await import(`${pathToFileURL(join(dist, 'tracecut.js')).href}?${Date.now()}`);
@@ -44,7 +44,7 @@ export async function writeParameters(dist) {
   writeFileSync(join(dist, 'parameters.d.ts'), declarations(list));
 }
 
-/** The description of each parameter by its name, from `params!` and `tree!`: the comment above its field. */
+/** Returns the description of each parameter by name: the comment above its field in `params!` or `tree!`. */
 function readDocs() {
   const text = parameterSources()
     .map((file) => readFileSync(file, 'utf8'))
@@ -61,12 +61,12 @@ function readDocs() {
   return docs;
 }
 
-/** A parameter without the names of its properties, which would be there a hundred times. */
+/** Returns a parameter without its property names, which would be repeated a hundred times. */
 function row({ name, doc, kind, min, max, default: value, expert, choices }) {
   return [name, doc.replace(/\s*\n\s*/g, ' '), kind, min, max, value, Number(expert), ...(choices ? [choices] : [])];
 }
 
-/** A parameter with its default as options have it: true or false, or the name of a choice. */
+/** Returns a parameter with its default in the form of an option: true or false, or the name of a choice. */
 function plain({ choices, ...parameter }) {
   if (parameter.kind === 'boolean') return { ...parameter, min: 0, max: 1, default: parameter.default !== 0 };
   if (parameter.kind === 'choice') return { ...parameter, default: choices[parameter.default], choices };

@@ -1,7 +1,7 @@
 // `npm run release -- --dry-run`: builds the crate and the npm package as they would be published, checks both, and
-// lists what is in them. Nothing is published and nothing is tagged: a person tags, and .github/workflows/release.yml
-// runs `--publish` at the tag, where the registry can be told by whom and from what the package was built (provenance).
-// Without an option this only says how.
+// lists their files. Nothing is published or tagged: a person tags, and .github/workflows/release.yml runs `--publish` at
+// the tag, where the registry can verify who built the package and from what (provenance). Without an option, this prints
+// the steps.
 
 import { mkdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
@@ -12,7 +12,7 @@ import { LICENCES, writeLicences } from './licences.mjs';
 import { checkSizes, packed } from './size.mjs';
 import { ensureNodeModules, fail, output, root, run } from './tools.mjs';
 
-/** Where each file that names the version names it; of the changelog, the newest version with a date. */
+/** The version in each file that has one; in the changelog, the newest version with a date. */
 const VERSIONS = {
   'Cargo.toml': /^version = "([^"]+)"$/m,
   'cli/Cargo.toml': /^version = "([^"]+)"$/m,
@@ -22,16 +22,16 @@ const VERSIONS = {
   'CHANGELOG.md': /^## \[(\d[^\]]*)\] - \d{4}-\d\d-\d\d$/m,
   'CITATION.cff': /^version: (\S+)$/m,
 };
-/** Where the two files that have it name the day of the release. */
+/** The date of the release in the two files that have it. */
 const DATES = {
   'CHANGELOG.md': /^## \[\d[^\]]*\] - (\d{4}-\d\d-\d\d)$/m,
   'CITATION.cff': /^date-released: (\S+)$/m,
 };
-/** Where the packages are made. */
+/** The folder for the packages. */
 const packages = join(root, 'target', 'package');
 
 /**
- * The version, and in words where the files disagree or name none.
+ * Returns the version, and a message for each file that disagrees or has none.
  * @param {(file: string) => string} read a file's text
  * @returns {{version: string | undefined, faults: string[]}}
  */
@@ -50,7 +50,7 @@ function disagreement(what, found) {
   return [`The ${what}s differ: ${found.map(([file, value]) => `${value} in ${file}`).join(', ')}.`];
 }
 
-/** What the changelog says of a version, without its heading; empty when it says nothing. */
+/** Returns the changelog's text on a version, without its heading; empty if there is none. */
 export function notesOf(changelog, version) {
   const sections = changelog.replaceAll('\r', '').split(/^(?=## |\[[^\]]+\]: )/m);
   const section = sections.find((text) => text.startsWith(`## [${version}]`)) ?? '';
@@ -59,15 +59,15 @@ export function notesOf(changelog, version) {
 
 const tagOf = (version) => `v${version}`;
 
-/** What a person types to publish a version: the tag makes the workflow publish it. */
+/** Returns the commands that a person runs to publish a version: the tag starts the workflow. */
 function byHand(version) {
   const tag = tagOf(version);
   return ['npm run release -- --dry-run', `git tag --annotate ${tag} --message ${tag}`, `git push origin ${tag}`];
 }
 
 /**
- * What keeps a package from being published with provenance from here, in words: the registry takes the word of a build
- * service that signs for the commit, so it has to be one, at the tag of this very version.
+ * Lists what prevents publishing with provenance from here: the registry trusts a build service that signs for the commit,
+ * so this must be one, at the tag of this version.
  * @param {string} version
  * @param {Record<string, string | undefined>} env
  * @param {any} manifest of the package
@@ -90,28 +90,28 @@ function checkVersion() {
   const { version, faults } = versionOf((file) => readFileSync(join(root, file), 'utf8'));
   if (faults.length > 0) fail(faults.join('\n'));
   if (!notesOf(readFileSync(join(root, 'CHANGELOG.md'), 'utf8'), version))
-    fail(`CHANGELOG.md says nothing of ${version}.`);
+    fail(`CHANGELOG.md has no entry for ${version}.`);
   return version;
 }
 
 function checkTree() {
   const changed = output('git', ['status', '--porcelain']);
-  if (changed === null) fail('This is no git repository.');
+  if (changed === null) fail('This is not a git repository.');
   if (changed) fail(`Commit these first:\n${changed}`);
 }
 
 function checkTag(version) {
-  if (output('git', ['tag', '--list', tagOf(version)])) fail(`The tag ${tagOf(version)} is there already.`);
+  if (output('git', ['tag', '--list', tagOf(version)])) fail(`The tag ${tagOf(version)} already exists.`);
 }
 
-/** Packs the crates, builds them from what was packed, and has cargo say that it would publish the library. */
+/** Packs the crates, builds them from the packed files, and does a dry run of publishing the library. */
 function packCrates() {
   run('cargo', ['package', '--locked', '--package', 'tracecut', '--package', 'tracecut-cli']);
   run('cargo', ['publish', '--locked', '--package', 'tracecut', '--dry-run', '--no-verify']);
   run('cargo', ['package', '--locked', '--package', 'tracecut', '--list']);
 }
 
-/** Builds and packs the npm package, and has both linters look at the very file. @returns {Promise<string>} the file */
+/** Builds and packs the npm package, and runs both linters on the file. @returns {Promise<string>} the file */
 async function packNpm(version) {
   await build();
   writeLicences(join(root, 'dist'));
@@ -127,13 +127,13 @@ async function packNpm(version) {
   return tarball;
 }
 
-/** Which of the files that a package must not go without are not among these. */
+/** Returns the required files of a package that are not among these. */
 export function absent(paths) {
   const needed = ['LICENSE-MIT', 'LICENSE-APACHE', 'README.md', `dist/${LICENCES}`];
   return needed.filter((path) => !paths.includes(path));
 }
 
-/** Makes both packages and checks them. */
+/** Builds both packages and checks them. */
 async function check() {
   ensureNodeModules();
   const version = checkVersion();
@@ -146,13 +146,13 @@ async function check() {
 async function dryRun() {
   checkTag(checkVersion());
   const { version, tarball } = await check();
-  // npm lists what is in the file and looks at the manifest as it does when it publishes; here nobody signs.
+  // npm lists the files and checks the manifest as for publishing; nothing is signed here.
   run('npm', ['publish', tarball, '--no-provenance', '--access', 'public', '--dry-run', '--ignore-scripts']);
   console.log(`\n${tarball} and the crates are in order; nothing was published. To publish them:`);
   console.log(byHand(version).slice(1).join('\n'));
 }
 
-/** Publishes the files that were checked; only in the workflow. */
+/** Publishes the checked files; only in the workflow. */
 async function publish() {
   const manifest = JSON.parse(readFileSync(join(root, 'package.json'), 'utf8'));
   const faults = obstacles(checkVersion(), process.env, manifest);

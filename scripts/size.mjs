@@ -1,5 +1,4 @@
-// `npm run size`: what each entry of the built package weighs, and the most that it may. The tests and the release hold
-// it to that.
+// `npm run size`: the size of each entry of the built package, and its limit. The tests and the release enforce the limits.
 
 import { readFileSync } from 'node:fs';
 import { basename, join, relative } from 'node:path';
@@ -8,26 +7,25 @@ import { gzipSync } from 'node:zlib';
 import { fail, output, root } from './tools.mjs';
 
 /**
- * Most bytes, minified and zipped, of what a page loads first and in its worker, and of what it loads when that is
- * first needed.
+ * Maximum bytes, minified and zipped, of what a page loads first and in its worker, and of what it loads on demand.
  */
 export const MOST_ZIPPED = {
   'index.js': 56 * 1024,
   'worker.js': 10.25 * 1024,
   'vendor/media.js': 150 * 1024,
   'vendor/zip.js': 8 * 1024,
-  // All of it, as it is.
+  // The whole file.
   'worker.bundle.js': 18 * 1024,
   'inline.js': 745 * 1024,
 };
 
 /**
- * Most bytes of the zipped wasm files: the first is what every visitor of a page has to fetch, the second what those
- * fetch besides who push PNG or JPEG files, enlarge masks, or want run lengths or a table of them.
+ * Maximum bytes of the zipped wasm files: every visitor of a page fetches the first; pushing PNG or JPEG files, enlarging
+ * masks, run lengths and tables also need the second.
  */
 export const MOST_WASM = { 'tracecut_bg.wasm': 358.5 * 1024, 'decoder_bg.wasm': 153.5 * 1024 };
 
-/** Most bytes of the builds in one file, and of the package when it is installed without them. */
+/** Maximum bytes of the single-file builds, and of the installed package without them. */
 export const MOST_OF_FILES = { 'inline.js': 1438 * 1024, 'worker.bundle.js': 50.5 * 1024, 'node/all.cjs': 228 * 1024 };
 export const MOST_UNPACKED = 2.8 * 1024 * 1024;
 
@@ -36,8 +34,8 @@ export const MOST_UNPACKED = 2.8 * 1024 * 1024;
  * @property {string} name of a file of `dist/`, or of the package
  * @property {number} unpacked as it is installed, with all that it imports statically
  * @property {number} [minified] the same as a bundler makes it
- * @property {number} [zipped] that, file by file as a host sends it; of the package all of it, as npm sends it
- * @property {number} most of what is limited
+ * @property {number} [zipped] the same, zipped file by file as a host sends it; for the package, the whole as npm sends it
+ * @property {number} most the limit
  * @property {boolean} fits
  */
 
@@ -51,7 +49,7 @@ export async function sizes(published = packed()) {
   return [...entries, ...files, ...sizesOfPackage(published)];
 }
 
-/** The builds in one file as they are, then the package without them. */
+/** Returns the sizes of the single-file builds, then of the package without them. */
 function sizesOfPackage({ unpackedSize, size: zipped, files }) {
   const single = Object.entries(MOST_OF_FILES).map(([name, most]) => {
     const unpacked = files.find(({ path }) => path === `dist/${name}`)?.size ?? Infinity;
@@ -62,7 +60,7 @@ function sizesOfPackage({ unpackedSize, size: zipped, files }) {
   return [...single, { name: 'package, without these', unpacked: rest, zipped, most, fits: rest <= most }];
 }
 
-/** A module of dist/ with all that it imports statically. */
+/** Measures a module of dist/ with everything it imports statically. */
 async function sizeOfEntry(name, most) {
   const { metafile, outputFiles } = await bundled(name);
   const chunks = new Set([`out/${basename(name)}`]);
@@ -105,7 +103,7 @@ function sizeOfFile(name, most) {
   return { name, unpacked: bytes.length, zipped, most, fits: zipped <= most };
 }
 
-/** What npm would publish: its files with their sizes, and the sums. */
+/** Returns what npm would publish: the files with their sizes, and the sums. */
 export function packed(...args) {
   const text = output('npm', ['pack', '--json', '--ignore-scripts', ...(args.length > 0 ? args : ['--dry-run'])]);
   if (text === null) fail('npm pack failed.');
@@ -114,13 +112,13 @@ export function packed(...args) {
 }
 
 const zip = (bytes) => gzipSync(bytes, { level: 9 }).length;
-const sum = (numbers) => numbers.reduce((total, one) => total + one, 0);
+const sum = (numbers) => numbers.reduce((total, value) => total + value, 0);
 
-/** Prints the table and ends the script where something is too large. */
+/** Prints the table, and ends the script if something is too large. */
 export async function checkSizes() {
   const rows = await sizes();
   console.table(rows);
-  console.log('Bytes; of the last rows the unpacked ones are limited, of all others the zipped ones.');
+  console.log('Bytes. The limit is on unpacked bytes in the last rows, on zipped bytes in all others.');
   const large = rows.filter(({ fits }) => !fits).map(({ name }) => name);
   if (large.length > 0) fail(`Too large: ${large.join(', ')}.`);
 }

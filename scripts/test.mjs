@@ -1,8 +1,8 @@
-// `npm test`: the tests of every change. Sets up what is missing first, then runs files of tests side by side.
+// `npm test`: the tests for every change. Sets up what is missing first, then runs test files in parallel.
 //
 //   npm test [-- PART ...] [--slowest N]     parts: rust, wasm, node, browser, python
-//   npm run test:fast [PATTERN]                             what an edit most likely breaks, or the files that match
-//   npm run test:long [PART ...]                            what is too slow for every time
+//   npm run test:fast [PATTERN]                             the tests an edit most likely breaks, or the files that match
+//   npm run test:long [PART ...]                            the slow tests
 
 import { availableParallelism } from 'node:os';
 import { parseArgs } from 'node:util';
@@ -17,19 +17,19 @@ ensureNodeModules();
 ensureRust();
 const cores = availableParallelism();
 const tasks = chosenTasks();
-if (tasks.length === 0) fail(`No file of tests matches ${words.join(' ')}.`);
-plan();
+if (tasks.length === 0) fail(`No test file matches ${words.join(' ')}.`);
+printPlan();
 const closeBrowser = await useOneBrowser(tasks);
-const begun = Date.now();
+const start = Date.now();
 const outcomes = await runAll(tasks, cores);
 await closeBrowser();
 report();
 
 /**
- * Starts one browser and one server of each sample where a task wants them; the tests find them by the environment (tests/site.mjs).
+ * Starts one browser and one server per sample if a task needs them; tests find them by the environment (tests/site.mjs).
  *
  * @param {import('./test/pool.mjs').Task[]} tasks
- * @returns {Promise<() => Promise<void>>} ends them
+ * @returns {Promise<() => Promise<void>>} stops them
  */
 async function useOneBrowser(tasks) {
   if (!tasks.some(({ part }) => part === 'browser')) return async () => {};
@@ -39,7 +39,7 @@ async function useOneBrowser(tasks) {
   const browser = await shareBrowser();
   process.env.TRACECUT_BROWSER = browser.wsEndpoint();
   let sites;
-  // The site is written of the package, which is built by the time that the first of these starts.
+  // The site is written from the package, which is built before the first of these starts.
   for (const task of tasks.filter(({ part }) => part === 'browser')) {
     const { start } = task;
     task.start = async () => {
@@ -81,8 +81,8 @@ function chosenTasks() {
   return tasksOf(words.length > 0 ? words : Object.keys(PARTS));
 }
 
-/** Says what will be done. */
-function plan() {
+/** Prints the plan. */
+function printPlan() {
   const parts = new Map();
   for (const { part } of tasks) parts.set(part, (parts.get(part) ?? 0) + 1);
   const list = [...parts].map(([part, number]) => (part === 'build' ? `${number} builds` : `${number} of ${part}`));
@@ -96,13 +96,13 @@ function report() {
   if (failed.length > 0) console.log(`\nFAILED:\n${failed.map(({ task }) => `  ${task.name}`).join('\n')}`);
   const missed = Math.max(sum('failed'), failed.length);
   console.log(
-    `\nIn ${clock(Date.now() - begun)} minutes:\n${sum('passed')} passed, ${missed} failed, ${sum('skipped')} skipped`,
+    `\nIn ${clock(Date.now() - start)} minutes:\n${sum('passed')} passed, ${missed} failed, ${sum('skipped')} skipped`,
   );
   if (failed.length > 0) process.exit(1);
 }
 
-/** The slowest tasks, as a table. */
-function slowest(most) {
-  const sorted = [...outcomes].sort((a, b) => b.seconds - a.seconds).slice(0, most);
+/** Returns the slowest tasks as a table. */
+function slowest(count) {
+  const sorted = [...outcomes].sort((a, b) => b.seconds - a.seconds).slice(0, count);
   return sorted.map(({ task, seconds }) => `${seconds.toFixed(1).padStart(7)} s  ${task.name}`).join('\n');
 }

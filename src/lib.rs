@@ -1,29 +1,29 @@
 //! TraceCut finds the moving objects in a video, without a trained model and without a click.
 //!
-//! In: the frames of a clip. Out: for every pixel of every frame a label, 0 for the background or the number of an
-//! object, the same number for the same object in all frames. The method comes from Fragkiadaki, Zhang and Shi,
-//! *Video Segmentation by Tracing Discontinuities in a Trajectory Embedding* (CVPR 2012), all of it; where something
-//! measured better, it stands beside the paper's and can be turned off ([`Params::paper`]).
+//! In: the frames of a clip. Out: a label for every pixel of every frame, 0 for the background or the number of an object,
+//! which is the same in all frames. The library implements the whole method of Fragkiadaki, Zhang and Shi, *Video
+//! Segmentation by Tracing Discontinuities in a Trajectory Embedding* (CVPR 2012), plus changes that scored better and can
+//! be turned off ([`Params::paper`]).
 //!
 //! # The idea
 //!
-//! Two frames say little about what belongs together: a walker's leg on the ground moves as the street does. Over a
-//! whole clip it does not. So points are followed as long as they can be seen, and two of these trajectories are as
-//! alike as their motions are *at the moment when they differ most*. Who is alike makes a graph; its leading
-//! eigenvectors give each trajectory a place in a space where things that move as one lie together.
+//! Two frames are not enough to separate objects: a walker's leg on the ground moves as the street does. Over a whole clip
+//! it does not. So points are tracked as long as they are visible, and the affinity of two trajectories depends on their
+//! motions *in the frame where they differ most*. The affinities form a graph; its leading eigenvectors embed trajectories in
+//! a space where points of one rigid motion lie close together.
 //!
-//! Clusters in that space break smooth things, such as a body that bends. The paper looks at its *discontinuities*
-//! instead: between neighbours in the image, how far does the affinity fall below what is usual around them? Clusters
-//! are merged wherever no such border runs between them. Where pieces of salient motion are seen apart in some frames,
-//! they stay apart in all.
+//! Clustering in this space splits non-rigid objects, such as a body that bends. The paper uses *discontinuities* of the
+//! embedding instead: edges between neighbours in the image whose affinity is far below the usual affinity around them.
+//! Clusters are merged if no such border lies between them. Connected components of salient motion that are separate in some
+//! frames stay separate in all.
 //!
-//! Trajectories are points; masks need every pixel. Frames are divided into superpixels along their contours, gaps in
-//! these bridged by Gabriel edges, and a cut through the superpixels of the whole clip gives each the label that its
-//! trajectories, its neighbours and its successors in time ask for.
+//! Trajectories are points; masks need every pixel. Frames are divided into superpixels along their contours, whose gaps are
+//! bridged by Gabriel edges. A graph cut labels the superpixels of the whole clip by their trajectories, their neighbours and
+//! their successors in time.
 //!
 //! # How to use it
 //!
-//! [`Session`] runs all of it; [`Session::step`] does so in small pieces, for progress bars and for stopping.
+//! [`Session`] runs the whole method; [`Session::step`] runs it in small steps, for progress bars and cancelling.
 //!
 //! ```
 //! use tracecut::synth::Scene;
@@ -40,14 +40,14 @@
 //! # Ok::<(), tracecut::Error>(())
 //! ```
 //!
-//! Every number that can be chosen is a field of [`Params`], with its meaning, range and source.
+//! Every parameter is a field of [`Params`], with its meaning, range and source.
 //!
 //! # The stages
 //!
-//! Each stage is a module with an essay, its parameters, and one verb or a few that can be called without a session:
-//! plain data in, plain data out. They stand in the order in which they run.
+//! Each stage is a module with a description of the method, parameters, and functions that can be called without a session:
+//! plain data in, plain data out. Stages are listed in the order in which they run.
 //!
-//! | stage | module | verb | paper | in → out |
+//! | stage | module | function | paper | in → out |
 //! |---|---|---|---|---|
 //! | flow | [`flow`] | [`flow_between`](flow::flow_between) | | two frames → [`FlowField`](flow::FlowField) |
 //! | trajectories | [`trajectory`] | [`Tracker`](trajectory::Tracker) | 2.1 | flow of all pairs → [`Trajectories`](trajectory::Trajectories) |
@@ -55,20 +55,19 @@
 //! | embedding | [`embedding`] | [`embed`](embedding::embed) | 2.1 | A → [`Embedding`](embedding::Embedding) V, Λ |
 //! | discontinuities | [`discontinuity`] | [`discontinuities`](discontinuity::discontinuities) | 2.2 | trajectories, embedding → [`Discontinuities`](discontinuity::Discontinuities) d |
 //! | saliency | [`saliency`] | [`SaliencyMaps`](saliency::SaliencyMaps), [`context_saliency`](saliency::context_saliency) | 3 | flow, embedding → [`Saliency`](saliency::Saliency) |
-//! | connectedness | [`connectedness`] | [`components`](connectedness::components), [`constrain`](connectedness::constrain) | 3 | foreground, A → A without what it keeps apart |
+//! | connectedness | [`connectedness`] | [`components`](connectedness::components), [`constrain`](connectedness::constrain) | 3 | foreground, A → A without affinities between separate components |
 //! | clusters | [`discretize`] | [`discretize`](discretize::discretize) | 2.3 | embedding, d → [`Clusters`](discretize::Clusters) |
 //! | superpixels | [`contour`], [`superpixel`] | [`boundary_map`](contour::boundary_map), [`gabriel_superpixels`](superpixel::gabriel_superpixels) | 4.1 | a frame → [`Superpixels`](superpixel::Superpixels) |
-//! | objects | [`background`], [`mask`] | [`Background`](background::Background), [`judge_clusters`](mask::judge_clusters) | | frames, flow, labelled trajectories → which clusters are objects, evidence for each superpixel |
+//! | objects | [`background`], [`mask`] | [`Background`](background::Background), [`classify_clusters`](mask::classify_clusters) | | frames, flow, labelled trajectories → which clusters are objects, evidence for each superpixel |
 //! | cut | [`cut`] | [`gabriel_cut`](cut::gabriel_cut) | 4.2 | superpixels, labelled trajectories, evidence → [`CutLabels`](cut::CutLabels) |
 //! | masks | [`mask`] | [`refine`](mask::refine) | | cut, frames → a mask for each frame |
 //!
-//! Beside them: [`still`] finds discontinuities in single images; [`correction`] says what the user wants otherwise;
-//! [`synth`] makes clips whose masks and flow are known; [`image`], [`sparse`] and [`params`] are what all of these are
-//! made of.
+//! Further modules: [`still`] finds discontinuities in single images; [`correction`] has the user's corrections; [`synth`]
+//! renders clips with known masks and flow; [`image`], [`sparse`] and [`params`] are shared by all of these.
 //!
-//! The whole method in straight lines, with the sections of the paper beside them, is in `examples/method.rs`.
+//! `examples/method.rs` has the whole method from top to bottom, with the sections of the paper.
 //!
-//! Results are the same bytes for the same frames, parameters and target, on any number of threads. The library has no
+//! Results are the same bytes for the same frames, parameters and target, on any number of threads. The library uses no
 //! clock, opens no files and keeps no global state; it starts threads only in [`Session::run_on`].
 
 mod base;
@@ -85,7 +84,7 @@ pub mod tracks;
 #[cfg(all(target_arch = "wasm32", feature = "wasm"))]
 pub mod wasm;
 
-// Folders are for readers: from outside, and in paths here, a room has no folder. The rooms of `session` are its own.
+// Paths leave the folders out, inside and outside the crate, except in `session`.
 use base::{delaunay, error, grid, order};
 pub use base::{image, params, sparse};
 #[doc(hidden)]
@@ -94,13 +93,13 @@ pub use dense::{contour, cut, superpixel};
 pub use figure::{background, connectedness, discretize, saliency};
 #[doc(hidden)]
 pub use figure::{camera, evidence};
-use figure::{judge, objects};
+use figure::{classify, objects};
 pub use motion::{affinity, discontinuity, embedding, flow, trajectory};
 
 pub use error::Error;
 #[cfg(not(target_arch = "wasm32"))]
 pub use session::{Checkpoint, Window, Windows};
-pub use session::{Explanation, Params, Progress, Session, Source, Stage, Step};
+pub use session::{Explanation, LabelSource, Params, Progress, Session, Stage, Step};
 
 /// The README's Rust, tested with the examples in comments.
 #[cfg(doctest)]

@@ -7,12 +7,11 @@
 //! x y frame                   followed by each of its points
 //! ```
 //!
-//! Labels count from 0 without a gap. Frames count from 0 and follow one another within a track. Coordinates are
-//! pixels, pixel centres at integers; evaluators round them to the nearest pixel, halves upwards.
+//! Labels count from 0 without a gap. Frames count from 0 and are consecutive within a track. Coordinates are pixels, pixel
+//! centres at integers; evaluators round them to the nearest pixel, halves upwards.
 //!
-//! Coordinates are written with three decimals. The nearest 32-bit number to such a decimal lies on the same side of
-//! `.5` as the decimal itself for all coordinates up to the largest image side, so programs that read 32-bit and 64-bit
-//! numbers round to the same pixel.
+//! Coordinates are written with three decimals. Up to the largest image side, the nearest 32-bit number to such a decimal is
+//! on the same side of `.5` as the decimal, so programs that read 32-bit and 64-bit numbers round to the same pixel.
 
 use crate::Error;
 use crate::discretize::Clusters;
@@ -20,10 +19,10 @@ use crate::trajectory::Trajectories;
 use std::fmt::Write;
 use std::str::FromStr;
 
-/// The text of `tracks.dat` for `tracks`, whose trajectory `i` has the label `clusters.label[i]`.
+/// Formats `tracks.dat` for `tracks`, whose trajectory `i` has the label `clusters.label[i]`.
 ///
 /// # Errors
-/// [`Error::Data`] when there is not one label for each trajectory, or a label below `clusters.count` is never used.
+/// [`Error::Data`] if trajectories and labels differ in number, or a label below `clusters.count` is unused.
 pub fn write(tracks: &Trajectories, clusters: &Clusters) -> Result<String, Error> {
     check_labels(tracks.len(), clusters)?;
     let mut text = String::with_capacity(24 * tracks.x.len() + 12 * tracks.len() + 24);
@@ -41,12 +40,12 @@ pub fn write(tracks: &Trajectories, clusters: &Clusters) -> Result<String, Error
     Ok(text)
 }
 
-/// Reads the text of a `tracks.dat`. The image size is not in the file: `size` of the result is `(0, 0)`.
+/// Parses the text of a `tracks.dat`. The file has no image size: `size` of the result is `(0, 0)`.
 ///
 /// # Errors
-/// [`Error::Data`] naming the line, what stands there and what should.
+/// [`Error::Data`] with the line, its content and the expected content.
 pub fn parse(text: &str) -> Result<(Trajectories, Clusters), Error> {
-    let mut lines = Lines { lines: text.lines(), number: 0 };
+    let mut lines = LineReader { lines: text.lines(), number: 0 };
     let num_frames: u32 = lines.next_with("the number of frames")?.number("the number of frames")?;
     let count: usize = lines.next_with("the number of tracks")?.number("the number of tracks")?;
     let mut tracks = Trajectories::empty(num_frames as usize, (0, 0));
@@ -60,13 +59,13 @@ pub fn parse(text: &str) -> Result<(Trajectories, Clusters), Error> {
     Ok((tracks, clusters))
 }
 
-/// Reads one track into `tracks` and gives its label.
-fn read_track(lines: &mut Lines<'_>, tracks: &mut Trajectories) -> Result<u32, Error> {
-    let mut head = lines.next_with("a track's label and number of points")?;
-    let label = head.number("a label")?;
-    let points: usize = head.number("the number of points")?;
+/// Reads one track into `tracks` and returns its label.
+fn read_track(lines: &mut LineReader<'_>, tracks: &mut Trajectories) -> Result<u32, Error> {
+    let mut header = lines.next_with("a track's label and number of points")?;
+    let label = header.number("a label")?;
+    let points: usize = header.number("the number of points")?;
     if points == 0 {
-        return Err(head.error("0", "at least 1 point"));
+        return Err(header.error("0", "at least 1 point"));
     }
     let mut start = 0;
     let mut positions = Vec::new();
@@ -105,31 +104,32 @@ fn check_labels(num_tracks: usize, clusters: &Clusters) -> Result<(), Error> {
             clusters.count - 1
         ));
     }
-    let mut used = vec![false; clusters.count];
+    let mut is_used = vec![false; clusters.count];
     for &label in &clusters.label {
-        match used.get_mut(label as usize) {
-            Some(seen) => *seen = true,
+        match is_used.get_mut(label as usize) {
+            Some(is_used) => *is_used = true,
             None => return breach(format!("label {label} (expected 0..{})", clusters.count)),
         }
     }
-    match used.iter().position(|&seen| !seen) {
+    match is_used.iter().position(|&is_used| !is_used) {
         Some(label) => breach(format!("no track has label {label} (expected labels from 0 without a gap)")),
         None => Ok(()),
     }
 }
 
-/// The lines of a text with something on them, and where we are.
-struct Lines<'a> {
+/// Reads the lines of a text that are not blank, and counts them.
+struct LineReader<'a> {
     lines: std::str::Lines<'a>,
     number: usize,
 }
 
-impl<'a> Lines<'a> {
+impl<'a> LineReader<'a> {
+    /// Returns the next line, which should contain `expected`.
     fn next_with(&mut self, expected: &str) -> Result<Line<'a>, Error> {
         for text in self.lines.by_ref() {
             self.number += 1;
             if !text.trim().is_empty() {
-                return Ok(Line { words: text.split_whitespace(), number: self.number });
+                return Ok(Line { fields: text.split_whitespace(), number: self.number });
             }
         }
         Err(Error::Data { reason: format!("track file ends after line {} (expected {expected})", self.number) })
@@ -146,20 +146,20 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// The words of one line.
+/// The fields of one line.
 struct Line<'a> {
-    words: std::str::SplitWhitespace<'a>,
+    fields: std::str::SplitWhitespace<'a>,
     number: usize,
 }
 
 impl Line<'_> {
     fn number<T: FromStr>(&mut self, expected: &str) -> Result<T, Error> {
-        let word = self.words.next().unwrap_or("");
-        word.parse().map_err(|_| self.error(&format!("\"{word}\""), expected))
+        let field = self.fields.next().unwrap_or("");
+        field.parse().map_err(|_| self.error(&format!("\"{field}\""), expected))
     }
 
-    fn error(&self, found: &str, expected: &str) -> Error {
-        Error::Data { reason: format!("line {} of the track file: {found} (expected {expected})", self.number) }
+    fn error(&self, actual: &str, expected: &str) -> Error {
+        Error::Data { reason: format!("line {} of the track file: {actual} (expected {expected})", self.number) }
     }
 }
 

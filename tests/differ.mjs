@@ -1,4 +1,4 @@
-// Random sessions by several builds: the native one writes down what goes in and what came out, others do it again.
+// Compares random sessions between builds: the native one records inputs and results, others repeat them.
 
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';

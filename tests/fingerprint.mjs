@@ -1,4 +1,4 @@
-// Results as short texts, to compare: two runs, Node and browsers, wasm and native code. Runs in Node and in pages.
+// Short texts of results, to compare two runs, Node and browsers, wasm and native code. Runs in Node and in pages.
 
 /** Everything of a result that must not differ between two runs, as one text. */
 export function fingerprint(result) {

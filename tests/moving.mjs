@@ -1,4 +1,4 @@
-// Frames that are made on the spot, for tests in the browser and in Node.
+// Synthetic frames for tests in the browser and in Node.
 
 /** A frame of one colour, or of what `color(x, y)` says. */
 export function plainFrame(width, height, color = () => [0, 0, 0]) {

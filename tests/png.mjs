@@ -1,4 +1,4 @@
-// PNG files made on the spot, for the tests of the package and of the page.
+// Writes PNG files for the tests of the package and of the page.
 
 import { deflateSync, inflateSync } from 'node:zlib';
 

@@ -1,10 +1,10 @@
-// The code of README.md, docs/guide.md and docs/tasks.md, which is tested as it stands.
+// Extracts the code of README.md, docs/guide.md and docs/tasks.md, which is tested unchanged.
 
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { root } from '../scripts/tools.mjs';
 
-/** Blocks of JavaScript by the heading above them; two below one heading are told apart by a number. */
+/** Returns blocks of JavaScript by the heading above them; several below one heading are numbered. */
 export function codeOf(file) {
   const text = readFileSync(join(root, file), 'utf8').replaceAll('\r', '');
   const found = new Map();
@@ -19,7 +19,7 @@ export function codeOf(file) {
   return found;
 }
 
-/** The blocks of README.md and of docs/guide.md, which goes on from it. */
+/** The blocks of README.md and of docs/guide.md, which continues it. */
 export const readmeCode = () => new Map([...codeOf('README.md'), ...codeOf('docs/guide.md')]);
 
 /** Where each block of docs/tasks.md is run; those for Node in this order. */
@@ -27,14 +27,14 @@ export const TASKS = {
   node: [
     'The motion between two pictures',
     'Points followed through a clip',
-    "Masks from trajectories of one's own",
-    'Why a pixel has its label, and how sure that is',
+    'Masks from your own tracker',
+    'Why a pixel has its label, and how confident it is',
     'Where each object is, how large, how fast',
     'Many single pictures',
     'Video files in Node',
     'Several clips in one stream',
     'Uncompressed video from a stream',
-    'A server that answers meanwhile',
+    'A server that stays responsive',
   ],
   browser: ['Effects: blurred, dimmed or other backgrounds'],
 };

@@ -1,5 +1,5 @@
-// Stories of the JavaScript interface: random calls of sessions, videos and engines, with aborts, closes, errors and wrong
-// inputs in between, and a model that knows which answers are legal. Runs in Node and in pages; a number names a story.
+// Random stories of the JavaScript interface: calls of sessions, videos and engines, with aborts, closes, errors and wrong
+// inputs in between, and a model of the valid answers. Runs in Node and in pages; a number names a story.
 
 import { fingerprint } from './fingerprint.mjs';
 
@@ -30,7 +30,7 @@ function dice(seed) {
 
 /**
  * What all stories need: the frames, and what plain runs of some of them give.
- * @param {typeof import('./whole.mjs')} api
+ * @param {typeof import('./entries.mjs')} api
  * @param {import('../dist/index.js').SessionOptions} [options] where the engine runs
  */
 export async function prepare(api, options = {}) {

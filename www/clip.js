@@ -1,31 +1,31 @@
-// A clip as frames on canvases: of a video, of the images of a sequence, or the sample that the package draws.
+// A clip as frames on canvases: from a video, an image sequence, or the synthetic sample.
 
 import { synthClip, videoFrames, videoInfo } from 'tracecut';
 
-/** The sample: segmented in seconds, and large enough to look at. */
+/** The sample: large enough to look at, and segmented in seconds. */
 export const SAMPLE = { width: 480, height: 270, frames: 24, seed: 0 };
 const SAMPLE_FRAMES_PER_SECOND = 15;
 
-/** What is taken of a file: from `start` in seconds every `step`-th frame, `size` is the long side in pixels. */
-export const DEFAULT_TAKE = { start: 0, maxFrames: 30, step: 1, size: 480 };
+/** The frames used of a file: every `step`-th one from `start` in seconds, scaled to a long side of `size` pixels. */
+export const DEFAULT_SELECTION = { start: 0, maxFrames: 30, step: 1, size: 480 };
 
-/** Cache in which the page leaves the clip that it has; see `studio/view/panels/lab.ts`. */
-const HANDED_OVER = 'tracecut-lab';
+/** Cache in which the studio stores its clip for the lab. */
+const STUDIO_CLIP_CACHE = 'tracecut-lab';
 
-/** One clip. `decode` decodes each frame once, in order, and keeps it. */
+/** One clip. `decode` decodes each frame once, in order, and stores it. */
 export class Clip {
-  /** @type {{canvas: OffscreenCanvas, time: number}[]} The frames so far, with the second at which each is shown. */
+  /** @type {{canvas: OffscreenCanvas, time: number}[]} The frames decoded so far, with their times in seconds. */
   frames = [];
   isDecoded = false;
-  /** Number of frames of the whole file, null if not known. */
+  /** Number of frames of the whole file, null if unknown. */
   total = null;
-  /** What is wrong with the file if it is damaged after some good frames, else empty. */
+  /** Describes the damage of a file that is damaged after some good frames, else empty. */
   damage = '';
 
   /** @param {File[]} files one video, or the images of a sequence; none for the sample */
-  constructor(files, take = DEFAULT_TAKE) {
+  constructor(files, selection = DEFAULT_SELECTION) {
     this.files = files;
-    this.take = take;
+    this.selection = selection;
   }
 
   get name() {
@@ -33,13 +33,13 @@ export class Clip {
     return this.files[0].name + (this.files.length > 1 ? ` and ${this.files.length - 1} more` : '');
   }
 
-  /** Milliseconds for which a frame is shown, on average. */
+  /** Returns the mean duration of a frame in milliseconds. */
   get frameDuration() {
     const { frames } = this;
     return frames.length > 1 ? (1000 * (frames.at(-1).time - frames[0].time)) / (frames.length - 1) : 1000;
   }
 
-  /** Yields the frames; those that are decoded already come at once. @param {AbortSignal} signal */
+  /** Yields the frames; decoded frames come at once. @param {AbortSignal} signal */
   async *decode(signal) {
     if (this.isDecoded) return yield* this.frames;
     const frames = (this.frames = []);
@@ -55,10 +55,10 @@ export class Clip {
 
   async *#read(signal) {
     const source = this.files.length > 1 ? this.files : this.files[0];
-    const { start, ...take } = this.take;
+    const { start, ...options } = this.selection;
     this.total = this.files.length > 1 ? this.files.length : await countFrames(source);
     const onDamage = ({ error }) => void (this.damage = error.message);
-    yield* videoFrames(source, { ...take, start: start > 0 ? start : undefined, signal, onDamage });
+    yield* videoFrames(source, { ...options, start: start > 0 ? start : undefined, signal, onDamage });
   }
 }
 
@@ -75,10 +75,10 @@ async function countFrames(file) {
   return info?.numFrames ?? null;
 }
 
-/** Fetches the files that the page handed over, and the second to start at; no files if there are none. */
-export async function fetchHandedOver() {
+/** Fetches the studio's clip: its files, and the start in seconds. Returns no files if there is none. */
+export async function fetchStudioClip() {
   try {
-    const cache = await caches.open(HANDED_OVER);
+    const cache = await caches.open(STUDIO_CLIP_CACHE);
     const responses = await Promise.all((await cache.keys()).map((key) => cache.match(key)));
     return { files: await Promise.all(responses.map(toFile)), start: Number(responses[0].headers.get('x-start')) };
   } catch {

@@ -1,7 +1,7 @@
-// Builds elements without markup in strings and inline styles, which the page's policy forbids.
+// Builds elements without markup strings or inline styles, which the content security policy forbids.
 
 /**
- * Creates an element. Properties are attributes; functions are listeners by the event's name, `false` leaves one out.
+ * Creates an element. Properties become attributes, functions listeners for the event of that name; `false` omits one.
  * @template {keyof HTMLElementTagNameMap} K
  * @param {K} tag
  * @param {Record<string, any>} [properties]
@@ -20,7 +20,7 @@ export function h(tag, properties = {}, ...children) {
 /** Finds an element of index.html. @param {string} id @returns {any} */
 export const byId = (id) => document.getElementById(id);
 
-/** Formats a number the English way, with some digits after the point. */
+/** Formats a number in English with `digits` decimals. */
 export function number(value, digits = 0) {
   return value.toLocaleString('en', { minimumFractionDigits: digits, maximumFractionDigits: digits });
 }

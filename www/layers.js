@@ -1,5 +1,5 @@
-// Draws over a frame what each stage has found. Each layer: ways to draw it (modes), the maps that it needs beside the
-// result, how it is drawn, a legend of its colours, and a line of figures.
+// Draws the output of each stage over a frame. Each layer has drawing modes, loads the maps it needs besides the result,
+// draws them, and describes them by a legend and a line of figures.
 
 import { drawLabels, parameters } from 'tracecut';
 import { CUT_RED, EDGE_STYLES, drawBoundaries, drawCells, drawDiscontinuities, drawFlow } from 'tracecut/draw';
@@ -10,12 +10,12 @@ import { number } from './dom.js';
 /** @typedef {import('tracecut').Result} Result */
 
 /**
- * What is drawn: frame `t` of a run, in one of the layer's modes. `unit` is one pixel of the canvas, in pixels of the
- * frame.
+ * The input of a drawing: frame `t` of a run, in one of the layer's modes. `unit` is the size of a canvas pixel in frame
+ * pixels.
  * @typedef {{run: import('./run.js').Run, result: Result, t: number, image: OffscreenCanvas, mode: string, unit: number}} View
  */
 
-/** Colours and what they mean. @typedef {[colors: string[], text: string][]} Legend */
+/** Colours with their meaning. @typedef {[colors: string[], text: string][]} Legend */
 
 /**
  * @typedef {object} Layer
@@ -32,13 +32,13 @@ const GREY = '#8d9199';
 const MAP_OPACITY = 0.85;
 const DIM_OPACITY = 0.45;
 
-/** Share of steps that are slower than what gets full colour. */
+/** Quantile of the step lengths that gets full colour. */
 const FAST_QUANTILE = 0.95;
 
-/** Share of trajectories at either end of an eigenvector's range that are left out of it. */
+/** Share of trajectories clipped at either end of an eigenvector's range. */
 const OUTLIER_SHARE = 0.02;
 
-/** Entries of a legend, at most. */
+/** Maximum number of entries in a legend. */
 const MAX_ENTRIES = 12;
 
 const DEFAULT_THRESHOLD = parameters().find(({ name }) => name === 'discontinuity.threshold').default;
@@ -60,7 +60,7 @@ export const LAYERS = {
     legend: motionLegend,
     facts(_, { u, v }) {
       const speeds = u.map((value, p) => Math.hypot(value, v[p])).sort();
-      return `${number(speeds[speeds.length >> 1], 1)} pixels per frame in the median, ${number(speeds.at(-1), 1)} at most.`;
+      return `${number(speeds[speeds.length >> 1], 1)} pixels per frame (median), ${number(speeds.at(-1), 1)} at most.`;
     },
   },
 
@@ -75,7 +75,7 @@ export const LAYERS = {
     facts({ result, t }) {
       const { count, x } = result.trajectories;
       const mean = number(x.length / Math.max(1, count), 1);
-      return `${number(aliveIn(result, t).length)} in this frame, ${number(count)} in all; their mean length is ${mean} frames.`;
+      return `${number(aliveIn(result, t).length)} in this frame, ${number(count)} in total, ${mean} frames long on average.`;
     },
   },
 
@@ -90,15 +90,20 @@ export const LAYERS = {
       const color = (i) => (columns[1] ? hex(columns.map((column) => 255 * column[i])) : valueColor(columns[0][i]));
       drawCells(context, result, t, { color });
     },
-    legend: ({ mode }) => (mode.includes(',') ? [[[], 'Like colours: like motion.']] : [[heatColors(), 'low to high']]),
+    legend: ({ mode }) =>
+      mode.includes(',') ? [[[], 'Similar colours mean similar motion.']] : [[heatColors(), 'low to high']],
     facts({ result }) {
       const { dimensions, eigenvalues } = result.embedding;
-      return `${dimensions} eigenvectors; their eigenvalues go from ${number(eigenvalues[0], 3)} to ${number(eigenvalues[dimensions - 1], 3)}.`;
+      return `${dimensions} eigenvectors with eigenvalues from ${number(eigenvalues[0], 3)} to ${number(eigenvalues[dimensions - 1], 3)}.`;
     },
   },
 
   discontinuities: {
-    modes: { threshold: 'Above the threshold', strength: 'All, by strength', segments: 'What they part (Figure 1c)' },
+    modes: {
+      threshold: 'Above the threshold',
+      strength: 'All, by strength',
+      segments: 'Segments they separate (Figure 1c)',
+    },
     draw(context, { run, result, t, mode }) {
       dim(context, result);
       if (mode === 'segments')
@@ -109,8 +114,8 @@ export const LAYERS = {
       }
     },
     legend({ run, mode }) {
-      if (mode === 'segments') return [[[0, 1, 2].map(objectColor), 'a colour for each segment']];
-      if (mode === 'strength') return [[[CUT_RED], 'd: the larger, the wider']];
+      if (mode === 'segments') return [[[0, 1, 2].map(objectColor), 'one colour per segment']];
+      if (mode === 'strength') return [[[CUT_RED], 'd, by line width']];
       return [
         [[CUT_RED], `d above ${thresholdOf(run)}`],
         [['#ffffff'], 'other neighbours'],
@@ -136,8 +141,9 @@ export const LAYERS = {
       const { inContext, ofPoints, foreground } = result.saliency;
       if (mode === 'foreground' || mode === 'components') {
         dim(context, result);
-        const own = mode === 'components' ? (i) => componentColor(result, i, t) : () => CUT_RED;
-        return drawTrajectories(context, result, t, { shape: 'disc', color: (i) => (foreground[i] ? own(i) : GREY) });
+        const foregroundColor = mode === 'components' ? (i) => componentColor(result, i, t) : () => CUT_RED;
+        const color = (i) => (foreground[i] ? foregroundColor(i) : GREY);
+        return drawTrajectories(context, result, t, { shape: 'disc', color });
       }
       context.globalAlpha *= MAP_OPACITY;
       if (map) return drawSaliency(context, map);
@@ -147,7 +153,7 @@ export const LAYERS = {
     legend({ mode }) {
       if (mode === 'foreground') return [[[CUT_RED], 'foreground'], ...GREY_IS_BACKGROUND];
       if (mode !== 'components') return [[heatColors(), '0 to 1']];
-      const component = [[1, 2, 3].map(objectColor), 'a colour for each component'];
+      const component = [[1, 2, 3].map(objectColor), 'one colour per component'];
       return /** @type {Legend} */ ([component, [[CUT_RED], 'too small'], ...GREY_IS_BACKGROUND]);
     },
     facts({ result, t }) {
@@ -164,18 +170,18 @@ export const LAYERS = {
       drawTrajectories(context, result, t, { color: mode });
     },
     legend({ result: { clusters }, mode }) {
-      const all =
+      const labels =
         mode === 'object' && clusters.object ? [...new Set(clusters.object)] : [...Array(clusters.count).keys()];
       const name = (label) => (mode === 'object' ? nameOf(label) : `Cluster ${label}`);
-      const labels = all.sort((a, b) => a - b).slice(0, MAX_ENTRIES);
-      const more = all.length - labels.length;
-      const rest = /** @type {Legend} */ (more > 0 ? [[[], `and ${more} more`]] : []);
-      return [...labels.map((label) => /** @type {Legend[0]} */ ([[objectColor(label)], name(label)])), ...rest];
+      const listed = labels.sort((a, b) => a - b).slice(0, MAX_ENTRIES);
+      const entries = listed.map((label) => /** @type {Legend[0]} */ ([[objectColor(label)], name(label)]));
+      const omitted = labels.length - listed.length;
+      return omitted > 0 ? [...entries, [[], `and ${omitted} more`]] : entries;
     },
     facts({ result: { clusters, objects } }) {
       if (!objects) return `${clusters.count} clusters.`;
       const background = clusters.object.filter((label) => label === 0).length;
-      return `${clusters.count} clusters: ${background} of the background, ${clusters.count - background} of ${objects.length} objects.`;
+      return `${clusters.count} clusters: ${background} background, ${clusters.count - background} in ${objects.length} objects.`;
     },
   },
 
@@ -201,15 +207,15 @@ export const LAYERS = {
     modes: {
       gabriel: 'Gabriel graph (Figure 8b)',
       delaunay: 'Delaunay triangulation (Figure 8a)',
-      mean: 'Superpixels in their mean colours',
+      mean: 'Superpixels in mean colours',
       random: 'Superpixels in random colours',
     },
     load: ({ run, t }) => run.ask('superpixels', t),
-    draw(context, { image, mode, unit }, found) {
-      if (mode === 'mean' || mode === 'random') return drawSuperpixels(context, found, { fill: mode, image });
+    draw(context, { image, mode, unit }, superpixels) {
+      if (mode === 'mean' || mode === 'random') return drawSuperpixels(context, superpixels, { fill: mode, image });
       dim(context, image);
       const deleted = mode === 'delaunay';
-      drawSuperpixels(context, found, { fill: 'none', borders: false, edges: true, deleted, width: 3 * unit });
+      drawSuperpixels(context, superpixels, { fill: 'none', borders: false, edges: true, deleted, width: 3 * unit });
     },
     legend({ mode }) {
       if (mode === 'mean' || mode === 'random') return [];
@@ -220,8 +226,8 @@ export const LAYERS = {
       return mode === 'delaunay' ? [...kept, [['#c8c8c8'], 'deleted edge']] : kept;
     },
     facts(_, { count, edges: { kind } }) {
-      const ofKind = (name) => number(kind.filter((one) => one === EdgeKind[name]).length);
-      return `${number(count)} superpixels in this frame. Edges: ${ofKind('Constraint')} contour, ${ofKind('Gabriel')} Gabriel, ${ofKind('Deleted')} deleted.`;
+      const numEdges = (name) => number(kind.filter((value) => value === EdgeKind[name]).length);
+      return `${number(count)} superpixels in this frame. Edges: ${numEdges('Constraint')} contour, ${numEdges('Gabriel')} Gabriel, ${numEdges('Deleted')} deleted.`;
     },
   },
 
@@ -238,7 +244,7 @@ export const LAYERS = {
       if (superpixels) drawSuperpixels(context, superpixels, { fill: 'none' });
     },
     legend({ result, mode }, { confidence }) {
-      if (mode === 'background') return [[['#000000'], 'never seen without an object']];
+      if (mode === 'background') return [[['#000000'], 'covered in every frame']];
       return (result.objects ?? []).map(({ label }) => [
         [objectColor(label)],
         `${nameOf(label)}, ${number(100 * confidence[label])}% confident`,
@@ -248,7 +254,7 @@ export const LAYERS = {
       if (!result.masks) return 'No masks: clip.dense is false.';
       const areas = result.objects.map((object) => object.areas[t]);
       const share = areas.reduce((sum, area) => sum + area, 0) / (result.width * result.height);
-      return `${areas.filter(Boolean).length} of ${areas.length} objects are in this frame and cover ${number(100 * share)}% of it.`;
+      return `${areas.filter(Boolean).length} of ${areas.length} objects are in this frame, covering ${number(100 * share)}% of it.`;
     },
   },
 };
@@ -256,7 +262,7 @@ export const LAYERS = {
 /** @type {Legend} */
 const GREY_IS_BACKGROUND = [[[GREY], 'background']];
 
-/** Names a label of the masks. @param {number} label */
+/** Returns the name of a mask label. @param {number} label */
 export function nameOf(label) {
   return label === 0 ? 'Background' : `Object ${label}`;
 }
@@ -265,19 +271,19 @@ function thresholdOf({ options }) {
   return options.discontinuity?.threshold ?? DEFAULT_THRESHOLD;
 }
 
-/** Returns the place of a trajectory's point of frame `t` in `x` and `y`, -1 if it has none. @param {Result} result */
+/** Returns the index in `x` and `y` of a trajectory's point in frame `t`, -1 if there is none. @param {Result} result */
 export function pointIndex({ trajectories: { startFrame, offset } }, i, t) {
   const index = offset[i] + t - startFrame[i];
   return t >= startFrame[i] && index < offset[i + 1] ? index : -1;
 }
 
-/** Lists the trajectories that have a point in frame `t`. @param {Result} result */
+/** Lists the trajectories with a point in frame `t`. @param {Result} result */
 function aliveIn(result, t) {
   return [...Array(result.trajectories.count).keys()].filter((i) => pointIndex(result, i, t) >= 0);
 }
 
 /**
- * Returns the step of a trajectory to frame `t`, or from it if it starts there, in pixels.
+ * Returns a trajectory's step to frame `t` in pixels, or from `t` if it starts there.
  * @param {Result} result
  * @returns {[u: number, v: number]}
  */
@@ -287,7 +293,7 @@ function stepOf(result, i, t) {
   return [x[to] - x[to - 1], y[to] - y[to - 1]];
 }
 
-/** Returns the length of a fast step of the clip, in pixels per frame: it gets full colour. @param {Result} result */
+/** Returns the speed that gets full colour, in pixels per frame. @param {Result} result */
 function fastStep(result) {
   const { count, startFrame } = result.trajectories;
   const steps = Float32Array.from({ length: count }, (_, i) => Math.hypot(...stepOf(result, i, startFrame[i]))).sort();
@@ -305,7 +311,7 @@ function motionLegend({ result }) {
   ];
 }
 
-/** Returns one eigenvector, scaled to 0 to 1 without its outliers; 0 is the constant one. @param {Result} result */
+/** Returns eigenvector `k` scaled to 0 to 1, outliers clipped; `k` = 0 is the constant one. @param {Result} result */
 function eigenvector({ embedding: { dimensions, vectors }, trajectories: { count } }, k) {
   const column = Float32Array.from({ length: count }, (_, i) => vectors[i * dimensions + k] ?? 0);
   const sorted = column.slice().sort();
@@ -320,17 +326,17 @@ function componentColor(result, i, t) {
   return component < 0 ? CUT_RED : objectColor(1 + (component % 255));
 }
 
-/** Darkens the frame, so that lines and points stand out. */
+/** Darkens the frame so that lines and points are visible. */
 function dim(context, { width, height }) {
   context.fillStyle = `rgb(0 0 0 / ${DIM_OPACITY})`;
   context.fillRect(0, 0, width, height);
 }
 
-/** Strokes the contours' edges alone, which drawSuperpixels cannot. */
+/** Strokes only the contour edges, which drawSuperpixels cannot do. */
 function strokeContours(context, { edges: { kind, x0, y0, x1, y1 }, scaleX, scaleY }, width) {
   context.beginPath();
-  kind.forEach((one, e) => {
-    if (one !== EdgeKind.Constraint) return;
+  kind.forEach((value, e) => {
+    if (value !== EdgeKind.Constraint) return;
     context.moveTo((x0[e] + 0.5) * scaleX, (y0[e] + 0.5) * scaleY);
     context.lineTo((x1[e] + 0.5) * scaleX, (y1[e] + 0.5) * scaleY);
   });
@@ -339,7 +345,7 @@ function strokeContours(context, { edges: { kind, x0, y0, x1, y1 }, scaleX, scal
   context.stroke();
 }
 
-/** Draws the scene without objects; what no frame shows stays black. */
+/** Draws the scene without objects; pixels that are covered in every frame stay black. */
 function drawBackground(context, { data, width, height }, size) {
   const canvas = new OffscreenCanvas(width, height);
   canvas.getContext('2d').putImageData(new ImageData(data, width, height), 0, 0);

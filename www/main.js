@@ -1,32 +1,32 @@
-// Wires the page: a clip goes into the core frame by frame, and each stage of the method is drawn over its frames.
+// Wires the page: runs the core on a clip and draws each stage of the method over its frames.
 
 import { fitFrame } from 'tracecut/draw';
-import { Clip, DEFAULT_TAKE, fetchHandedOver } from './clip.js';
+import { Clip, DEFAULT_SELECTION, fetchStudioClip } from './clip.js';
 import { byId, h, number } from './dom.js';
 import { LAYERS } from './layers.js';
 import { Parameters } from './parameters.js';
 import { segment } from './run.js';
+import { selectionForm } from './selection.js';
 import { STAGES } from './stages.js';
-import { takeForm } from './take.js';
 import { Why } from './why.js';
 
-/** Least width of the canvas in pixels, so that lines are fine on small clips. */
+/** Minimum width of the canvas in pixels, so that lines are fine on small clips. */
 const MIN_CANVAS_WIDTH = 1200;
 
-/** How long a changed parameter waits for others before the clip is segmented again, in milliseconds. */
+/** Delay after a changed parameter before the clip is segmented again, in milliseconds. */
 const CHANGE_DELAY_MS = 400;
 
 /** Stages of the core, for the progress bar. */
 const CORE_STAGES = STAGES.flatMap(({ coreStages }) => coreStages);
 
-/** What to do about an error, by its code. */
+/** Advice for errors, by their code. */
 const ADVICE = {
-  'too-few-frames': 'Motion needs at least two frames: open a video, or take more frames of it.',
+  'too-few-frames': 'Motion needs at least two frames: open a video, or use more of its frames.',
   'no-video': 'Open a video, an animated image, or the images of a sequence.',
-  codec: 'This browser cannot decode it: try an MP4 or WebM file.',
-  memory: 'Take fewer or smaller frames (stage 1).',
-  param: 'Reset the parameters, or correct the one that is named.',
-  poisoned: 'The core has stopped on an error of its own; a new run starts a new core.',
+  codec: 'This browser cannot decode the file: try MP4 or WebM.',
+  memory: 'Use fewer or smaller frames (stage 1).',
+  param: 'Correct this parameter, or reset all.',
+  poisoned: 'The core crashed. A new run starts a new one.',
 };
 
 const [canvas, scrub, progress, opacity, preset] = ['canvas', 'scrub', 'progress', 'opacity', 'preset'].map(byId);
@@ -36,19 +36,19 @@ let clip = new Clip([]);
 /** @type {import('./run.js').Run} The finished run, if there is one. */
 let run = null;
 let abort = new AbortController();
-/** The frame and the stage that are shown. */
+/** The current frame and stage. */
 let t = 0;
-let shown = 'clusters';
-/** The loop that plays, if there is one. */
-let playing = null;
-/** Number of drawings so far: one that has waited for its data is void if another has begun. */
+let currentStage = 'clusters';
+/** The current playback loop, if there is one. */
+let playback = null;
+/** Number of drawings so far: a drawing that waited for its data stops if another has started. */
 let drawings = 0;
-/** What the core is asked for a drawing: one question at a time, and none for frames that were passed meanwhile. */
+/** The core's pending query for a drawing: one at a time, and none for frames that were skipped meanwhile. */
 let loading = Promise.resolve(null);
 let changeTimer;
 
 const why = new Why();
-const take = takeForm((chosen) => open(clip.files, chosen));
+const form = selectionForm((selection) => open(clip.files, selection));
 const parameters = new Parameters(() => {
   const { size } = parameters.values;
   preset.value = parameters.preset;
@@ -61,29 +61,29 @@ const cards = new Map(STAGES.map((stage, k) => [stage.id, addCard(stage, k + 1)]
 
 // Clip and run
 
-/** Opens a clip and segments it; no files for the sample. */
-async function open(files, chosen = DEFAULT_TAKE) {
-  clip = new Clip([...files], chosen);
+/** Opens a clip and segments it; without files, the sample. */
+async function open(files, selection = DEFAULT_SELECTION) {
+  clip = new Clip([...files], selection);
   t = 0;
   byId('clip-name').textContent = clip.name;
   seek(0);
-  take.show(clip);
+  form.show(clip);
   await start();
 }
 
-/** Opens what the user has chosen, in place of what the page handed over. */
-function openChosen(files) {
+/** Opens the user's files, or the sample, and forgets the studio's clip. */
+function openFiles(files) {
   history.replaceState(null, '', location.pathname);
   return open(files);
 }
 
-/** Opens what the page hands over if its link leads here, else the sample. */
+/** Opens the studio's clip if the studio linked here, else the sample. */
 async function openFirst() {
-  const handed = location.hash === '#clip' ? await fetchHandedOver() : { files: [], start: 0 };
-  await open(handed.files, { ...DEFAULT_TAKE, start: handed.start });
+  const { files, start } = location.hash === '#clip' ? await fetchStudioClip() : { files: [], start: 0 };
+  await open(files, { ...DEFAULT_SELECTION, start });
 }
 
-/** Segments the clip with the parameters as they are; what is under way ends. */
+/** Segments the clip with the current parameters, and ends any earlier run. */
 async function start() {
   end();
   const { signal } = (abort = new AbortController());
@@ -103,7 +103,7 @@ async function start() {
 
   function onFrame(index) {
     if (signal.aborted) return;
-    byId('status').textContent = 'Frames go in…';
+    byId('status').textContent = 'Reading frames…';
     if (isNew) seek(index);
   }
 
@@ -114,7 +114,7 @@ async function start() {
   }
 }
 
-/** Ends the run under way, and drops the one that is shown. */
+/** Ends the current run and drops its result. */
 function end() {
   clearTimeout(changeTimer);
   abort.abort();
@@ -129,9 +129,9 @@ function end() {
 function summary({ objects, clusters, numFrames }) {
   const count = objects?.length ?? clusters.count;
   const kind = objects ? 'moving object' : 'cluster';
-  const all = clip.total > numFrames ? ` of ${number(clip.total)}` : '';
-  const damage = clip.damage && ` The file is damaged after these: ${clip.damage}.`;
-  return `${number(count)} ${kind}${count === 1 ? '' : 's'} in ${number(numFrames)}${all} frames.${damage}`;
+  const total = clip.total > numFrames ? ` of ${number(clip.total)}` : '';
+  const damage = clip.damage && ` The rest of the file is damaged: ${clip.damage}.`;
+  return `${number(count)} ${kind}${count === 1 ? '' : 's'} in ${number(numFrames)}${total} frames.${damage}`;
 }
 
 /** @param {'running' | 'done' | 'stopped' | 'error'} state */
@@ -151,7 +151,7 @@ function showState(state, text) {
   }
 }
 
-/** Shows an error in place of the picture, and ways on. */
+/** Shows an error instead of the picture, with ways to continue. */
 function fail(error) {
   end();
   showState('error', 'Failed.');
@@ -169,29 +169,29 @@ function seek(index) {
   scrub.value = t;
   scrub.setAttribute('aria-valuetext', `Frame ${t + 1} of ${length}`);
   byId('counter').textContent = length > 0 ? `${t + 1} / ${length}` : '';
-  if (why.place && !playing) explain(why.place.x, why.place.y);
+  if (why.pixel && !playback) explain(why.pixel.x, why.pixel.y);
   return draw();
 }
 
-/** Draws the frame, and once its data is there, the layer of the stage that is shown. */
+/** Draws the frame and, once its data is loaded, the layer of the current stage. */
 async function draw() {
   drawings += 1;
   const drawing = drawings;
   const image = clip.frames[t]?.canvas;
   if (!image) return;
-  const card = cards.get(shown);
-  const layer = LAYERS[shown];
-  // While it plays, the layer before stays until this one is there.
-  if (!playing || !run) drawImage(image);
+  const card = cards.get(currentStage);
+  const layer = LAYERS[currentStage];
+  // During playback the previous layer stays until this one is ready.
+  if (!playback || !run) drawImage(image);
   const view = { run, result: run?.result, t, image, mode: card.mode.value, unit: image.width / canvas.width };
   canvas.setAttribute('aria-label', `Frame ${t + 1}: ${card.title}`);
   if (!run) return;
   try {
     await loading;
     if (drawing !== drawings) return;
-    const asked = Promise.resolve(layer.load?.(view));
-    loading = asked.catch(() => null);
-    const data = await asked;
+    const query = Promise.resolve(layer.load?.(view));
+    loading = query.catch(() => null);
+    const data = await query;
     if (drawing !== drawings) return;
     drawImage(image);
     context.save();
@@ -201,16 +201,16 @@ async function draw() {
     why.draw(context, view);
     card.facts.textContent = layer.facts(view, data);
     card.legend.replaceChildren(...(layer.legend?.(view, data) ?? []).map(legendEntry));
-    canvas.dataset.drawn = `${shown} ${view.mode} ${t}`;
+    canvas.dataset.drawn = `${currentStage} ${view.mode} ${t}`;
   } catch (error) {
     if (drawing !== drawings) return;
-    // The parameters left the stage out.
+    // The parameters turned the stage off.
     if (error.code === 'state') card.facts.textContent = error.message;
     else fail(error);
   }
 }
 
-/** Draws a frame on a canvas of a multiple of its size. */
+/** Draws a frame on the canvas, whose size is a multiple of the frame's. */
 function drawImage(image) {
   const scale = Math.max(1, Math.ceil(MIN_CANVAS_WIDTH / image.width));
   const [width, height] = [scale * image.width, scale * image.height];
@@ -228,11 +228,11 @@ function legendEntry([colors, text]) {
   return h('li', {}, h('span', { class: 'swatches' }, ...swatches), text);
 }
 
-/** Plays in a loop; each frame waits until its layer is drawn. */
+/** Plays in a loop; waits for each layer to be drawn. */
 async function play() {
-  const loop = (playing = {});
+  const loop = (playback = {});
   byId('play').textContent = 'Pause';
-  while (loop === playing && clip.frames.length > 1) {
+  while (loop === playback && clip.frames.length > 1) {
     const due = performance.now() + clip.frameDuration;
     await seek((t + 1) % clip.frames.length);
     await new Promise((done) => setTimeout(done, due - performance.now()));
@@ -240,29 +240,29 @@ async function play() {
 }
 
 function pause() {
-  playing = null;
+  playback = null;
   byId('play').textContent = 'Play';
 }
 
-/** Explains the pixel at `x`, `y` of the frame that is shown. */
+/** Explains the pixel at `x`, `y` of the current frame. */
 async function explain(x, y) {
   if (!run?.result.masks) return;
-  const asked = run;
+  const explained = run;
   const { width, height } = run.result;
-  const within = (value, size) => Math.max(0, Math.min(Math.floor(value), size - 1));
+  const clampPixel = (value, size) => Math.max(0, Math.min(Math.floor(value), size - 1));
   pause();
   try {
-    await why.ask(run, t, within(x, width), within(y, height));
+    await why.ask(run, t, clampPixel(x, width), clampPixel(y, height));
     await draw();
   } catch (error) {
-    if (asked === run) fail(error);
+    if (explained === run) fail(error);
   }
 }
 
 // Stages
 
-/** Adds the card of a stage: its explanation, how it is drawn, and its parameters. */
-function addCard({ id, title, section, text, groups }, place) {
+/** Adds the card of a stage: its explanation, drawing modes and parameters. */
+function addCard({ id, title, section, text, groups }, position) {
   const modes = Object.entries(LAYERS[id].modes ?? {}).map(([value, name]) => h('option', { value }, name));
   const mode = h('select', { id: `mode-${id}`, change: draw }, ...modes);
   const legend = h('ul', { class: 'legend' });
@@ -275,13 +275,13 @@ function addCard({ id, title, section, text, groups }, place) {
     h('label', { class: 'mode', hidden: modes.length === 0 }, 'Show ', mode),
     legend,
     facts,
-    ...(id === 'frames' ? [take.element] : []),
+    ...(id === 'frames' ? [form.element] : []),
     parameters.list(groups),
   );
   const button = h(
     'button',
     { type: 'button', 'aria-controls': body.id, click },
-    h('span', { class: 'place' }, String(place)),
+    h('span', { class: 'position' }, String(position)),
     h('span', { class: 'title' }, title),
     h('span', { class: 'section' }, section && `§${section}`),
     time,
@@ -291,17 +291,17 @@ function addCard({ id, title, section, text, groups }, place) {
 
   function click() {
     openStage(id);
-    // The card that was open may have been above.
+    // The open card may have been above.
     button.scrollIntoView({ block: 'nearest' });
   }
 }
 
-/** Opens the card of a stage, which is drawn from now on. */
+/** Opens the card of a stage and draws the stage. */
 function openStage(id) {
-  shown = id;
-  for (const [other, { body, button }] of cards) {
-    body.hidden = other !== id;
-    button.setAttribute('aria-expanded', String(other === id));
+  currentStage = id;
+  for (const [stage, { body, button }] of cards) {
+    body.hidden = stage !== id;
+    button.setAttribute('aria-expanded', String(stage === id));
   }
   draw();
 }
@@ -310,11 +310,11 @@ function openStage(id) {
 
 const ON_CLICK = {
   open: () => byId('file').click(),
-  sample: () => openChosen([]),
+  sample: () => openFiles([]),
   again: start,
   reset: () => parameters.reset(),
   cancel: () => abort.abort(),
-  play: () => (playing ? pause() : play()),
+  play: () => (playback ? pause() : play()),
   back: () => seek(t - 1),
   forward: () => seek(t + 1),
 };
@@ -325,7 +325,7 @@ scrub.addEventListener('input', () => seek(scrub.valueAsNumber));
 opacity.addEventListener('input', draw);
 preset.addEventListener('change', () => parameters.choosePreset(preset.value));
 byId('file').addEventListener('change', ({ target }) => {
-  if (target.files.length > 0) openChosen(target.files);
+  if (target.files.length > 0) openFiles(target.files);
   target.value = '';
 });
 byId('why-form').addEventListener('submit', (event) => {
@@ -341,7 +341,7 @@ canvas.addEventListener('click', ({ clientX, clientY }) => {
 document.addEventListener('dragover', (event) => event.preventDefault());
 document.addEventListener('drop', (event) => {
   event.preventDefault();
-  if (event.dataTransfer.files.length > 0) openChosen(event.dataTransfer.files);
+  if (event.dataTransfer.files.length > 0) openFiles(event.dataTransfer.files);
 });
 document.addEventListener('keydown', (event) => {
   if (event.ctrlKey || event.altKey || event.metaKey) return;
@@ -357,5 +357,5 @@ document.addEventListener('keydown', (event) => {
   seek(t + step);
 });
 
-openStage(shown);
+openStage(currentStage);
 openFirst();

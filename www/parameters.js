@@ -1,15 +1,15 @@
-// The parameters of the package with their documentation; values that the user has set become session options.
+// The package's parameters with their documentation; the values that the user sets become session options.
 
 import { parameters } from 'tracecut';
 import { h } from './dom.js';
 
-/** What an empty field says: the preset decides, and the package does not list its values. */
+/** Text of an empty field: the preset decides, and the package does not list the values of presets. */
 const BY_PRESET = 'by preset';
 
 export class Parameters {
   /** @type {'default' | 'fast' | 'paper'} */
   preset = 'default';
-  /** Values by the names of their parameters. */
+  /** The values that the user set, by parameter name. */
   values = new Map();
   #rows = [];
   #onChange;
@@ -18,7 +18,7 @@ export class Parameters {
     this.#onChange = onChange;
   }
 
-  /** Returns what `createSession` takes. */
+  /** Returns the options for `createSession`. */
   options() {
     const tree = {};
     for (const [name, value] of this.values) {
@@ -45,10 +45,11 @@ export class Parameters {
     this.#update();
   }
 
-  /** Builds the list of the parameters of some groups; those that only research changes come last. */
+  /** Builds the list of parameters of the given groups, expert ones last. */
   list(groups) {
-    const wanted = parameters().filter(({ name }) => groups.includes(name.split('.')[0]));
-    const rows = wanted.sort((a, b) => Number(a.expert) - Number(b.expert)).map((one) => new Row(one, this));
+    const selected = parameters().filter(({ name }) => groups.includes(name.split('.')[0]));
+    const sorted = selected.sort((a, b) => Number(a.expert) - Number(b.expert));
+    const rows = sorted.map((parameter) => new Row(parameter, this));
     this.#rows.push(...rows);
     const summary = h('summary', {}, `Parameters (${rows.length})`);
     return h('details', {}, summary, ...rows.map(({ element }) => element));
@@ -72,8 +73,8 @@ class Row {
     this.error = h('p', { class: 'invalid', role: 'alert' });
     const reset = { type: 'button', class: 'link', 'aria-label': `Reset ${name}`, click: () => owner.set(name) };
     this.reset = h('button', reset, 'Reset');
-    // Backticks set code apart.
-    const words = doc.split('`').map((part, k) => (k % 2 === 1 ? h('code', {}, part) : part));
+    // Backticks enclose code.
+    const description = doc.split('`').map((part, k) => (k % 2 === 1 ? h('code', {}, part) : part));
     const range = this.isNumber ? `${min} to ${max}, default ${initial}` : `default ${initial}`;
     this.element = h(
       'div',
@@ -81,7 +82,7 @@ class Row {
       h('label', { for: name }, name),
       this.field,
       h('p', { class: 'range' }, range, ' ', this.reset),
-      h('p', { class: 'doc', id: `${name}-doc` }, ...words),
+      h('p', { class: 'doc', id: `${name}-doc` }, ...description),
       this.error,
     );
     this.update();
@@ -97,29 +98,29 @@ class Row {
     return h('input', { ...common, type: 'number', min, max, step, placeholder: BY_PRESET });
   }
 
-  /** Shows the value in force. */
+  /** Shows the current value. */
   update() {
     const { preset, values } = this.owner;
-    const own = values.get(this.parameter.name);
-    this.field.value = String(own ?? (preset === 'default' ? this.parameter.default : ''));
-    this.reset.hidden = own === undefined;
-    this.element.classList.toggle('is-changed', own !== undefined);
-    this.#complain('');
+    const value = values.get(this.parameter.name);
+    this.field.value = String(value ?? (preset === 'default' ? this.parameter.default : ''));
+    this.reset.hidden = value === undefined;
+    this.element.classList.toggle('is-changed', value !== undefined);
+    this.#showError('');
   }
 
-  /** Takes what the user has entered, if it is legal. */
+  /** Sets the entered value if it is valid. */
   #read() {
     const { name, kind, min, max } = this.parameter;
     const { value, validity } = this.field;
     if (value === '' && !validity.badInput) return this.owner.set(name);
     if (!this.isNumber) return this.owner.set(name, kind === 'boolean' ? value === 'true' : value);
     const isWhole = kind !== 'integer' || Number.isInteger(Number(value));
-    const isLegal = !validity.badInput && !validity.rangeUnderflow && !validity.rangeOverflow && isWhole;
-    if (!isLegal) return this.#complain(`Enter a ${kind === 'integer' ? 'whole ' : ''}number, ${min} to ${max}.`);
+    const isValid = !validity.badInput && !validity.rangeUnderflow && !validity.rangeOverflow && isWhole;
+    if (!isValid) return this.#showError(`Enter a ${kind === 'integer' ? 'whole ' : ''}number, ${min} to ${max}.`);
     this.owner.set(name, Number(value));
   }
 
-  #complain(text) {
+  #showError(text) {
     this.error.textContent = text;
     this.field.setAttribute('aria-invalid', String(text !== ''));
   }

@@ -3,7 +3,7 @@
 import { createSession } from 'tracecut';
 
 /**
- * Segments a clip in a session of its own, so that neither parameters nor errors of an earlier run matter.
+ * Segments a clip in a new session, so that parameters and errors of earlier runs have no effect.
  * @param {import('./clip.js').Clip} clip
  * @param {import('tracecut').SessionOptions} options
  * @param {{signal: AbortSignal, onFrame: (t: number) => void, onProgress: (progress: import('tracecut').Progress) =>
@@ -24,10 +24,10 @@ export async function segment(clip, options, { signal, onFrame, onProgress }) {
   }
 }
 
-/** Answers that are kept: a map of a large frame takes megabytes. */
+/** Maximum number of cached answers: a map of a large frame takes megabytes. */
 const MAX_ANSWERS = 150;
 
-/** A finished run: its result, and its session, which answers questions until it is closed. */
+/** A finished run: its result and its session, which answers queries until it is closed. */
 export class Run {
   #answers = new Map();
 
@@ -42,7 +42,7 @@ export class Run {
     this.options = options;
   }
 
-  /** Asks the result, or for the flow the session, about frame `t`; each question once. @param {string} name */
+  /** Queries the result, or the session for the flow, about frame `t`; answers are cached. @param {string} name */
   ask(name, t = 0) {
     const key = `${name} ${t}`;
     if (!this.#answers.has(key)) this.#answers.set(key, name === 'flow' ? this.session.flow(t) : this.result[name](t));

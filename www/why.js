@@ -1,4 +1,4 @@
-// Why a pixel has its label: the costs that the cut compared in its superpixel, and what they come from.
+// Explains why a pixel has its label: the costs that the cut compared in its superpixel, and their sources.
 
 import { objectColor } from 'tracecut/draw';
 import { byId, h, number } from './dom.js';
@@ -6,10 +6,10 @@ import { nameOf, pointIndex } from './layers.js';
 
 /** @typedef {import('tracecut').Explanation} Explanation */
 
-/** Labels that are listed, at most. */
+/** Maximum number of listed labels. */
 const MAX_LABELS = 5;
 
-/** Sizes of what is drawn, in pixels of the canvas. */
+/** Sizes on the canvas, in pixels. */
 const POINT_RADIUS = 7;
 const CROSS = { inner: 8, outer: 24 };
 
@@ -17,30 +17,30 @@ const form = byId('why-form');
 const answer = byId('why-answer');
 
 export class Why {
-  /** The pixel that is explained: frame `t`, `x` and `y`; null if there is none. */
-  place = null;
+  /** The explained pixel: frame `t`, `x` and `y`; null if there is none. */
+  pixel = null;
   /** @type {Explanation} */
-  #found = null;
+  #explanation = null;
 
   /** Empties the panel. */
   clear() {
-    this.place = this.#found = null;
+    this.pixel = this.#explanation = null;
     answer.replaceChildren();
   }
 
   /** Explains pixel `x`, `y` of frame `t`. @param {import('./run.js').Run} run */
   async ask(run, t, x, y) {
-    const place = (this.place = { t, x, y });
-    this.#found = null;
+    const pixel = (this.pixel = { t, x, y });
+    this.#explanation = null;
     [form.x.value, form.y.value] = [x, y];
-    const [found, map] = await Promise.all([run.result.explain(t, x, y), run.ask('confidence', t)]);
-    if (place !== this.place) return;
-    this.#found = found;
+    const [explanation, map] = await Promise.all([run.result.explain(t, x, y), run.ask('confidence', t)]);
+    if (pixel !== this.pixel) return;
+    this.#explanation = explanation;
     const [column, row] = [Math.floor(x / map.scaleX), Math.floor(y / map.scaleY)];
     const confidence = map.confidence[row * map.width + column];
-    const title = `${nameOf(found.label)} at (${x}, ${y}) in frame ${t + 1}, ${number(100 * confidence)}% confident`;
-    const reasons = h('ul', {}, ...reasonsOf(found).map((reason) => h('li', {}, reason)));
-    answer.replaceChildren(h('p', { class: 'why-title' }, title), reasons, costTable(found));
+    const title = `${nameOf(explanation.label)} at (${x}, ${y}) in frame ${t + 1}, ${number(100 * confidence)}% confident`;
+    const reasons = h('ul', {}, ...reasonsOf(explanation).map((reason) => h('li', {}, reason)));
+    answer.replaceChildren(h('p', { class: 'why-title' }, title), reasons, costTable(explanation));
   }
 
   /**
@@ -49,31 +49,31 @@ export class Why {
    * @param {import('./layers.js').View} view
    */
   draw(context, { result, t, unit }) {
-    if (this.place?.t !== t) return;
-    if (this.#found) {
-      drawAffinities(context, result, t, this.#found, 3 * unit);
-      for (const voter of this.#found.voters) drawVoter(context, voter, this.#found, unit);
+    if (this.pixel?.t !== t) return;
+    if (this.#explanation) {
+      drawAffinities(context, result, t, this.#explanation, 3 * unit);
+      for (const voter of this.#explanation.voters) drawVoter(context, voter, this.#explanation, unit);
     }
-    drawCross(context, this.place, unit);
+    drawCross(context, this.pixel, unit);
   }
 }
 
-/** Lists what decided, a sentence each. @param {Explanation} found */
+/** Lists the reasons, one sentence each. @param {Explanation} explanation */
 function reasonsOf({ source, superpixel, cluster, costs, voters, weight, flip, border, affinities }) {
-  const other = flip && nameOf(costs.find((cost) => cost.cluster === flip.cluster).label);
-  const unlike = voters.filter(({ stranger }) => stranger).length;
+  const runnerUp = flip && nameOf(costs.find((cost) => cost.cluster === flip.cluster).label);
+  const outliers = voters.filter(({ stranger }) => stranger).length;
   return [
     {
-      superpixel: `The cut gives its superpixel (${superpixel}) to cluster ${cluster}.`,
-      border: `The cut gives its superpixel (${superpixel}) another label; the border was moved afterwards.`,
-      stroke: 'A stroke decides.',
+      superpixel: `The cut assigned its superpixel (${superpixel}) to cluster ${cluster}.`,
+      border: `The cut gave its superpixel (${superpixel}) another label; border refinement changed it.`,
+      stroke: 'A stroke set it.',
     }[source],
     voters.length > 0
       ? `${voters.length} trajectories in the superpixel vote, with weight λ = ${number(weight, 2)}.`
       : 'No trajectory crosses the superpixel: colours and neighbours decide.',
-    unlike > 0 && `${unlike} of them move like none around them, and vote for every object.`,
+    outliers > 0 && `${outliers} of them move unlike their surroundings, and vote for every object.`,
     flip
-      ? `${other} would cost ${number(flip.margin, 2)} more: ${flip.votes === Infinity ? 'votes alone cannot make up for it' : `${number(flip.votes)} more votes for it would do`}.`
+      ? `${runnerUp} would cost ${number(flip.margin, 2)} more: ${flip.votes === Infinity ? 'votes alone cannot change the label' : `${number(flip.votes)} more votes would change the label`}.`
       : 'There is no other label.',
     border &&
       `${border.edges} edges in this frame join the two labels, with discontinuity ${number(border.mean, 2)} on average.`,
@@ -81,7 +81,7 @@ function reasonsOf({ source, superpixel, cluster, costs, voters, weight, flip, b
   ].filter(Boolean);
 }
 
-/** Lists what the cheapest labels would cost, each by its cheapest cluster. @param {Explanation} found */
+/** Builds the table of the cheapest labels, each with the cost of its cheapest cluster. @param {Explanation} explanation */
 function costTable({ costs, cluster }) {
   const sorted = [...costs].sort((a, b) => a.total - b.total);
   const rows = sorted.filter(({ label }, k) => sorted.findIndex((cost) => cost.label === label) === k);
@@ -97,7 +97,7 @@ function costTable({ costs, cluster }) {
       ...cells.map((text) => h('td', {}, text)),
     );
   });
-  const caption = h('caption', {}, 'Cost of each label here; the least in sum over all superpixels wins');
+  const caption = h('caption', {}, 'Cost of each label here; the cut minimizes the sum over all superpixels');
   const table = h('table', {}, caption, h('thead', {}, h('tr', {}, ...heads)), h('tbody', {}, ...body));
   return h('div', { class: 'scroll', tabindex: 0, role: 'group', 'aria-label': 'Costs of each label' }, table);
 }

@@ -2,10 +2,10 @@
 //!
 //! - `flow`: one pyramid and one flow field, on smoothed noise that moves by (-3, 2) pixels. For the error against true
 //!   flow see `bench flow`.
-//! - `cut`: alpha-expansion on problems like those of real clips. Nodes are a grid in each of 30 frames, joined to three
+//! - `cut`: alpha-expansion on problems that resemble real clips. Nodes are a grid in each of 30 frames, joined to three
 //!   neighbours in the frame and three in the next; each favours the label of the blob that it lies in, a fifth of them a
 //!   wrong one, and a third have no opinion. In the hard problem more are wrong and edges are dearer.
-//! - `eigen [FOLDER | FILE.mtx...]`: the eigensolver on graphs like those of real clips. With a folder, the normalised
+//! - `eigen [FOLDER | FILE.mtx...]`: the eigensolver on graphs that resemble real clips. With a folder, the normalised
 //!   matrices are written there as MatrixMarket, to time other solvers on the same input. With MatrixMarket files, such as
 //!   `dump/affinity.mtx` of `tracecut segment --dump`, those are solved instead.
 //! - `stages`: every other kernel, on the sample scene. A kernel of a frame is timed on one frame, a kernel of the clip on
@@ -22,13 +22,13 @@ use tracecut::connectedness::{Separation, components};
 use tracecut::contour::{boundary_map, contour_segments};
 use tracecut::cut::{Expansion, Potts};
 use tracecut::discontinuity::{discontinuities, neighborhoods};
-use tracecut::discretize::{Known, discretize};
-use tracecut::embedding::{EigenInfo, EigenParams, EmbeddingParams, embed, embed_within, largest_eigenpairs};
+use tracecut::discretize::{EvidenceInput, discretize};
+use tracecut::embedding::{EigenInfo, EigenParams, EmbeddingParams, embed, embed_with_tolerance, largest_eigenpairs};
 use tracecut::flow::{FlowParams, FlowPyramid, FlowScratch, flow_between, flow_between_with, local_flow_variation};
 use tracecut::image::{Frame, Plane, gaussian_blur};
 use tracecut::mask::refine;
 use tracecut::rng::{Rng, mix};
-use tracecut::saliency::{SaliencyMaps, context_saliency, look_up, trajectory_saliency};
+use tracecut::saliency::{SaliencyMaps, context_saliency, sample_map, trajectory_saliency};
 use tracecut::sparse::SymCsr;
 use tracecut::superpixel::{gabriel_superpixels, superpixels_of};
 use tracecut::synth::Scene;
@@ -96,7 +96,7 @@ fn noise_frames(width: usize, height: usize) -> [Plane<f32>; 2] {
     let noise = Plane::from_fn(width + 2 * MARGIN, height + 2 * MARGIN, |_, _| rng.range(-1.0, 1.0) as f32);
     let scene = gaussian_blur(&noise, 1.5).map(|v| (128.0 + 300.0 * v).clamp(0.0, 255.0).round());
     [(MARGIN, MARGIN), (MARGIN + 3, MARGIN - 2)]
-        .map(|(left, top)| Plane::from_fn(width, height, |x, y| scene[(x + left, y + top)]))
+        .map(|(x0, y0)| Plane::from_fn(width, height, |x, y| scene[(x + x0, y + y0)]))
 }
 
 /// Frames of the problem.
@@ -124,8 +124,8 @@ fn problem(columns: usize, rows: usize, num_labels: usize, hard: bool) -> Potts 
                 let sure = if rng.uniform() < 0.33 { 0.0 } else { rng.range(0.3, 1.0) };
                 problem.unary.extend((0..num_labels).map(|l| if l == favoured { 0 } else { (UNIT * sure) as i32 }));
                 let p = (t * rows + y) * columns + x;
-                let mut join = |there: bool, q: usize| {
-                    if there {
+                let mut join = |is_inside: bool, q: usize| {
+                    if is_inside {
                         problem.edges.push((p as u32, q as u32));
                         problem.weights.push((UNIT * dear * rng.uniform()) as i32);
                     }
@@ -154,7 +154,7 @@ fn time_cut() {
     ] {
         let problem = problem(columns, rows, num_labels, hard);
         let start = problem.cheapest();
-        let (ms, found) = least(5, || {
+        let (ms, result) = least(5, || {
             let mut expansion = Expansion::new(problem.clone(), start.clone());
             while !expansion.is_finished() {
                 expansion.step();
@@ -166,8 +166,8 @@ fn time_cut() {
             problem.num_nodes,
             problem.edges.len(),
             if hard { ", hard" } else { "" },
-            found.0,
-            found.1,
+            result.0,
+            result.1,
             problem.energy(&start)
         );
     }
@@ -228,12 +228,12 @@ fn graph(points: &[Point], radius: f64) -> SymCsr {
     for (i, p) in points.iter().enumerate() {
         for (j, q) in points.iter().enumerate().skip(i + 1) {
             let distance = (p.x - q.x).hypot(p.y - q.y);
-            let far = distance > radius;
-            if far && !mix((i as u64) << 32 | j as u64).is_multiple_of(32) {
+            let is_far = distance > radius;
+            if is_far && !mix((i as u64) << 32 | j as u64).is_multiple_of(32) {
                 continue;
             }
             let ratio = (p.u - q.u).hypot(p.v - q.v) / p.sigma.min(q.sigma);
-            let w = (-0.02 * distance * ratio * ratio).exp() * if far { 32.0 } else { 1.0 };
+            let w = (-0.02 * distance * ratio * ratio).exp() * if is_far { 32.0 } else { 1.0 };
             if w > 1e-6 {
                 upper.push((i as u32, j as u32, w as f32));
             }
@@ -301,7 +301,7 @@ fn time_eigen(files: &[String]) {
         }
         let solve = |tolerance| {
             let params = EmbeddingParams { min_dimensions: K, ..EmbeddingParams::default() };
-            let embedding = embed_within(tolerance, &a, &params, 0);
+            let embedding = embed_with_tolerance(tolerance, &a, &params, 0);
             (embedding.info, embedding.eigenvalues)
         };
         report(&format!("radius {radius}"), &a, solve);
@@ -326,8 +326,8 @@ fn figures(size: (usize, usize)) -> Vec<(&'static str, f64)> {
     let seed = params.clip.seed;
     let scene = Scene::sample(size.0, size.1, FRAMES, 1);
     let frames: Vec<Frame> = (0..FRAMES).map(|t| scene.frame(t)).collect();
-    let mut all = Vec::new();
-    let mut time = |name, run: &mut dyn FnMut()| all.push((name, least(5, run).0));
+    let mut times = Vec::new();
+    let mut time = |name, run: &mut dyn FnMut()| times.push((name, least(5, run).0));
 
     let lumas: Vec<_> = frames.iter().map(Frame::luma).collect();
     let pyramids: Vec<_> = lumas.iter().map(FlowPyramid::new).collect();
@@ -355,29 +355,32 @@ fn figures(size: (usize, usize)) -> Vec<(&'static str, f64)> {
     time("embedding, the clip", &mut || drop(embed(&a, &params.embedding, seed)));
     let v = embed(&a, &params.embedding, seed);
     time("Delaunay, the clip", &mut || drop(neighborhoods(&tracks)));
-    let near = || discontinuities(neighborhoods(&tracks), &v, &params.discontinuity);
-    time("the same, discontinuities", &mut || drop(near()));
-    let d = near();
+    let find_discontinuities = || discontinuities(neighborhoods(&tracks), &v, &params.discontinuity);
+    time("the same, discontinuities", &mut || drop(find_discontinuities()));
+    let d = find_discontinuities();
 
-    let look = || {
+    let estimate_motion = || {
         let mut maps = SaliencyMaps::new(&params.saliency);
-        flows.iter().for_each(|(forward, _)| maps.look_at(forward));
+        flows.iter().for_each(|(forward, _)| maps.add_flow(forward));
         maps
     };
-    time("camera motion, the clip", &mut || drop(look()));
-    let maps = look();
+    time("camera motion, the clip", &mut || drop(estimate_motion()));
+    let maps = estimate_motion();
     time("saliency map, a frame", &mut || drop(maps.map(0, &flows[0].0)));
     let mut of_points = vec![-1.0; tracks.x.len()];
-    flows.iter().enumerate().for_each(|(t, (forward, _))| look_up(&maps.map(t, forward), &tracks, t, &mut of_points));
-    let alone = trajectory_saliency(&tracks, &of_points);
-    let stands_out = || context_saliency(alone.clone(), &v, &d, &params.saliency).foreground;
+    flows
+        .iter()
+        .enumerate()
+        .for_each(|(t, (forward, _))| sample_map(&maps.map(t, forward), &tracks, t, &mut of_points));
+    let point_saliency = trajectory_saliency(&tracks, &of_points);
+    let stands_out = || context_saliency(point_saliency.clone(), &v, &d, &params.saliency).foreground;
     time("saliency in context", &mut || drop(stands_out()));
     let foreground = stands_out();
     let (longest, fewest) = (params.connectedness.max_edge * params.spacing(), params.connectedness.min_component);
-    let known = Known::new(&tracks, &d, &params.affinity, Some(&maps), None);
+    let evidence = EvidenceInput::new(&tracks, &d, &params.affinity, Some(&maps), None);
     let pieces = || components(&tracks, &d.neighborhoods, &foreground, longest, fewest as usize);
     time("components, the clip", &mut || drop(Separation::new(&tracks, &pieces(), &params.connectedness)));
-    time("clusters, the clip", &mut || drop(discretize(&v, &known, &params.discretize, seed)));
+    time("clusters, the clip", &mut || drop(discretize(&v, &evidence, &params.discretize, seed)));
 
     time("boundary map, a frame", &mut || drop(boundary_map(&frames[0])));
     let map = boundary_map(&frames[0]);
@@ -389,5 +392,5 @@ fn figures(size: (usize, usize)) -> Vec<(&'static str, f64)> {
     });
     let coarse = scene.mask(0);
     time("mask's borders, a frame", &mut || drop(refine(&coarse, &frames[0], &params.refine)));
-    all
+    times
 }

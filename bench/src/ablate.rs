@@ -77,10 +77,10 @@ pub(super) fn eval(args: &AblateArgs) -> Result<()> {
 
 /// The parameters with all choices in force, then those without each one; `None` where it is not asked for.
 fn variants(choices: &[Choice], params: &Params, args: &AblateArgs) -> Result<Vec<Option<(String, Params)>>> {
-    let wanted = |c: &Choice| args.rules.is_empty() || args.rules.iter().any(|text| c.name.contains(text));
+    let is_selected = |c: &Choice| args.rules.is_empty() || args.rules.iter().any(|text| c.name.contains(text));
     let mut variants = vec![Some(("all in force".to_owned(), params.clone()))];
     for choice in choices {
-        let takes_away = !choice.without.0.is_empty() && wanted(choice);
+        let takes_away = !choice.without.0.is_empty() && is_selected(choice);
         let without = || Ok::<_, Failure>((format!("without {}", choice.name), choice.params(params)?));
         variants.push(takes_away.then(without).transpose()?);
     }
@@ -91,7 +91,7 @@ fn variants(choices: &[Choice], params: &Params, args: &AblateArgs) -> Result<Ve
 fn measure(variants: &[Option<(String, Params)>], items: &[Item], args: &AblateArgs) -> Result<Vec<Option<Table>>> {
     let cache = Cache::open(&args.cache)?;
     let work = |item: &Item| {
-        let scores = scores_of(item, variants, &cache, args).map_err(|failure| failure.of(&item.name))?;
+        let scores = scores_of(item, variants, &cache, args).map_err(|failure| failure.with_subject(&item.name))?;
         Ok((item.name.clone(), scores))
     };
     let report = |(clip, scores): &(String, Vec<Vec<Option<Score>>>)| {
@@ -127,7 +127,7 @@ fn scores_of(
         }
         let (forks, truth) = match &mut forks {
             Some(begun) => begun,
-            none => none.insert((Forks::new(load(item, args)?)?, Known::of(item, args.frames)?)),
+            none => none.insert((Forks::new(load(item, args)?)?, GroundTruth::read(item, args.frames)?)),
         };
         let score = truth.score(forks.labelled(&params)?)?;
         cache.put(&key, score.clone())?;
@@ -148,13 +148,13 @@ fn load(item: &Item, args: &AblateArgs) -> Result<Session> {
 }
 
 /// The true masks of a clip, of all frames, and the regions of its points.
-struct Known {
+struct GroundTruth {
     masks: Vec<Option<Plane<Truth>>>,
     shot: Shot,
 }
 
-impl Known {
-    fn of(item: &Item, frames: u32) -> Result<Self> {
+impl GroundTruth {
+    fn read(item: &Item, frames: u32) -> Result<Self> {
         Ok(Self { masks: item.masks(frames)?, shot: item.shot(frames)? })
     }
 
@@ -162,7 +162,7 @@ impl Known {
     fn score(&self, mut session: Session) -> Result<Score> {
         let Shot { definition, maps } = &self.shot;
         let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-            return Err(Failure::lost());
+            return Err(Failure::missing_result());
         };
         let points = score(definition, maps, tracks, clusters)?;
         let best_points = best_clusters(definition, maps, tracks, clusters)?;
@@ -188,11 +188,11 @@ impl Known {
     }
 }
 
-/// Of masks: means over each kind's clips, and over the kinds; then the error of the points, as a mean over all clips; seed by seed.
+/// Computes, for each seed, the mean J of each kind and over the kinds, and the mean error of points over all clips.
 fn columns(table: Option<&Table>, items: &[Item], kinds: &[&str]) -> Effect {
-    let rows = |wanted: &dyn Fn(&Item) -> bool, value: &dyn Fn(&Score) -> f64| {
-        let of = items.iter().zip(table.into_iter().flatten()).filter(|(item, _)| wanted(item));
-        let rows = of.map(|(_, row)| row.iter().map(|score| score.as_ref().map(value)).collect());
+    let rows = |is_selected: &dyn Fn(&Item) -> bool, value: &dyn Fn(&Score) -> f64| {
+        let selected = items.iter().zip(table.into_iter().flatten()).filter(|(item, _)| is_selected(item));
+        let rows = selected.map(|(_, row)| row.iter().map(|score| score.as_ref().map(value)).collect());
         mean_rows(&rows.collect::<Vec<_>>())
     };
     let j = |score: &Score| score.masks.j.unwrap_or_default();

@@ -14,7 +14,7 @@ use tracecut_cli::log::Log;
 use tracecut_cli::run::run;
 use tracecut_cli::settings::Settings;
 
-/// How this program is called, as files that it writes say it.
+/// The command that starts this program, for the files that it writes.
 pub(super) const PROGRAM: &str = "cargo run --release -p tracecut-bench --";
 
 /// Refuses parameters under which there are no masks.
@@ -49,7 +49,7 @@ impl Batch {
         work: impl Fn(&S) -> Result<O> + Sync,
         report: impl Fn(&O) -> Result<()>,
     ) -> Result<Vec<O>> {
-        let named = |sequence: &S| work(sequence).map_err(|failure| failure.of(name(sequence)));
+        let named = |sequence: &S| work(sequence).map_err(|failure| failure.with_subject(name(sequence)));
         in_order(sequences, self.jobs as usize, named, report)
     }
 }
@@ -68,8 +68,8 @@ pub(super) fn write_json(path: Option<&Path>, report: &impl Serialize) -> Result
     write(path, text + "\n")
 }
 
-/// What `open` makes of the sub-folders of `folder`, by name; `None` where one is no sequence. With `only` not empty,
-/// those with these names. None at all, or one of `only` missing, is an error; `expected` says what a sequence is.
+/// Opens the sequences among the sub-folders of `folder`, by name, or those named in `only`; `open` returns `None` for other
+/// folders. It is an error if there are none, or one of `only` is missing; `expected` describes a sequence.
 pub(super) fn sequences<T>(
     folder: &Path,
     only: &[String],
@@ -77,22 +77,22 @@ pub(super) fn sequences<T>(
     open: impl Fn(&Path, &str) -> Result<Option<T>>,
 ) -> Result<Vec<T>> {
     let cannot = |e| cannot_read(folder, &e);
-    let mut found = Vec::new();
+    let mut matches = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(cannot)? {
         let path = entry.map_err(cannot)?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if only.is_empty() || only.contains(&name) {
-            found.extend(open(&path, &name)?.map(|sequence| (name, sequence)));
+            matches.extend(open(&path, &name)?.map(|sequence| (name, sequence)));
         }
     }
-    if let Some(missing) = only.iter().find(|name| found.iter().all(|(n, _)| n != *name)) {
+    if let Some(missing) = only.iter().find(|name| matches.iter().all(|(n, _)| n != *name)) {
         return Err(Failure::about(folder.display(), format_args!("holds no sequence named {missing}")));
     }
-    if found.is_empty() {
+    if matches.is_empty() {
         return Err(Failure::about(folder.display(), format_args!("holds no sequence (expected {expected})")));
     }
-    found.sort_by(|a, b| a.0.cmp(&b.0));
-    Ok(found.into_iter().map(|(_, sequence)| sequence).collect())
+    matches.sort_by(|a, b| a.0.cmp(&b.0));
+    Ok(matches.into_iter().map(|(_, sequence)| sequence).collect())
 }
 
 /// Calls `work` on every item, up to `jobs` at a time, and `report` on every result in the items' order as soon as it
@@ -118,17 +118,17 @@ pub(crate) fn in_order<I: Sync, O: Send>(
         }
         drop(sender);
         let mut waiting: Vec<Option<Result<O>>> = items.iter().map(|_| None).collect();
-        let mut done = Vec::new();
+        let mut results = Vec::new();
         for (index, result) in receiver {
             waiting[index] = Some(result);
-            while let Some(result) = waiting.get_mut(done.len()).and_then(Option::take) {
+            while let Some(result) = waiting.get_mut(results.len()).and_then(Option::take) {
                 // On a failure the receiver is dropped, and the threads end after the sequence at hand.
                 let result = result?;
                 report(&result)?;
-                done.push(result);
+                results.push(result);
             }
         }
-        Ok(done)
+        Ok(results)
     })
 }
 

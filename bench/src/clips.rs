@@ -14,7 +14,7 @@ use tracecut_cli::masks::tinted;
 use tracecut_cli::pictures::{Pixels, Series};
 use tracecut_cli::settings::Settings;
 
-/// What stands between the kind of a clip and its name.
+/// Separator between the kind of a clip and its name.
 const SEPARATOR: &str = "--";
 const EXPECTED: &str = "NAME/frames and NAME/masks, NAME/JPEGImages and NAME/Annotations, or JPEGImages/480p/NAME and \
                         Annotations/480p/NAME";
@@ -22,7 +22,7 @@ const EXPECTED_DAVIS: &str = "NAME/JPEGImages and NAME/Annotations, or JPEGImage
 /// Colour of the true outline in overlays.
 const OUTLINE: [u8; 3] = [255, 255, 255];
 
-/// What the pixels of a true mask mean.
+/// The coding of a true mask.
 #[derive(Debug, Clone, Copy)]
 enum Code {
     /// White on objects, mid-grey (128) where nothing is scored.
@@ -35,14 +35,14 @@ enum Code {
 #[derive(Debug)]
 pub(super) struct Clip {
     pub(super) name: String,
-    /// What stands before `--` in its name; otherwise the name of the folder that it lies in.
+    /// The part of its name before `--`, or else the name of its folder.
     pub(super) kind: String,
     pub(super) images: PathBuf,
     masks: PathBuf,
     code: Code,
 }
 
-/// Which clips an evaluation runs, how many at once, and with which parameters.
+/// The clips of an evaluation, the number of parallel runs, and the parameters.
 #[derive(Args, Debug)]
 pub(super) struct Suite {
     /// Folders with NAME/frames and NAME/masks, or in a layout of DAVIS; a single clip will do
@@ -63,7 +63,7 @@ impl Suite {
         self.jobs as usize
     }
 
-    /// What runs `command` with these options again, places left out; `more` stands after the folders.
+    /// Returns the command line of `command` with these options, without paths; `more` follows the folders.
     pub(super) fn command(&self, command: &str, more: &str) -> String {
         let folders: Vec<String> = self.folders.iter().map(|folder| file_name(folder)).collect();
         let only = if self.only.is_empty() { String::new() } else { format!(" --only {}", self.only.join(",")) };
@@ -72,17 +72,17 @@ impl Suite {
 
     /// The clips of all folders.
     pub(super) fn clips(&self) -> Result<Vec<Clip>> {
-        let found = self.folders.iter().map(|folder| find_clips(folder, &self.only));
-        Ok(found.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
+        let clips = self.folders.iter().map(|folder| find_clips(folder, &self.only));
+        Ok(clips.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
     }
 }
 
 /// The clips of `folder` by name, or `folder` itself if it is one; with `only` not empty, those whose names contain one
 /// of its texts.
 pub(super) fn find_clips(folder: &Path, only: &[String]) -> Result<Vec<Clip>> {
-    let wanted = |clip: &Clip| only.is_empty() || only.iter().any(|text| clip.name.contains(text));
+    let is_selected = |clip: &Clip| only.is_empty() || only.iter().any(|text| clip.name.contains(text));
     let mut clips = all_clips(folder)?;
-    clips.retain(wanted);
+    clips.retain(is_selected);
     if clips.is_empty() {
         let reason = format!("holds no clip whose name contains {}", only.join(" or "));
         return Err(Failure::about(folder.display(), reason));
@@ -103,9 +103,9 @@ fn all_clips(folder: &Path) -> Result<Vec<Clip>> {
 
 /// The clips of `folder` in a layout of DAVIS, by name, or those that `only` names.
 pub(super) fn davis_clips(folder: &Path, only: &[String]) -> Result<Vec<Clip>> {
-    let (all, suite) = (folder.join("JPEGImages").join("480p"), file_name(folder));
-    let is_original = all.is_dir();
-    batch::sequences(if is_original { &all } else { folder }, only, EXPECTED_DAVIS, |path, name| {
+    let (originals, suite) = (folder.join("JPEGImages").join("480p"), file_name(folder));
+    let is_original = originals.is_dir();
+    batch::sequences(if is_original { &originals } else { folder }, only, EXPECTED_DAVIS, |path, name| {
         let (images, masks) = if is_original {
             (path.to_owned(), folder.join("Annotations").join("480p").join(name))
         } else {
@@ -166,7 +166,7 @@ impl Clip {
         Ok(images)
     }
 
-    /// Where the true mask of a frame lies.
+    /// Returns the path of a frame's true mask.
     pub(super) fn mask_path(&self, image: &Path) -> PathBuf {
         self.masks.join(image.file_name().unwrap_or_default()).with_extension("png")
     }
@@ -183,8 +183,8 @@ impl Clip {
             Truth::Background => 0,
             Truth::Ignored => UNSCORED,
             Truth::Object => {
-                let known = colours.iter().position(|colour| colour == pixel);
-                let place = known.unwrap_or_else(|| {
+                let index = colours.iter().position(|colour| colour == pixel);
+                let place = index.unwrap_or_else(|| {
                     colours.push(pixel.to_vec());
                     colours.len() - 1
                 });
@@ -194,7 +194,7 @@ impl Clip {
         })
     }
 
-    /// What the pixels of a frame's mask mean.
+    /// Decodes the mask of a frame.
     fn mask<T: Copy>(&self, image: &Path, meaning: impl FnMut(&[u8]) -> T) -> Result<Option<Plane<T>>> {
         let path = self.mask_path(image);
         if !path.is_file() {

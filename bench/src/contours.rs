@@ -36,10 +36,10 @@ pub(crate) struct ContoursArgs {
 const FINE_PX: f64 = 2.0;
 
 const RECIPES: [&str; 3] = ["ours", "canny", "sobel"];
-/// What `--embedding` adds.
+/// The maps that `--embedding` adds.
 const EMBEDDED: [&str; 3] = ["discontinuities", "spectral gradients", "Pb + discontinuities"];
 
-/// Ways of counting: name, matching, and whether at the fine tolerance.
+/// PointMatches of counting: name, matching, and whether at the fine tolerance.
 const COUNTS: [(&str, Matching, bool); 4] = [
     ("one-to-one", Matching::OneToOne, false),
     ("nearest", Matching::Nearest, false),
@@ -61,8 +61,8 @@ pub(super) fn eval(args: &ContoursArgs) -> Result<()> {
         spent.add(clock.seconds());
         let mut maps = vec![ours, canny(&frame), sobel(&frame)];
         if args.embedding {
-            let found = image_discontinuities(&frame, &params.still, params.clip.seed);
-            maps.extend([found.d.thin, found.spectral.thin, found.combined.thin]);
+            let boundaries = image_discontinuities(&frame, &params.still, params.clip.seed);
+            maps.extend([boundaries.d.thin, boundaries.spectral.thin, boundaries.combined.thin]);
         }
         for (map, lists) in maps.iter().zip(&mut scores) {
             for (&(_, matching, fine), list) in COUNTS.iter().zip(lists) {
@@ -83,7 +83,7 @@ fn report(
     ms: f64,
     json_path: Option<&Path>,
 ) -> Result<()> {
-    let mut all = serde_json::Map::new();
+    let mut tables = serde_json::Map::new();
     let width = recipes.iter().map(|r| r.len()).max().unwrap_or(0);
     print(format_args!("matching          {:width$}    ODS   precision recall threshold     OIS", "recipe"))?;
     for (k, (count, ..)) in COUNTS.iter().enumerate() {
@@ -100,10 +100,10 @@ fn report(
             ))?;
             rows.insert((*recipe).into(), json!({"ods": numbers(ods), "ois": numbers(ois)}));
         }
-        all.insert((*count).into(), Value::Object(rows));
+        tables.insert((*count).into(), Value::Object(rows));
     }
     print(format_args!("{images} images, {ms:.1} ms a boundary map"))?;
-    write_json(json_path, &json!({"images": images, "millisecondsAMap": ms, "scores": all}))
+    write_json(json_path, &json!({"images": images, "millisecondsAMap": ms, "scores": tables}))
 }
 
 fn numbers(quality: Quality) -> Value {

@@ -46,7 +46,7 @@ pub(crate) struct DavisArgs {
     /// Write frames into this folder as NAME/%05d.png, masks in colour, the true mask outlined in white
     #[arg(long, value_name = "DIR")]
     overlay: Option<PathBuf>,
-    /// Of the overlays write every N-th
+    /// Write every N-th frame of the overlays
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
     overlay_step: u32,
     /// Also score masks brought to the size of the frames with their pictures
@@ -56,7 +56,7 @@ pub(crate) struct DavisArgs {
     batch: Batch,
 }
 
-/// What came of one sequence.
+/// The scores of one sequence.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 struct Outcome {
@@ -77,7 +77,7 @@ struct Outcome {
     time: Seconds,
 }
 
-/// What goes into the file of `--json`.
+/// The content of the file of `--json`.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 struct Report<'a> {
@@ -125,7 +125,7 @@ fn means(outcomes: &[Outcome]) -> Means {
         j: over(|o| o.j),
         f: over(|o| o.f),
         oracle_j: over(|o| o.oracle_j),
-        at_source: at_source.map(|all| AtSource::mean_of(&all)),
+        at_source: at_source.map(|rows| AtSource::mean_of(&rows)),
     }
 }
 
@@ -139,7 +139,7 @@ fn run_sequence(clip: &Clip, params: &Params, args: &DavisArgs) -> Result<Outcom
     }
     let mut outcome = score(&session, &truth)?;
     if args.at_source {
-        outcome.at_source = Some(AtSource::of(&session, &input, &truth)?);
+        outcome.at_source = Some(AtSource::score(&session, &input, &truth)?);
     }
     outcome.name.clone_from(&clip.name);
     outcome.time = timing.total;
@@ -173,11 +173,11 @@ fn score(session: &Session, truth: &[Plane<bool>]) -> Result<Outcome> {
     for (t, truth) in truth.iter().enumerate() {
         tally.add(&session.cluster_labels(t)?, truth)?;
     }
-    let chosen = tally.oracle_foreground();
+    let foreground = tally.oracle_foreground();
     let (mut j, mut f, mut oracle) = (Vec::new(), Vec::new(), Vec::new());
     for t in scored_frames(truth.len()) {
         let mask = session.labels(t)?.map(|label| label != 0);
-        let oracle_mask = session.cluster_labels(t)?.map(|cluster| chosen[cluster as usize]);
+        let oracle_mask = session.cluster_labels(t)?.map(|cluster| foreground[cluster as usize]);
         j.push(region_similarity(&mask, &truth[t])?);
         f.push(boundary_measure(&mask, &truth[t])?);
         oracle.push(region_similarity(&oracle_mask, &truth[t])?);
@@ -186,9 +186,9 @@ fn score(session: &Session, truth: &[Plane<bool>]) -> Result<Outcome> {
         name: String::new(),
         frames: truth.len(),
         objects: session.objects().map_or(0, |o| o.highest_label),
-        j: Summary::of(&j),
-        f: Summary::of(&f),
-        oracle_j: Summary::of(&oracle),
+        j: Summary::new(&j),
+        f: Summary::new(&f),
+        oracle_j: Summary::new(&oracle),
         at_source: None,
         j_of_frames: j,
         f_of_frames: f,
@@ -239,7 +239,7 @@ fn fine_measure(mask: &Plane<bool>, truth: &Plane<bool>) -> std::result::Result<
 }
 
 impl AtSource {
-    fn of(session: &Session, input: &Input, truth: &[Plane<bool>]) -> Result<Self> {
+    fn score(session: &Session, input: &Input, truth: &[Plane<bool>]) -> Result<Self> {
         let scored = scored_frames(truth.len());
         let mut sums = [Enlarging::default(); 3];
         let mut seconds = 0.0;
@@ -261,17 +261,17 @@ impl AtSource {
         Ok(Self { j, f, fine_f, milliseconds: 1000.0 * seconds / count })
     }
 
-    fn mean_of(all: &[&Self]) -> Self {
-        let mean = |value: &dyn Fn(&Self) -> f64| all.iter().map(|one| value(one)).sum::<f64>() / all.len() as f64;
-        let pair = |of: fn(&Self) -> Enlarging| Enlarging {
-            nearest: mean(&|one| of(one).nearest),
-            enlarged: mean(&|one| of(one).enlarged),
+    fn mean_of(rows: &[&Self]) -> Self {
+        let mean = |value: &dyn Fn(&Self) -> f64| rows.iter().map(|row| value(row)).sum::<f64>() / rows.len() as f64;
+        let pair = |value: fn(&Self) -> Enlarging| Enlarging {
+            nearest: mean(&|row| value(row).nearest),
+            enlarged: mean(&|row| value(row).enlarged),
         };
         Self {
-            j: pair(|one| one.j),
-            f: pair(|one| one.f),
-            fine_f: pair(|one| one.fine_f),
-            milliseconds: mean(&|one| one.milliseconds),
+            j: pair(|row| row.j),
+            f: pair(|row| row.f),
+            fine_f: pair(|row| row.fine_f),
+            milliseconds: mean(&|row| row.milliseconds),
         }
     }
 
@@ -312,7 +312,7 @@ impl Published {
         if self.0.is_empty() { "" } else { "  | trc J  trc F  best J  best F" }
     }
 
-    /// The paper's figures on a sequence, and those of the unlearned method with the best J.
+    /// The paper's figures on a sequence, and the figures of the unlearned method with the best J.
     fn columns(&self, sequence: &str) -> String {
         if self.0.is_empty() {
             return String::new();
@@ -321,15 +321,15 @@ impl Published {
             Some((name, pair)) => (Some(pair), name),
             None => (None, ""),
         };
-        figure_columns(self.of(PAPER, sequence), best, name)
+        figure_columns(self.figures(PAPER, sequence), best, name)
     }
 
-    /// The means of these columns over those of `sequences` that have them.
+    /// The means of these columns over the `sequences` that have them.
     fn mean_columns(&self, sequences: &[&str]) -> String {
         if self.0.is_empty() {
             return String::new();
         }
-        let paper: Vec<Figures> = sequences.iter().filter_map(|s| self.of(PAPER, s)).collect();
+        let paper: Vec<Figures> = sequences.iter().filter_map(|s| self.figures(PAPER, s)).collect();
         let best: Vec<Figures> = sequences.iter().filter_map(|s| self.best(s)).map(|(_, pair)| pair).collect();
         figure_columns(mean_figures(&paper), mean_figures(&best), "")
     }
@@ -338,8 +338,8 @@ impl Published {
     fn table(&self, sequences: &[&str]) -> Vec<String> {
         let mut rows: Vec<(&str, Figures)> = Vec::new();
         for (name, figures) in &self.0 {
-            let all: Option<Vec<Figures>> = sequences.iter().map(|&s| figures.get(s).copied()).collect();
-            rows.extend(all.and_then(|all| mean_figures(&all)).map(|pair| (name.as_str(), pair)));
+            let figures: Option<Vec<Figures>> = sequences.iter().map(|&s| figures.get(s).copied()).collect();
+            rows.extend(figures.and_then(|figures| mean_figures(&figures)).map(|mean| (name.as_str(), mean)));
         }
         rows.sort_by(|a, b| b.1[0].total_cmp(&a.1[0]));
         let line = |(name, [j, f]): &(&str, Figures)| {
@@ -350,13 +350,13 @@ impl Published {
         if rows.is_empty() { Vec::new() } else { std::iter::once(heading).chain(rows.iter().map(line)).collect() }
     }
 
-    fn of(&self, method: &str, sequence: &str) -> Option<Figures> {
+    fn figures(&self, method: &str, sequence: &str) -> Option<Figures> {
         self.0.get(method)?.get(sequence).copied()
     }
 
     fn best(&self, sequence: &str) -> Option<(&'static str, Figures)> {
-        let all = UNLEARNED.iter().filter_map(|&name| Some((name, self.of(name, sequence)?)));
-        all.max_by(|a, b| a.1[0].total_cmp(&b.1[0]))
+        let candidates = UNLEARNED.iter().filter_map(|&name| Some((name, self.figures(name, sequence)?)));
+        candidates.max_by(|a, b| a.1[0].total_cmp(&b.1[0]))
     }
 }
 

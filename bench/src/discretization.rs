@@ -82,7 +82,7 @@ struct Outcome {
 impl Outcome {
     /// K by `rule` at `threshold`, at least 1.
     fn count(&self, rule: CountRule, threshold: f64) -> usize {
-        let found = match rule {
+        let count = match rule {
             CountRule::Eigenvalues => self.eigenvalues.iter().filter(|&&l| l >= threshold).count(),
             CountRule::Gap => {
                 let dimensions = self.eigenvalues.len();
@@ -91,7 +91,7 @@ impl Outcome {
                 cluster_count(&embedding, &params)
             }
         };
-        found.clamp(1, self.rotation.len().max(1))
+        count.clamp(1, self.rotation.len().max(1))
     }
 
     fn errors(&self, method: DiscretizeMethod, count: usize) -> Errors {
@@ -118,7 +118,7 @@ struct Point {
 struct Curve {
     name: &'static str,
     points: Vec<Point>,
-    /// How rot-disc lies to this curve.
+    /// Comparison of rot-disc with this curve.
     #[serde(skip_serializing_if = "Option::is_none")]
     comparison: Option<Comparison>,
 }
@@ -158,9 +158,9 @@ pub(super) fn eval(args: &DiscretizationArgs) -> Result<()> {
 fn run_sequence(sequence: &Sequence, params: &Params, args: &DiscretizationArgs) -> Result<Outcome> {
     let (session, time) = run_clip(&sequence.list, Some(args.frames), params.clone())?;
     let shot = Shot::read(&sequence.definition, session.num_frames())?;
-    let embedding = session.embedding().ok_or_else(Failure::lost)?;
+    let embedding = session.embedding().ok_or_else(Failure::missing_result)?;
     let share = args.fragment_share / 100.0;
-    let sweep = |method| sweep(&session, &shot, method, share).ok_or_else(Failure::lost);
+    let sweep = |method| sweep(&session, &shot, method, share).ok_or_else(Failure::missing_result);
     Ok(Outcome {
         name: sequence.name.clone(),
         trajectories: embedding.num_rows,
@@ -189,9 +189,9 @@ fn curves(outcomes: &[Outcome]) -> Vec<Curve> {
     let averages = |method, rule, thresholds: &[f64]| -> Vec<Point> {
         let at = |&threshold: &f64| {
             let counts: Vec<usize> = outcomes.iter().map(|o| o.count(rule, threshold)).collect();
-            let all: Vec<Errors> = outcomes.iter().zip(&counts).map(|(o, &k)| o.errors(method, k)).collect();
+            let errors: Vec<Errors> = outcomes.iter().zip(&counts).map(|(o, &k)| o.errors(method, k)).collect();
             let mean_count = counts.iter().sum::<usize>() as f64 / counts.len().max(1) as f64;
-            Point { threshold, mean_count, errors: mean(&all) }
+            Point { threshold, mean_count, errors: mean(&errors) }
         };
         thresholds.iter().map(at).collect()
     };
@@ -203,8 +203,8 @@ fn curves(outcomes: &[Outcome]) -> Vec<Curve> {
         })
         .collect();
     let ours = errors_along(&curves[0]);
-    for other in &mut curves[1..] {
-        other.comparison = compare(&ours, &errors_along(other));
+    for curve in &mut curves[1..] {
+        curve.comparison = compare(&ours, &errors_along(curve));
     }
     curves
 }
@@ -226,8 +226,8 @@ fn chart(curves: &[Curve], num_sequences: usize) -> Chart<'static> {
 fn print_sequence(o: &Outcome) -> Result<()> {
     let value = |k: usize| o.eigenvalues.get(k).or(o.eigenvalues.last()).copied().unwrap_or(f64::NAN);
     let best = |missed: f64| {
-        let reached = o.rotation_merge.iter().filter(|e| e.missed <= missed).map(|e| e.oversegmentation);
-        reached.reduce(f64::min)
+        let candidates = o.rotation_merge.iter().filter(|e| e.missed <= missed).map(|e| e.oversegmentation);
+        candidates.reduce(f64::min)
     };
     let fewest = o.rotation_merge.iter().map(|e| e.missed).fold(f64::INFINITY, f64::min);
     print(format_args!(
@@ -265,13 +265,13 @@ fn print_table(rule: &str, meaning: &str, curves: &[Curve]) -> Result<()> {
 fn print_verdict(curves: &[Curve]) -> Result<()> {
     print("")?;
     let mut holds = true;
-    for other in &curves[1..] {
-        let Some(c) = other.comparison else { continue };
+    for curve in &curves[1..] {
+        let Some(c) = curve.comparison else { continue };
         holds &= c.holds();
         let rates = c.below + c.equal + c.above;
         print(format_args!(
             "rot-disc against {:12} below at {} of {rates} rates of misses from {:.2} on, equal at {}, above at {}; least margin {:.2}",
-            format!("{}:", other.name),
+            format!("{}:", curve.name),
             c.below,
             c.from,
             c.equal,
@@ -283,7 +283,10 @@ fn print_verdict(curves: &[Curve]) -> Result<()> {
     print(format_args!("rot-disc lies below the others at every rate of misses that both reach: {verdict}"))
 }
 
-const SIZE: (u32, u32) = (720, 480);
+/// Width of the plot, in pixels.
+const PLOT_WIDTH: u32 = 720;
+/// Height of the plot, in pixels.
+const PLOT_HEIGHT: u32 = 480;
 /// Colours that remain apart for colour-blind readers (Okabe and Ito 2008); curves differ in their markers as well.
 const COLOURS: [RGBColor; 6] = [
     RGBColor(0xd5, 0x5e, 0x00),
@@ -308,7 +311,7 @@ impl Chart<'_> {
     /// The picture as text.
     fn svg(&self) -> Result<String> {
         let mut text = String::new();
-        let drawn = self.draw(&SVGBackend::with_string(&mut text, SIZE).into_drawing_area());
+        let drawn = self.draw(&SVGBackend::with_string(&mut text, (PLOT_WIDTH, PLOT_HEIGHT)).into_drawing_area());
         drawn.map_err(|e| Failure::new(format!("the plot cannot be drawn: {e}")))?;
         Ok(text)
     }
@@ -341,11 +344,11 @@ impl Chart<'_> {
         Ok(())
     }
 
-    /// Where an axis ends: a little beyond the last point.
-    fn end(&self, of: impl Fn(&(f64, f64)) -> f64) -> f64 {
+    /// Returns the end of an axis, a little beyond the last point.
+    fn end(&self, coordinate: impl Fn(&(f64, f64)) -> f64) -> f64 {
         let points = self.curves.iter().flat_map(|curve| &curve.1).filter(|p| is_drawn(p));
-        let most = points.map(of).fold(0.0, f64::max);
-        if most > 0.0 { 1.04 * most } else { 1.0 }
+        let largest = points.map(coordinate).fold(0.0, f64::max);
+        if largest > 0.0 { 1.04 * largest } else { 1.0 }
     }
 }
 

@@ -80,9 +80,9 @@ pub(super) fn eval(args: &FigmentArgs) -> Result<()> {
     let sequences = find_sequences(&args.folder, &args.batch.only)?;
     print(HEADING)?;
     let outcomes = args.batch.run(&sequences, |s| &s.name, |s| run_sequence(s, &params, args.frames), print_rows)?;
-    let all: Vec<Scores> = outcomes.iter().map(|o| o.scores).collect();
+    let scores: Vec<Scores> = outcomes.iter().map(|o| o.scores).collect();
     let without: Option<Vec<Scores>> = outcomes.iter().map(|o| o.without_connectedness).collect();
-    let (mean_with, mean_without) = (mean(&all), without.map(|w| mean(&w)));
+    let (mean_with, mean_without) = (mean(&scores), without.map(|w| mean(&w)));
     let how = if mean_without.is_some() { ", with connectedness" } else { "" };
     let seconds: f64 = outcomes.iter().map(|o| o.time.best()).sum();
     print(format_args!("{:36}{} {seconds:8.1}", format!("mean{how}"), columns(&mean_with)))?;
@@ -120,7 +120,7 @@ fn numbered(path: PathBuf) -> Result<(usize, PathBuf)> {
 fn run_sequence(sequence: &Sequence, params: &Params, frames: Option<u32>) -> Result<Outcome> {
     let (session, time) = run_clip(&sequence.frames, frames, params.clone())?;
     let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-        return Err(Failure::lost());
+        return Err(Failure::missing_result());
     };
     let masks = read_masks(sequence, &session, frames.is_some())?;
     let labelled: Vec<_> = masks.iter().map(|(frame, mask)| (*frame, mask)).collect();
@@ -149,8 +149,8 @@ fn input_scale(session: &Session) -> f64 {
 
 /// The masks of the clip's frames; later ones may be left over where only the first frames were taken.
 fn read_masks(sequence: &Sequence, session: &Session, is_part: bool) -> Result<Vec<(usize, Plane<u8>)>> {
-    let within = sequence.masks.iter().filter(|(frame, _)| !is_part || *frame < session.num_frames());
-    within.map(|(frame, path)| Ok((*frame, read_mask(path)?))).collect()
+    let masks = sequence.masks.iter().filter(|(frame, _)| !is_part || *frame < session.num_frames());
+    masks.map(|(frame, path)| Ok((*frame, read_mask(path)?))).collect()
 }
 
 /// The values of a grey image or the indices of a palette image.

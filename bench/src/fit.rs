@@ -9,13 +9,13 @@ use clap::Args;
 use std::path::PathBuf;
 use tracecut::Params;
 use tracecut::discretize::Clusters;
-use tracecut::evidence::Pair;
+use tracecut::evidence::ClusterPair;
 use tracecut_cli::failure::{Failure, Result, print, write};
 
 const HELP: &str = "\
 Each clip is run to the labels of its trajectories. For every two neighbouring pieces of the over-segmentation, before any are merged, the
-terms of src/figure/evidence/pair.rs are written down, and how likely two of their points, one of each, are of one region; for every cluster
-the terms of src/figure/evidence/pair.rs, before a moving or a still camera, and its share of points on objects. Logistic regressions give the weights: every
+terms of src/figure/evidence/log_odds.rs are written down, and how likely two of their points, one of each, are of one region; for every cluster
+the terms of src/figure/evidence/log_odds.rs, before a moving or a still camera, and its share of points on objects. Logistic regressions give the weights: every
 clip counts alike, in it a pair by the logarithm of the points of its smaller piece, a cluster by the root of its points.
 
 For each kind of clips the loss is printed of weights that were fitted on the others, and of those fitted on all (nats a pair); then the
@@ -26,10 +26,10 @@ const RIDGE: f64 = 0.003;
 /// Pieces with fewer points in scored frames tell nothing.
 const FEWEST: f64 = 5.0;
 /// The terms of pairs, in their order.
-const PAIR: [&str; 4] = ["discontinuity", "gain", "strangeness", "rest"];
+const PAIR: [&str; 4] = ["discontinuity", "gain", "contrast", "residual"];
 /// Those of objects before a moving camera, and before a still one.
-const OBJECT: [&str; 2] = ["rim", "strangeness"];
-const OBJECT_BEFORE_PLATE: [&str; 1] = ["unlike"];
+const OBJECT: [&str; 2] = ["border", "contrast"];
+const OBJECT_BEFORE_PLATE: [&str; 1] = ["plate distance"];
 
 #[derive(Args, Debug)]
 #[command(after_help = HELP)]
@@ -54,22 +54,22 @@ struct Lesson {
     examples: Vec<Example>,
 }
 
-/// What a clip teaches: of pairs, of objects, and of objects before a still camera.
+/// Examples of a clip: of pairs, of objects, and of objects before a still camera.
 type Lessons = [Lesson; 3];
 
 pub(super) fn eval(args: &FitArgs) -> Result<()> {
     let mut params = args.suite.settings.params()?;
     params.clip.dense = false;
     let items = items(&args.suite)?;
-    let work = |item: &Item| lessons_of(item, &params, args).map_err(|failure| failure.of(&item.name));
+    let work = |item: &Item| lessons_of(item, &params, args).map_err(|failure| failure.with_subject(&item.name));
     let report = |lessons: &Lessons| {
         let [pairs, objects, still] = lessons.each_ref().map(|lesson| lesson.examples.len());
         print(format_args!("{:20} {pairs:6} pairs {:4} clusters", lessons[0].kind, objects + still))
     };
-    let found = in_order(&items, args.suite.jobs(), work, report)?;
+    let lessons_of_clips = in_order(&items, args.suite.jobs(), work, report)?;
     let mut tables = Vec::new();
     for (k, names) in [&PAIR[..], &OBJECT, &OBJECT_BEFORE_PLATE].into_iter().enumerate() {
-        let lessons: Vec<&Lesson> = found.iter().map(|lessons| &lessons[k]).collect();
+        let lessons: Vec<&Lesson> = lessons_of_clips.iter().map(|lessons| &lessons[k]).collect();
         let weights = fit(&examples(&lessons, |_| true), RIDGE);
         if weights.is_empty() {
             return Err(Failure::new("no clip has clusters to learn from: nothing can be fitted".to_owned()));
@@ -89,7 +89,7 @@ fn examples(lessons: &[&Lesson], wanted: impl Fn(&str) -> bool) -> Vec<Example> 
 
 /// The pairs and clusters of a clip under all seeds; the weights of each sum up to one.
 fn lessons_of(item: &Item, params: &Params, args: &FitArgs) -> Result<Lessons> {
-    let mut found = <[Vec<Example>; 3]>::default();
+    let mut examples = <[Vec<Example>; 3]>::default();
     for &seed in &args.seeds {
         let mut params = params.clone();
         params.clip.seed = seed;
@@ -100,28 +100,28 @@ fn lessons_of(item: &Item, params: &Params, args: &FitArgs) -> Result<Lessons> {
         };
         if let Some((label, pairs)) = session.pieces() {
             let count = 1 + label.iter().max().map_or(0, |&l| l as usize);
-            pairs_in(&overlap(&Clusters { count, label })?, pairs, &mut found[0]);
+            pairs_in(&overlap(&Clusters { count, label })?, pairs, &mut examples[0]);
         }
         // Regions of shots can be parts of the scene; masks show objects.
-        let known = session.cluster_terms().filter(|_| item.has_masks());
-        if let (Some((still, terms)), Some(clusters)) = (known, session.clusters()) {
-            objects_in(&overlap(clusters)?, terms, &mut found[1 + usize::from(still)]);
+        let terms = session.cluster_terms().filter(|_| item.has_masks());
+        if let (Some((still, terms)), Some(clusters)) = (terms, session.clusters()) {
+            objects_in(&overlap(clusters)?, terms, &mut examples[1 + usize::from(still)]);
         }
     }
-    let lesson = |mut examples: Vec<Example>| {
-        let all: f64 = examples.iter().map(|e| e.weight).sum();
-        examples.iter_mut().for_each(|e| e.weight /= all);
+    let normalized = |mut examples: Vec<Example>| {
+        let total: f64 = examples.iter().map(|e| e.weight).sum();
+        examples.iter_mut().for_each(|e| e.weight /= total);
         Lesson { kind: item.kind.clone(), examples }
     };
-    Ok(found.map(lesson))
+    Ok(examples.map(normalized))
 }
 
-/// How many points of each cluster there are in scored frames.
+/// Counts the points of each cluster in scored frames.
 fn points(overlap: &[Vec<u64>], cluster: usize) -> f64 {
     overlap.iter().map(|row| row[cluster]).sum::<u64>() as f64
 }
 
-fn pairs_in(overlap: &[Vec<u64>], pairs: Vec<Pair>, found: &mut Vec<Example>) {
+fn pairs_in(overlap: &[Vec<u64>], pairs: Vec<ClusterPair>, found: &mut Vec<Example>) {
     for pair in pairs {
         let [p, q] = [pair.clusters.0 as usize, pair.clusters.1 as usize];
         let (a, b) = (points(overlap, p), points(overlap, q));
@@ -134,10 +134,10 @@ fn pairs_in(overlap: &[Vec<u64>], pairs: Vec<Pair>, found: &mut Vec<Example>) {
 
 fn objects_in(overlap: &[Vec<u64>], terms: Vec<Option<Vec<f64>>>, found: &mut Vec<Example>) {
     for (cluster, terms) in terms.into_iter().enumerate() {
-        let all = points(overlap, cluster);
-        if let (Some(terms), true) = (terms, all >= FEWEST) {
-            let truth = points(&overlap[1..], cluster) / all;
-            found.push(Example { terms, truth, weight: all.sqrt() });
+        let num_points = points(overlap, cluster);
+        if let (Some(terms), true) = (terms, num_points >= FEWEST) {
+            let truth = points(&overlap[1..], cluster) / num_points;
+            found.push(Example { terms, truth, weight: num_points.sqrt() });
         }
     }
 }
@@ -148,10 +148,10 @@ fn report_losses(lessons: &[&Lesson], weights: &[f64], names: &[&str]) -> Result
     kinds.dedup();
     print(format_args!("\n{:24} {:>10} {:>10}", "loss", "left out", "fitted on"))?;
     for &kind in &kinds {
-        let (own, others) = (examples(lessons, |k| k == kind), examples(lessons, |k| k != kind));
-        if !own.is_empty() && !others.is_empty() {
-            let left_out = loss(&fit(&others, RIDGE), &own);
-            print(format_args!("{kind:24} {left_out:10.3} {:10.3}", loss(weights, &own)))?;
+        let (tests, training) = (examples(lessons, |k| k == kind), examples(lessons, |k| k != kind));
+        if !tests.is_empty() && !training.is_empty() {
+            let left_out = loss(&fit(&training, RIDGE), &tests);
+            print(format_args!("{kind:24} {left_out:10.3} {:10.3}", loss(weights, &tests)))?;
         }
     }
     print(format_args!("\n{:24} {:>10}", "left out, mean of kinds", ""))?;
@@ -164,16 +164,16 @@ fn report_losses(lessons: &[&Lesson], weights: &[f64], names: &[&str]) -> Result
 
 /// The mean over the kinds of the loss on each by weights that were fitted on the others, without a term.
 fn left_out(lessons: &[&Lesson], kinds: &[&str], without: Option<usize>) -> f64 {
-    let of = |wanted: &dyn Fn(&str) -> bool| {
-        let mut found = examples(lessons, wanted);
+    let select = |is_wanted: &dyn Fn(&str) -> bool| {
+        let mut selection = examples(lessons, is_wanted);
         if let Some(k) = without {
-            found.iter_mut().for_each(|e| e.terms[k] = 0.0);
+            selection.iter_mut().for_each(|e| e.terms[k] = 0.0);
         }
-        found
+        selection
     };
     let losses = kinds.iter().filter_map(|&kind| {
-        let (own, others) = (of(&|k| k == kind), of(&|k| k != kind));
-        (!own.is_empty() && !others.is_empty()).then(|| loss(&fit(&others, RIDGE), &own))
+        let (tests, training) = (select(&|k| k == kind), select(&|k| k != kind));
+        (!tests.is_empty() && !training.is_empty()).then(|| loss(&fit(&training, RIDGE), &tests))
     });
     let losses: Vec<f64> = losses.collect();
     losses.iter().sum::<f64>() / losses.len().max(1) as f64
@@ -184,14 +184,20 @@ fn table(weights: &[Vec<f64>], command: &str) -> String {
     let mut text =
         format!("//! The fitted weights, by the command below; do not edit them by hand.\n//!\n//! `{command}`\n");
     let tables = [
-        ("PAIR", "a pair of clusters, for that they are one: base, then the terms of `pair`"),
-        ("OBJECT", "a cluster, for that it is an object: base, then the terms of `Signs`"),
-        ("OBJECT_BEFORE_PLATE", "a cluster before a still camera: base, then its term of `Signs`"),
+        ("PAIR_WEIGHTS", "a pair of clusters to be one object: bias, then the terms of `ClusterPair`"),
+        (
+            "OBJECT_WEIGHTS",
+            "a cluster to be an object, with a moving camera: bias, then the terms of `ClusterCues::Moving`",
+        ),
+        (
+            "STILL_OBJECT_WEIGHTS",
+            "a cluster to be an object, with a still camera: bias, then the term of `ClusterCues::Still`",
+        ),
     ];
     for ((name, what), weights) in tables.into_iter().zip(weights) {
         let numbers: Vec<String> = weights.iter().map(|w| format!("{w:.4}")).collect();
         let (count, numbers) = (weights.len(), numbers.join(", "));
-        text += &format!("\n/// Of {what}.\npub(super) const {name}: [f64; {count}] = [{numbers}];\n");
+        text += &format!("\n/// Weights of {what}.\npub(super) const {name}: [f64; {count}] = [{numbers}];\n");
     }
     text
 }

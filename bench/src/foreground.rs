@@ -58,18 +58,23 @@ pub(super) fn eval(args: &ForegroundArgs) -> Result<()> {
     print("sequence     frames  tracks     IoU  recall  false alarms   alone  seconds")?;
     let outcomes = args.batch.run(&sequences, |s| &s.name, |s| run_sequence(s, &params, args.frames), print_row)?;
     let means = |scores: fn(&Outcome) -> ForegroundScores| mean(&outcomes.iter().map(scores).collect::<Vec<_>>());
-    let (in_context, alone) = (means(|o| o.scores), means(|o| o.alone));
+    let (in_context, without_context) = (means(|o| o.scores), means(|o| o.alone));
     let seconds: f64 = outcomes.iter().map(|o| o.time.best()).sum();
-    print(format_args!("{:27}{} {seconds:8.1}", "mean", columns(&in_context, &alone)))?;
-    let report =
-        Report { frames: args.frames, sequences: &outcomes, mean: in_context, mean_alone: alone, params: &params };
+    print(format_args!("{:27}{} {seconds:8.1}", "mean", columns(&in_context, &without_context)))?;
+    let report = Report {
+        frames: args.frames,
+        sequences: &outcomes,
+        mean: in_context,
+        mean_alone: without_context,
+        params: &params,
+    };
     write_json(args.batch.json.as_deref(), &report)
 }
 
 fn run_sequence(sequence: &Sequence, params: &Params, frames: u32) -> Result<Outcome> {
     let (session, time) = run_clip(&sequence.list, Some(frames), params.clone())?;
     let (Some(tracks), Some(saliency)) = (session.trajectories(), session.saliency()) else {
-        return Err(Failure::lost());
+        return Err(Failure::missing_result());
     };
     let shot = Shot::read(&sequence.definition, tracks.num_frames)?;
     let scored = |foreground: &[bool]| {

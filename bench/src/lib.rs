@@ -1,8 +1,7 @@
 //! The program `bench`: scores against ground truth, the tables and curves of the paper, and the ledger of choices.
 //!
 //! Not published: neither the crate, nor the wheel, nor the user's command line carries any of it. README.md beside
-//! `src` has a line for each command. [`measures`] are what is computed, a module for each command is what it reads,
-//! runs and prints.
+//! `src` has a line for each command. [`measures`] has the computations; a module for each command reads, runs and prints.
 
 mod ablate;
 mod batch;
@@ -55,9 +54,9 @@ enum Command {
     Points(points::PointsArgs),
     /// Fit the weights of what is known of two clusters, on clips of all kinds, and say what each term is worth
     Fit(fit::FitArgs),
-    /// How far J of the masks moves under changes of a clip that do not matter: seed, crop, mirror, light, JPEG, start
+    /// Measure the changes of J under irrelevant changes of a clip: seed, crop, mirror, light, JPEG, start
     Stability(stability::StabilityArgs),
-    /// What each rule and constant that is not the paper's is worth on clips of many kinds, written into docs/choices.md
+    /// Measure the effect of each rule and constant that is not the paper's on clips of many kinds, for docs/choices.md
     Ablate(ablate::AblateArgs),
     /// Compare five ways to make clusters of the embedding: over-segmentation against missed objects (the paper's
     /// Figure 10)

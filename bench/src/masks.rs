@@ -86,7 +86,7 @@ fn run_seeds(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> R
         run_clip(clip, args.frames, args.window, params, overlay)
     };
     let runs = seeds.iter().enumerate().map(run_one).collect::<Result<Vec<_>>>();
-    let runs = runs.map_err(|failure| failure.of(&clip.name))?;
+    let runs = runs.map_err(|failure| failure.with_subject(&clip.name))?;
     Ok(Outcome { name: clip.name.clone(), kind: clip.kind.clone(), runs })
 }
 

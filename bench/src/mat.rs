@@ -11,14 +11,14 @@ use std::path::Path;
 use tracecut::image::{MAX_PIXELS, MAX_SIDE, Plane};
 use tracecut_cli::failure::{Failure, Result, read as read_bytes};
 
-/// What one person drew.
+/// The annotation of one person.
 ///
 /// Law: both planes have the same size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Annotation {
     /// Number of the region of each pixel.
     pub segmentation: Plane<u16>,
-    /// Whether a pixel lies on an outline.
+    /// True for pixels on an outline.
     pub boundaries: Plane<bool>,
 }
 
@@ -87,7 +87,7 @@ fn unpack(body: &[u8]) -> Parsed<Vec<u8>> {
 }
 
 fn annotations(people: &[Array]) -> Parsed<Vec<Annotation>> {
-    let mut all: Vec<Annotation> = Vec::new();
+    let mut annotations: Vec<Annotation> = Vec::new();
     for (k, person) in people.iter().enumerate() {
         let about = |reason: String| format!("annotation {} of {}: {reason}", k + 1, people.len());
         let annotation = Annotation {
@@ -96,13 +96,13 @@ fn annotations(people: &[Array]) -> Parsed<Vec<Annotation>> {
         };
         let size = |p: &Annotation| (p.segmentation.width(), p.segmentation.height());
         let edges = (annotation.boundaries.width(), annotation.boundaries.height());
-        let first = all.first().map_or(edges, size);
+        let first = annotations.first().map_or(edges, size);
         if size(&annotation) != edges || first != edges {
             return Err(about(format!("its arrays differ in size from each other or from the first's {first:?}")));
         }
-        all.push(annotation);
+        annotations.push(annotation);
     }
-    if all.is_empty() { Err("its cell array `groundTruth` is empty".into()) } else { Ok(all) }
+    if annotations.is_empty() { Err("its cell array `groundTruth` is empty".into()) } else { Ok(annotations) }
 }
 
 /// A named array.

@@ -83,8 +83,8 @@ struct Means {
 
 impl Means {
     fn over(outcomes: &[Outcome], scores: impl Fn(&Outcome) -> Option<&Scores>) -> Self {
-        let all: Vec<Scores> = outcomes.iter().filter_map(scores).cloned().collect();
-        Self { mean: mean(&all), trimmed_mean: trimmed_mean(&all) }
+        let scores: Vec<Scores> = outcomes.iter().filter_map(scores).cloned().collect();
+        Self { mean: mean(&scores), trimmed_mean: trimmed_mean(&scores) }
     }
 }
 
@@ -138,7 +138,7 @@ pub(super) fn find_sequences(folder: &Path, only: &[String]) -> Result<Vec<Seque
 fn run_sequence(sequence: &Sequence, params: &Params, args: &MosegArgs) -> Result<Outcome> {
     let (session, time) = run_clip(&sequence.list, Some(args.frames), params.clone())?;
     let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-        return Err(Failure::lost());
+        return Err(Failure::missing_result());
     };
     let shot = Shot::read(&sequence.definition, tracks.num_frames)?;
     // Scored as written, so that a score of the file gives the same figures.

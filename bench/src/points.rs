@@ -97,12 +97,12 @@ pub(super) fn eval(args: &PointsArgs) -> Result<()> {
 }
 
 impl Item {
-    /// Whether its truth are masks of objects, and not regions of a shot.
+    /// Returns true if its truth is masks of objects, not regions of a shot.
     pub(super) fn has_masks(&self) -> bool {
         matches!(self.source, Source::Masks(_))
     }
 
-    /// Where its frames are.
+    /// Returns the folder of its frames.
     pub(super) fn images(&self) -> &Path {
         match &self.source {
             Source::Shot(sequence) => &sequence.list,
@@ -129,23 +129,23 @@ impl Item {
 
 /// The clips of all folders.
 pub(super) fn items(suite: &Suite) -> Result<Vec<Item>> {
-    let mut all = Vec::new();
+    let mut items = Vec::new();
     for folder in &suite.folders {
         if !holds_shots(folder) {
             let of_clip =
                 |clip: Clip| Item { name: clip.name.clone(), kind: clip.kind.clone(), source: Source::Masks(clip) };
-            all.extend(find_clips(folder, &suite.only)?.into_iter().map(of_clip));
+            items.extend(find_clips(folder, &suite.only)?.into_iter().map(of_clip));
             continue;
         }
         let kind = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let wanted = |s: &Sequence| suite.only.is_empty() || suite.only.iter().any(|text| s.name.contains(text));
+        let is_selected = |s: &Sequence| suite.only.is_empty() || suite.only.iter().any(|text| s.name.contains(text));
         let of_shot = |s: Sequence| Item { name: s.name.clone(), kind: kind.clone(), source: Source::Shot(s) };
-        all.extend(find_sequences(folder, &[])?.into_iter().filter(wanted).map(of_shot));
+        items.extend(find_sequences(folder, &[])?.into_iter().filter(is_selected).map(of_shot));
     }
-    Ok(all)
+    Ok(items)
 }
 
-/// Whether a folder is one of the Moseg benchmark.
+/// Returns true for a folder of the Moseg benchmark.
 fn holds_shots(folder: &Path) -> bool {
     let is_shot = |path: PathBuf| path.file_name().is_some_and(|name| path.join(name).with_extension("bmf").is_file());
     std::fs::read_dir(folder).is_ok_and(|entries| entries.flatten().any(|entry| is_shot(entry.path())))
@@ -157,7 +157,7 @@ fn run_seeds(item: &Item, params: &Params, seeds: &[u32], args: &PointsArgs) -> 
         params.clip.seed = seed;
         run_one(item, params, args)
     });
-    let runs = runs.collect::<Result<Vec<_>>>().map_err(|failure| failure.of(&item.name))?;
+    let runs = runs.collect::<Result<Vec<_>>>().map_err(|failure| failure.with_subject(&item.name))?;
     Ok(Outcome { name: item.name.clone(), kind: item.kind.clone(), runs })
 }
 
@@ -165,7 +165,7 @@ fn run_one(item: &Item, params: Params, args: &PointsArgs) -> Result<Run> {
     let seed = params.clip.seed;
     let (session, time, Shot { definition, maps }) = run_item(item, params, args.frames)?;
     let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-        return Err(Failure::lost());
+        return Err(Failure::missing_result());
     };
     let broken = |e| Failure::about(&item.name, e);
     Ok(Run {
@@ -212,14 +212,14 @@ fn of_seeds(outcome: &Outcome) -> Scores {
     let runs: Vec<Scores> = outcome.runs.iter().map(|run| run.scores.clone()).collect();
     let count = runs.len().max(1) as f64;
     let mean = mean(&runs);
-    // Of the visible regions one is the background.
+    // One of the visible regions is the background.
     let objects = (mean.visible / count - 1.0).max(0.0);
     Scores { extracted: mean.extracted / count, visible: objects, labeled: mean.labeled / count, ..mean }
 }
 
 fn best_of(outcomes: &[&Outcome]) -> Option<f64> {
-    let known: Vec<f64> = outcomes.iter().flat_map(|o| &o.runs).filter_map(|run| run.best).collect();
-    (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
+    let values: Vec<f64> = outcomes.iter().flat_map(|o| &o.runs).filter_map(|run| run.best).collect();
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 /// The rows of each kind, and of all clips.
@@ -230,17 +230,21 @@ fn means(outcomes: &[Outcome]) -> Vec<String> {
     let mut of_kinds = Vec::new();
     for (kind, clips) in &kinds {
         let scores: Vec<Scores> = clips.iter().map(|o| of_seeds(o)).collect();
-        let title = |what: &str| format!("{kind} ({}){what}", clips.len());
+        let title = |suffix: &str| format!("{kind} ({}){suffix}", clips.len());
         lines.push(format!("{:46} {}", title(""), columns(&mean(&scores), best_of(clips))));
         if clips.len() > 4 {
             lines.push(format!("{:46} {}", title(", trimmed"), columns(&trimmed_mean(&scores), best_of(clips))));
         }
         of_kinds.push(mean(&scores));
     }
-    let all: Vec<&Outcome> = outcomes.iter().collect();
     let scores: Vec<Scores> = outcomes.iter().map(of_seeds).collect();
+    let outcomes: Vec<&Outcome> = outcomes.iter().collect();
     lines.push(format!("{:46} {}", format!("mean of kinds ({})", kinds.len()), columns(&mean(&of_kinds), None)));
-    lines.push(format!("{:46} {}", format!("mean of clips ({})", all.len()), columns(&mean(&scores), best_of(&all))));
+    lines.push(format!(
+        "{:46} {}",
+        format!("mean of clips ({})", outcomes.len()),
+        columns(&mean(&scores), best_of(&outcomes))
+    ));
     lines
 }
 

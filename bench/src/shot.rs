@@ -42,7 +42,7 @@ pub(crate) fn score_shot(path: &Path, tracks: &Trajectories, clusters: &Clusters
     score(&definition, &maps, tracks, clusters).map_err(|e| Failure::about(path.display(), e))
 }
 
-/// How many labels [`Session::cluster_labels`] may have: a clip without clusters has one.
+/// Returns the number of labels of [`Session::cluster_labels`]: a clip without clusters has one.
 pub(crate) fn num_clusters(session: &Session) -> usize {
     session.clusters().map_or(0, |c| c.count).max(1)
 }

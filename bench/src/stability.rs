@@ -46,7 +46,7 @@ pub(crate) struct StabilityArgs {
     json: Option<PathBuf>,
 }
 
-/// What came of a clip: J under each change.
+/// J of a clip under each change.
 #[derive(Debug, Serialize)]
 struct Outcome {
     name: String,
@@ -65,7 +65,7 @@ struct Means {
     largest_spread: f64,
 }
 
-/// What goes into the file of `--json`.
+/// The content of the file of `--json`.
 #[derive(Debug, Serialize)]
 struct Report<'a> {
     frames: u32,
@@ -97,7 +97,7 @@ fn outcomes(clips: &[Clip], params: &Params, args: &StabilityArgs) -> Result<Vec
     let (scores, outcomes) = (RefCell::new(Vec::new()), RefCell::new(Vec::new()));
     let work = |&(clip, change): &(&Clip, Change)| {
         j_under(clip, change, params.clone(), args.frames)
-            .map_err(|failure| failure.of(format_args!("{} {change}", clip.name)))
+            .map_err(|failure| failure.with_subject(format_args!("{} {change}", clip.name)))
     };
     let report = |&j: &f64| {
         scores.borrow_mut().push(j);
@@ -105,7 +105,7 @@ fn outcomes(clips: &[Clip], params: &Params, args: &StabilityArgs) -> Result<Vec
             return Ok(());
         }
         let clip = &clips[outcomes.borrow().len()];
-        let outcome = Outcome::of(clip, changes, &scores.take());
+        let outcome = Outcome::new(clip, changes, &scores.take());
         print(outcome.row(changes))?;
         outcomes.borrow_mut().push(outcome);
         Ok(())
@@ -137,7 +137,7 @@ fn j_under(clip: &Clip, change: Change, mut params: Params, frames: u32) -> Resu
 }
 
 impl Outcome {
-    fn of(clip: &Clip, changes: &[Change], scores: &[f64]) -> Self {
+    fn new(clip: &Clip, changes: &[Change], scores: &[f64]) -> Self {
         let mean = mean(scores);
         let variance = scores.iter().map(|j| (j - mean).powi(2)).sum::<f64>() / scores.len().max(1) as f64;
         let (low, high) = scores.iter().fold((f64::MAX, f64::MIN), |(low, high), &j| (low.min(j), high.max(j)));
@@ -158,21 +158,21 @@ fn heading(changes: &[Change]) -> String {
 
 fn means(outcomes: &[Outcome]) -> Means {
     let over = |value: fn(&Outcome) -> f64| mean(&outcomes.iter().map(value).collect::<Vec<_>>());
-    let all: Vec<f64> = outcomes.iter().flat_map(|o| o.j.values().copied()).collect();
+    let values: Vec<f64> = outcomes.iter().flat_map(|o| o.j.values().copied()).collect();
     let largest_spread = outcomes.iter().map(|o| o.spread).fold(0.0, f64::max);
-    Means { j: mean(&all), sd: over(|o| o.sd), spread: over(|o| o.spread), largest_spread }
+    Means { j: mean(&values), sd: over(|o| o.sd), spread: over(|o| o.spread), largest_spread }
 }
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-/// Quality of a JPEG file that a frame goes through.
+/// Quality of the JPEG files, chosen by eye.
 const JPEG_QUALITY: u8 = 80;
-/// What is left of the light.
-const DARK: f32 = 0.95;
+/// Share of brightness that remains in a darker clip. Chosen by eye.
+const DARKENING: f32 = 0.95;
 
-/// What is done to a clip before it is run.
+/// A change of a clip before it is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Change {
     /// Nothing.
@@ -228,7 +228,7 @@ impl fmt::Display for Change {
 }
 
 impl Change {
-    /// How many frames are left out at the start.
+    /// Returns the number of frames skipped at the start.
     fn skipped(self) -> usize {
         usize::from(self == Self::Later)
     }
@@ -239,19 +239,19 @@ impl Change {
         match self {
             Self::Base | Self::Seed(_) | Self::Later => Ok(frame),
             Self::Dark => {
-                let darker = |&value: &u8| (f32::from(value) * DARK + 0.5) as u8;
+                let darker = |&value: &u8| (f32::from(value) * DARKENING + 0.5) as u8;
                 Ok(Frame::from_rgb(frame.rgb().iter().map(darker).collect(), width, height)?)
             }
             Self::Jpeg => through_jpeg(&frame),
             Self::Crop(_) | Self::Mirror => {
                 let pixels = frame.rgb().chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
-                let moved = self.of_plane(&Plane::from_vec(width, height, pixels).unwrap_or_default())?;
-                Ok(Frame::from_rgb(moved.data().concat(), moved.width(), moved.height())?)
+                let changed = self.of_plane(&Plane::from_vec(width, height, pixels).unwrap_or_default())?;
+                Ok(Frame::from_rgb(changed.data().concat(), changed.width(), changed.height())?)
             }
         }
     }
 
-    /// Where the pixels of a frame go, those of its true mask go too.
+    /// Applies the geometric part of the change to a plane, such as the true mask.
     fn of_plane<T: Copy>(self, plane: &Plane<T>) -> Result<Plane<T>> {
         let (width, height) = (plane.width(), plane.height());
         match self {

@@ -1,5 +1,4 @@
-//! `bench superpixels`: superpixels against human segmentations, at several counts and beside those of other
-//! programs.
+//! `bench superpixels`: superpixels against human segmentations, at several counts, compared with other programs.
 
 use super::mat;
 use crate::measures::superpixels::{SuperpixelScores, score_superpixels};
@@ -71,7 +70,7 @@ impl Row {
 pub(super) fn eval(args: &SuperpixelArgs) -> Result<()> {
     let params = args.settings.params()?;
     let paths = images::in_folder(&args.folder.join("images"))?;
-    let mut own: Vec<Row> = std::iter::once("by threshold".to_owned())
+    let mut rows: Vec<Row> = std::iter::once("by threshold".to_owned())
         .chain(args.counts.iter().map(|n| format!("{n} wanted")))
         .map(Row::new)
         .collect();
@@ -86,7 +85,7 @@ pub(super) fn eval(args: &SuperpixelArgs) -> Result<()> {
         let truth = mat::read(&args.folder.join("groundTruth").join(format!("{name}.mat")))?;
         let map = boundary_map(&decode(path)?);
         let targets = std::iter::once(None).chain(args.counts.iter().map(|&n| Some(n)));
-        for (row, target) in own.iter_mut().zip(targets) {
+        for (row, target) in rows.iter_mut().zip(targets) {
             add_own(row, &map, target, &params, &truth)?;
         }
         let programs = args.compare.iter().flat_map(|(_, folder)| args.counts.iter().map(move |n| (folder, n)));
@@ -101,7 +100,7 @@ pub(super) fn eval(args: &SuperpixelArgs) -> Result<()> {
         "{:28} {:>8} {:>8} {:>8} {:>8} {:>8}",
         "superpixels", "count", "recall", "under", "leak", "asa"
     ))?;
-    own.iter().chain(compared.iter().flatten()).try_for_each(Row::print)?;
+    rows.iter().chain(compared.iter().flatten()).try_for_each(Row::print)?;
     print(format_args!("mean of {} images, annotators of an image averaged first", paths.len()))
 }
 

@@ -1,4 +1,4 @@
-// The parts of a soak in Node: `node --expose-gc benches/soak/node.mjs COUNT PART`.
+// The parts of the soak test in Node: `node --expose-gc benches/soak/node.mjs COUNT PART`.
 
 import { createSession, segmentVideo } from 'tracecut';
 import { madeFrame, soak } from './points.mjs';
@@ -9,7 +9,7 @@ const small = [0, 1, 2].map((t) => madeFrame(t, 32, 24));
 const [count, part] = [Number(process.argv[2]), process.argv[3]];
 
 const PARTS = {
-  /** One after the other, each opened, fed, run, asked and closed. */
+  /** Sessions one after the other, each opened, fed, run, queried and closed. */
   async sessions() {
     return soak('sessions', 'session', count, async () => {
       const one = await createSession();
@@ -28,13 +28,13 @@ const PARTS = {
       await Promise.all(all.map((one) => one.run()));
       for (const one of all) one.close();
     });
-    // Of a session, as with the others.
+    // Per session, as for the others.
     return { ...result, slope: { heap: result.slope.heap / AT_ONCE, rss: result.slope.rss / AT_ONCE } };
   },
 
   /**
-   * A stream without end, window by window: what a camera of thirty frames a second gives in hours, at a size so tiny that
-   * six of them (648,000 frames, 12,000 windows) take forty minutes of processor time.
+   * An endless stream, window by window: hours of a camera with thirty frames a second, at a size so tiny that six hours
+   * (648,000 frames, 12,000 windows) take forty minutes of processor time.
    */
   async windows() {
     async function* stream() {

@@ -1,4 +1,4 @@
-// A page left running, one clip after the other: opened as files, segmented, shown, the next.
+// A page that runs for long: it opens one clip of files after the other, segments it and shows it.
 
 import { readFileSync } from 'node:fs';
 import { setTimeout as pause } from 'node:timers/promises';
@@ -30,8 +30,8 @@ async function clip(k) {
 }
 
 /**
- * What is alive in the page's own thread, of scripts and of the browser's objects, and what the process of the page holds,
- * its workers within, which collect their garbage when memory is said to be short.
+ * Measures the live objects of the main thread, of scripts and of the browser, and the memory of the page's process with its
+ * workers, which collect garbage when the browser signals low memory.
  */
 async function measure() {
   await session.send('Memory.simulatePressureNotification', { level: 'critical' });
@@ -45,8 +45,8 @@ async function measure() {
 }
 
 /**
- * Resident bytes of all of the browser's processes that show pages, without files and what they share with the process
- * that draws: tiles come and go there by megabytes.
+ * Returns the resident bytes of all renderer processes, without files and memory shared with the GPU process, where tiles
+ * come and go by megabytes.
  */
 async function renderers() {
   const { processInfo } = await (await browser.newBrowserCDPSession()).send('SystemInfo.getProcessInfo');

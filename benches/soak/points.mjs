@@ -1,20 +1,20 @@
-// What the parts of a soak share: clips made on the spot, points of memory, their slope.
+// Shared by the parts of the soak test: synthetic clips, memory samples and their slope.
 
 import { setTimeout as pause } from 'node:timers/promises';
 
-/** Points of a curve; the first half is the warm-up. */
+/** Number of points of a curve; the first half is the warm-up. */
 const POINTS = 20;
 
 /**
- * Does `work` `count` times and measures memory in between, after collecting garbage.
+ * Runs `work` `count` times and measures memory in between, after collecting garbage.
  * @param {string} part
- * @param {string} unit what is done once
+ * @param {string} unit name of one repetition
  * @param {number} count
  * @param {(k: number) => Promise<void>} work
  * @param {() => Promise<{heap: number, rss: number}>} [measure]
- * @returns {Promise<import('../soak.mjs').Soaked>}
+ * @returns {Promise<import('../soak.mjs').SoakResult>}
  */
-export async function soak(part, unit, count, work, measure = own) {
+export async function soak(part, unit, count, work, measure = processMemory) {
   const points = [];
   const every = Math.max(1, Math.floor(count / POINTS));
   const began = process.cpuUsage();
@@ -29,9 +29,9 @@ export async function soak(part, unit, count, work, measure = own) {
   return { part, unit, count, cpuSeconds, points, slope };
 }
 
-/** Memory of this process in bytes; wasm memories are in the last. */
-async function own() {
-  // Finalizers come in a task of their own.
+/** Returns the memory of this process in bytes; `rss` includes wasm memories. */
+async function processMemory() {
+  // Finalizers run in a separate task.
   for (let k = 0; k < 3; k += 1) {
     globalThis.gc();
     await pause(10);
@@ -40,16 +40,16 @@ async function own() {
   return { heap: heapUsed + external, rss };
 }
 
-/** Bytes that one more costs: the median slope between any two points, which a single one of them does not move. */
+/** Returns the bytes per repetition: the median slope between any two points, which single outliers do not move. */
 function slopeOf(points, key) {
-  const slopes = points.flatMap((one, k) =>
-    points.slice(k + 1).map((other) => (other[key] - one[key]) / (other.done - one.done)),
+  const slopes = points.flatMap((from, k) =>
+    points.slice(k + 1).map((to) => (to[key] - from[key]) / (to.done - from.done)),
   );
   slopes.sort((a, b) => a - b);
   return (slopes[(slopes.length - 1) >> 1] + slopes[slopes.length >> 1]) / 2;
 }
 
-/** The pixels of frame `t` of a clip without end: a square that goes to and fro over noise. */
+/** Returns the pixels of frame `t` of an endless clip: a square that moves to and fro over noise. */
 export function madeFrame(t, width = 48, height = 36) {
   const data = new Uint8ClampedArray(4 * width * height);
   const left = 4 + Math.abs((t % 40) - 20);

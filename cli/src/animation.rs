@@ -2,7 +2,7 @@
 
 use crate::clip_frame::{Frames, check};
 use crate::failure::{Failure, Result};
-use crate::timeline::{Picture, Stop, Timeline};
+use crate::timeline::{Picture, StreamEnd, Timeline};
 use image::codecs::gif::GifDecoder;
 use image::codecs::png::PngDecoder;
 use image::codecs::webp::WebPDecoder;
@@ -14,15 +14,15 @@ use std::io::{BufRead, Seek, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use tracecut::image::Frame;
 
-/// A kind of animated image.
+/// A format of animated images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum AnimationKind {
     Gif,
     Png,
     WebP,
 }
 
-impl Kind {
+impl AnimationKind {
     fn name(self) -> &'static str {
         match self {
             Self::Gif => "GIF",
@@ -36,27 +36,32 @@ impl Kind {
 struct Animation {
     pictures: image::Frames<'static>,
     orientation: Orientation,
-    /// Whether the file ends before the length that it says of itself.
+    /// True if the file is shorter than its header says.
     is_cut_off: bool,
 }
 
-/// Returns the pictures of an animated image of at most `most` pixels; a still one is an error.
-pub(crate) fn frames(kind: Kind, name: &str, reader: impl BufRead + Seek + 'static, most: usize) -> Result<Frames> {
+/// Returns the pictures of an animated image of at most `max_pixels` pixels; a still one is an error.
+pub(crate) fn frames(
+    kind: AnimationKind,
+    name: &str,
+    reader: impl BufRead + Seek + 'static,
+    max_pixels: usize,
+) -> Result<Frames> {
     let animation = match kind {
-        Kind::Gif => open_gif(reader, most),
-        Kind::Png => open_png(reader, most),
-        Kind::WebP => open_webp(reader, most),
+        AnimationKind::Gif => open_gif(reader, max_pixels),
+        AnimationKind::Png => open_png(reader, max_pixels),
+        AnimationKind::WebP => open_webp(reader, max_pixels),
     };
     let animation = animation.map_err(|failure| match failure {
         OpenError::Image(e) => Failure::about(name, format_args!("is not a whole {}: {e}", kind.name())),
-        OpenError::Size(e) => Failure::from(e).of(name),
+        OpenError::Size(e) => Failure::from(e).with_subject(name),
         OpenError::IsStill => Failure::about(name, STILL),
     })?;
     Ok(Box::new(Timeline::new(name, pictures_of(animation))))
 }
 
-/// Says that a file is no clip.
-pub(crate) const STILL: &str = "is a single picture (a clip needs two at least; name the folder that holds them)";
+/// The message for a still image.
+pub(crate) const STILL: &str = "is a single picture (expected at least two, for example a folder of pictures)";
 
 enum OpenError {
     Image(ImageError),
@@ -70,30 +75,30 @@ impl From<ImageError> for OpenError {
     }
 }
 
-/// Most memory that a decoder may take: it holds a picture, what that is painted over, and what comes of it.
-fn limits(most: usize) -> Limits {
+/// Limits the memory of a decoder to three pictures: the decoded one, its canvas and the result.
+fn limits(max_pixels: usize) -> Limits {
     let mut limits = Limits::no_limits();
-    limits.max_alloc = Some(12 * most as u64);
+    limits.max_alloc = Some(12 * max_pixels as u64);
     limits
 }
 
-/// Refuses a size before a decoder takes memory for it.
-fn check_size(decoder: &impl ImageDecoder, most: usize) -> std::result::Result<(), OpenError> {
+/// Checks a size before a decoder allocates memory for it.
+fn check_size(decoder: &impl ImageDecoder, max_pixels: usize) -> std::result::Result<(), OpenError> {
     let (width, height) = decoder.dimensions();
-    check(width as usize, height as usize, most).map_err(OpenError::Size)
+    check(width as usize, height as usize, max_pixels).map_err(OpenError::Size)
 }
 
-fn open_gif(reader: impl BufRead + Seek + 'static, most: usize) -> std::result::Result<Animation, OpenError> {
+fn open_gif(reader: impl BufRead + Seek + 'static, max_pixels: usize) -> std::result::Result<Animation, OpenError> {
     let mut decoder = GifDecoder::new(reader)?;
-    check_size(&decoder, most)?;
+    check_size(&decoder, max_pixels)?;
     // A picture may claim to be larger than the image.
-    decoder.set_limits(limits(most))?;
+    decoder.set_limits(limits(max_pixels))?;
     Ok(Animation { pictures: decoder.into_frames(), orientation: Orientation::NoTransforms, is_cut_off: false })
 }
 
-fn open_png(reader: impl BufRead + Seek + 'static, most: usize) -> std::result::Result<Animation, OpenError> {
-    let mut decoder = PngDecoder::with_limits(reader, limits(most))?;
-    check_size(&decoder, most)?;
+fn open_png(reader: impl BufRead + Seek + 'static, max_pixels: usize) -> std::result::Result<Animation, OpenError> {
+    let mut decoder = PngDecoder::with_limits(reader, limits(max_pixels))?;
+    check_size(&decoder, max_pixels)?;
     if !decoder.is_apng()? {
         return Err(OpenError::IsStill);
     }
@@ -101,10 +106,13 @@ fn open_png(reader: impl BufRead + Seek + 'static, most: usize) -> std::result::
     Ok(Animation { pictures: decoder.apng()?.into_frames(), orientation, is_cut_off: false })
 }
 
-fn open_webp(mut reader: impl BufRead + Seek + 'static, most: usize) -> std::result::Result<Animation, OpenError> {
+fn open_webp(
+    mut reader: impl BufRead + Seek + 'static,
+    max_pixels: usize,
+) -> std::result::Result<Animation, OpenError> {
     let is_cut_off = is_webp_cut_off(&mut reader).map_err(ImageError::IoError)?;
     let mut decoder = WebPDecoder::new(reader)?;
-    check_size(&decoder, most)?;
+    check_size(&decoder, max_pixels)?;
     if !decoder.has_animation() {
         return Err(OpenError::IsStill);
     }
@@ -122,7 +130,7 @@ fn is_webp_cut_off(reader: &mut (impl BufRead + Seek)) -> std::io::Result<bool> 
     Ok(length < 8 + u64::from(u32::from_le_bytes([a, b, c, d])))
 }
 
-fn pictures_of(animation: Animation) -> impl Iterator<Item = std::result::Result<Picture, Stop>> {
+fn pictures_of(animation: Animation) -> impl Iterator<Item = std::result::Result<Picture, StreamEnd>> {
     let Animation { mut pictures, orientation, is_cut_off } = animation;
     let (mut index, mut milliseconds) = (0_usize, 0.0);
     std::iter::from_fn(move || {
@@ -141,22 +149,22 @@ fn pictures_of(animation: Animation) -> impl Iterator<Item = std::result::Result
     })
 }
 
-/// Decodes a picture. A decoder that panics on damaged bytes is an error of these.
+/// Decodes a picture. A panic of the decoder on damaged bytes becomes an error.
 fn next_picture(pictures: &mut image::Frames<'static>) -> Option<ImageResult<image::Frame>> {
     let panicked = |_| {
-        let words = "the decoder stopped on an internal error".to_owned();
-        Some(Err(ImageError::Decoding(DecodingError::new(ImageFormatHint::Unknown, words))))
+        let message = "the decoder stopped on an internal error".to_owned();
+        Some(Err(ImageError::Decoding(DecodingError::new(ImageFormatHint::Unknown, message))))
     };
     catch_unwind(AssertUnwindSafe(|| pictures.next())).unwrap_or_else(panicked)
 }
 
-fn upright_frame(picture: image::RgbaImage, orientation: Orientation) -> std::result::Result<Frame, Stop> {
+fn upright_frame(picture: image::RgbaImage, orientation: Orientation) -> std::result::Result<Frame, StreamEnd> {
     let mut picture = DynamicImage::ImageRgba8(picture);
     picture.apply_orientation(orientation);
     let (width, height) = (picture.width() as usize, picture.height() as usize);
-    Frame::from_rgba(picture.as_bytes(), width, height).map_err(|e| Stop::Failure(Failure::from(e)))
+    Frame::from_rgba(picture.as_bytes(), width, height).map_err(|e| StreamEnd::Failure(Failure::from(e)))
 }
 
-fn damage(index: usize, error: &dyn Display) -> Stop {
-    Stop::Damage(format!("frame {index} cannot be decoded: {error}"))
+fn damage(index: usize, error: &dyn Display) -> StreamEnd {
+    StreamEnd::Damage(format!("frame {index} cannot be decoded: {error}"))
 }

@@ -1,13 +1,13 @@
-//! Pictures of a clip with their times, whatever they come from.
+//! Frames of a clip with their times, from any source.
 
 use crate::failure::Result;
 use tracecut::Error;
 use tracecut::image::{Frame, MAX_SIDE};
 
-/// A picture of a clip.
+/// A frame of a clip.
 #[derive(Debug, Clone)]
 pub struct ClipFrame {
-    /// Its name in errors: the file's, with the number of the frame where the file holds several.
+    /// Its name in errors: the file name, with the number of the frame if the file has several.
     pub name: String,
     /// Its pixels.
     pub frame: Frame,
@@ -15,25 +15,29 @@ pub struct ClipFrame {
     pub timing: Option<FrameTiming>,
 }
 
-/// The time at which a picture is shown, as its file says it.
+/// The presentation time of a frame in its file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameTiming {
     /// Presentation time in seconds.
     pub time: f64,
-    /// Seconds until the next picture, or the end.
+    /// Seconds until the next frame, or the end.
     pub duration: f64,
 }
 
 pub(crate) type Frames = Box<dyn Iterator<Item = Result<ClipFrame>>>;
 
-/// Refuses a size before memory is taken for it.
-pub(crate) fn check(width: usize, height: usize, most: usize) -> std::result::Result<(), Error> {
+/// Checks a size before memory is allocated for it.
+pub(crate) fn check(width: usize, height: usize, max_pixels: usize) -> std::result::Result<(), Error> {
     if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
         return Err(Error::FrameSize { width, height });
     }
-    if width * height > most {
-        let (what, actual) = ("pixels in a frame", width * height);
-        return Err(Error::TooLarge { what, actual, limit: most, name: "clip.maxPixels" });
+    if width * height > max_pixels {
+        return Err(Error::TooLarge {
+            what: "pixels in a frame",
+            actual: width * height,
+            limit: max_pixels,
+            name: "clip.maxPixels",
+        });
     }
     Ok(())
 }

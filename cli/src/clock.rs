@@ -1,9 +1,9 @@
-//! Time and memory as the operating system counts them.
+//! Time and memory as counted by the operating system.
 
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// Seconds on the wall and, on Linux, of this thread on a processor (which other programs do not lengthen).
+/// Wall time and, on Linux, the processor time of this thread (which does not depend on other programs).
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct Seconds {
     #[serde(rename = "seconds")]
@@ -21,19 +21,19 @@ impl Seconds {
         };
     }
 
-    /// Without those of a part of it.
+    /// Subtracts the time of a part.
     pub(crate) fn without(self, part: Self) -> Self {
         let cpu = self.cpu.map(|cpu| (cpu - part.cpu.unwrap_or(0.0)).max(0.0));
         Self { wall: (self.wall - part.wall).max(0.0), cpu }
     }
 
-    /// Processor seconds where known, otherwise those on the wall.
+    /// Returns processor seconds if known, otherwise wall seconds.
     pub fn best(self) -> f64 {
         self.cpu.unwrap_or(self.wall)
     }
 }
 
-/// Measures from its start.
+/// A stopwatch.
 #[derive(Debug)]
 pub struct Clock {
     wall: Instant,
@@ -46,12 +46,12 @@ impl Clock {
     }
 
     pub fn seconds(&self) -> Seconds {
-        // A thread that has just begun has no count yet.
+        // A new thread has no count yet.
         let cpu = thread_seconds().map(|now| now - self.cpu.unwrap_or(0.0));
         Seconds { wall: self.wall.elapsed().as_secs_f64(), cpu }
     }
 
-    /// Seconds since the start or the last lap, which ends here.
+    /// Returns the seconds since the start or the last lap, and starts another lap.
     pub fn lap(&mut self) -> Seconds {
         let seconds = self.seconds();
         *self = Self::start();
@@ -66,8 +66,7 @@ fn thread_seconds() -> Option<f64> {
     (nanoseconds > 0.0).then_some(nanoseconds * 1e-9)
 }
 
-/// The most memory that this process has held so far, in bytes; `None` where the system does not say (it does on
-/// Linux).
+/// Returns the peak memory of this process in bytes; `None` if the system does not report it (Linux does).
 pub(crate) fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;

@@ -12,7 +12,7 @@ use tracecut::sparse::SymCsr;
 
 type Lines<'a> = &'a mut dyn Write;
 
-/// Writes what the session has of: `affinity.mtx`, `eigenvalues.txt`, `eigenvectors.txt`, `neighbours.txt`,
+/// Writes the available files among `affinity.mtx`, `eigenvalues.txt`, `eigenvectors.txt`, `neighbours.txt`,
 /// `saliency.txt`.
 pub(crate) fn write_all(folder: &Path, session: &Session) -> Result<()> {
     create_folder(folder)?;
@@ -66,8 +66,8 @@ fn write_vectors(out: Lines<'_>, embedding: &Embedding) -> std::io::Result<()> {
 
 fn write_rows(out: Lines<'_>, values: &[f64], columns: usize) -> std::io::Result<()> {
     for row in values.chunks_exact(columns.max(1)) {
-        let words: Vec<String> = row.iter().map(|v| format!("{v:.16e}")).collect();
-        writeln!(out, "{}", words.join(" "))?;
+        let columns: Vec<String> = row.iter().map(|v| format!("{v:.16e}")).collect();
+        writeln!(out, "{}", columns.join(" "))?;
     }
     Ok(())
 }
@@ -82,12 +82,12 @@ fn write_neighbours(out: Lines<'_>, discontinuities: &Discontinuities) -> std::i
     Ok(())
 }
 
-/// One line for each trajectory: its own saliency, that in the context of the embedding, and 1 where it is foreground.
+/// One line for each trajectory: its saliency, its saliency in the context of the embedding, and 1 for foreground.
 fn write_saliency(out: Lines<'_>, saliency: &Saliency) -> std::io::Result<()> {
-    for ((own, in_context), &foreground) in
+    for ((of_points, in_context), &foreground) in
         saliency.of_points.iter().zip(&saliency.in_context).zip(&saliency.foreground)
     {
-        writeln!(out, "{own} {in_context} {}", u8::from(foreground))?;
+        writeln!(out, "{of_points} {in_context} {}", u8::from(foreground))?;
     }
     Ok(())
 }

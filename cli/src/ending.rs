@@ -1,7 +1,7 @@
-//! How the program ends before it is done: signals, and memory that there is not.
+//! The end of the program: exit codes, signals and lack of memory.
 
-use crate::failure::{Failure, Result, tell};
-use crate::output::Place;
+use crate::failure::{Failure, Result, print_error};
+use crate::output::OutputFolder;
 use std::io;
 use std::process::ExitCode;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -9,65 +9,64 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// Exit codes, for `--help`.
 pub(crate) const CODES: &str = "\
 Exit codes, of several inputs that failed the lowest:
-  0    all is done
+  0    success
   1    may succeed later: an input is missing or cannot be opened, there is no ffmpeg, results cannot be
        written, or a fault of the program
   2    wrong use: an option, a parameter, a folder that exists already
   3    bad input, now and later: no images or video, frames of different sizes, fewer than two frames;
-       damaged: results hold the frames before
+       damaged: results end before the damage
   4    out of memory, or frames too large
   130  interrupted (SIGINT), 143 ended (SIGTERM): what --resume needs stays in DIR.partial";
 
-/// Does the `work` of a program: a signal ends it in order, and what fails is told on standard error, with `events` as one
-/// of them.
+/// Runs the program until it ends or a signal cleanly ends it. Prints a failure on standard error, as an event if `events` is set.
 pub fn conclude(events: bool, work: impl FnOnce() -> Result<()>) -> ExitCode {
-    let listening = listen().map_err(|e| Failure::new(format!("signals: {e}")));
-    let Err(failure) = listening.and_then(|()| work()) else { return ExitCode::SUCCESS };
+    let handlers = install_handlers().map_err(|e| Failure::new(format!("signals: {e}")));
+    let Err(failure) = handlers.and_then(|()| work()) else { return ExitCode::SUCCESS };
     let code = failure.kind as u8;
     if events {
-        tell(serde_json::json!({ "event": "error", "code": code, "message": failure.reason }));
+        print_error(serde_json::json!({ "event": "error", "code": code, "message": failure.reason }));
     } else {
-        tell(format_args!("error: {}", failure.reason));
+        print_error(format_args!("error: {}", failure.reason));
     }
     ExitCode::from(code)
 }
 
-/// The results that are being written.
-static OPEN: Mutex<Option<Place>> = Mutex::new(None);
+/// The folder whose results are being written.
+static OPEN: Mutex<Option<OutputFolder>> = Mutex::new(None);
 
-fn lock() -> MutexGuard<'static, Option<Place>> {
+fn lock() -> MutexGuard<'static, Option<OutputFolder>> {
     OPEN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What a signal leaves in order until this is dropped.
+/// Until this is dropped, a signal cleans up the results first.
 #[derive(Debug)]
-pub(crate) struct Watched;
+pub(crate) struct CleanupGuard;
 
-/// From here on a signal puts these results in order before the program ends.
-pub(crate) fn watch(place: &Place) -> Watched {
+/// Makes signals clean up these results before the program ends.
+pub(crate) fn clean_up_on_signal(place: &OutputFolder) -> CleanupGuard {
     *lock() = Some(place.clone());
-    Watched
+    CleanupGuard
 }
 
-impl Drop for Watched {
+impl Drop for CleanupGuard {
     fn drop(&mut self) {
         *lock() = None;
     }
 }
 
-/// Does `work`, which no signal ends half way.
-pub(crate) fn whole<T>(work: impl FnOnce() -> T) -> T {
+/// Runs `work` without interruption by a signal.
+pub(crate) fn uninterrupted<T>(work: impl FnOnce() -> T) -> T {
     let _guard = lock();
     work()
 }
 
-/// Has SIGINT and SIGTERM end the program in order, and memory that runs out with a code of its own.
+/// Installs handlers: SIGINT and SIGTERM end the program cleanly, and lack of memory has an exit code of its own.
 #[cfg(unix)]
-fn listen() -> io::Result<()> {
+fn install_handlers() -> io::Result<()> {
     use signal_hook::consts::{SIGABRT, SIGINT, SIGTERM};
     use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
-    // The standard library aborts where memory runs out, after saying so. A panic aborts too, and is a fault of ours.
+    // The standard library aborts with a message if memory runs out. A panic also aborts, but is a fault of the program.
     let out_of_memory = Arc::new(AtomicBool::new(true));
     signal_hook::flag::register_conditional_shutdown(SIGABRT, 4, Arc::clone(&out_of_memory))?;
     let hook = std::panic::take_hook();
@@ -76,21 +75,21 @@ fn listen() -> io::Result<()> {
         hook(panic);
     }));
     let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
-    std::thread::spawn(move || signals.forever().for_each(end));
+    std::thread::spawn(move || signals.forever().for_each(end_on_signal));
     Ok(())
 }
 
 #[cfg(not(unix))]
-fn listen() -> io::Result<()> {
+fn install_handlers() -> io::Result<()> {
     Ok(())
 }
 
 #[cfg(unix)]
-fn end(signal: i32) {
-    // Held to the end: nothing more is written.
+fn end_on_signal(signal: i32) {
+    // Held until exit, so that nothing more is written.
     let open = lock();
-    if open.as_ref().is_some_and(Place::give_up) {
-        tell("interrupted: --resume goes on after the last window that was finished");
+    if open.as_ref().is_some_and(OutputFolder::give_up) {
+        print_error("interrupted: --resume continues after the last finished window");
     }
     std::process::exit(128 + signal);
 }

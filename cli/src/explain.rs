@@ -1,4 +1,4 @@
-//! `tracecut explain`: why pixels have their labels, in words and numbers.
+//! `tracecut explain`: explanations of pixel labels as text.
 
 use crate::failure::{Failure, Result, print};
 use crate::input::Input;
@@ -6,12 +6,13 @@ use crate::log::Log;
 use crate::run::run_frames;
 use crate::settings::Settings;
 use clap::Args;
+use std::cmp::Ordering;
 use std::path::PathBuf;
 use tracecut::session::SuperpixelLink;
-use tracecut::{Explanation, Session, Source};
+use tracecut::{Explanation, LabelSource, Session};
 
-/// How many of the links are listed one by one, the strongest first.
-const MOST_LINKS: usize = 8;
+/// Number of links that are listed one by one, the strongest first; chosen by eye.
+const MAX_LINKS: usize = 8;
 
 #[derive(Args, Debug)]
 pub(crate) struct ExplainArgs {
@@ -34,7 +35,7 @@ fn pixel(text: &str) -> std::result::Result<[usize; 3], String> {
 
 pub(crate) fn explain(args: &ExplainArgs) -> Result<()> {
     let params = args.settings.params()?;
-    let input = Input::open(&args.input, args.frames)?.within(&params);
+    let input = Input::open(&args.input, args.frames)?.with_limits(&params);
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let mut damage = None;
     let frames = input.frames()?.map_while(|frame| match frame {
@@ -46,12 +47,13 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<()> {
     });
     let (session, _) = run_frames(frames, input.num_frames(), params, threads, &Log::plain())?;
     for &[t, x, y] in &args.at {
-        print(words(&session, [t, x, y], &session.explain(t, x, y).map_err(|e| Failure::usage(e.to_string()))?))?;
+        let explanation = session.explain(t, x, y).map_err(|e| Failure::usage(e.to_string()))?;
+        print(describe(&session, [t, x, y], &explanation))?;
     }
     damage.map_or(Ok(()), Err)
 }
 
-fn thing(label: u8) -> String {
+fn name_label(label: u8) -> String {
     if label == 0 { "the background".to_owned() } else { format!("object {label}") }
 }
 
@@ -59,30 +61,27 @@ fn label_of(why: &Explanation, cluster: u32) -> u8 {
     why.costs.get(cluster as usize).map_or(0, |cost| cost.label)
 }
 
-fn words(session: &Session, [t, x, y]: [usize; 3], why: &Explanation) -> String {
+fn describe(session: &Session, [t, x, y]: [usize; 3], why: &Explanation) -> String {
     let mut text = Vec::new();
-    let named = |cluster: u32| format!("{} (cluster {cluster})", thing(label_of(why, cluster)));
-    text.push(format!("frame {t}, pixel {x},{y}: {}", thing(why.label)));
-    let by_cut = named(why.cluster);
+    let named = |cluster: u32| format!("{} (cluster {cluster})", name_label(label_of(why, cluster)));
+    text.push(format!("frame {t}, pixel {x},{y}: {}", name_label(why.label)));
+    let cut_label = named(why.cluster);
     match why.source {
-        Source::Superpixel => text.push(format!("  by superpixel {}, which the cut gave to {by_cut}", why.superpixel)),
-        Source::Border => {
-            text.push(format!(
-                "  the border's step moved it here by the colours on both sides; its superpixel {} is {by_cut}",
-                why.superpixel
-            ));
+        LabelSource::Superpixel => text.push(format!("  by the cut: superpixel {} is {cut_label}", why.superpixel)),
+        LabelSource::Border => {
+            text.push(format!("  by border refinement: superpixel {} is {cut_label}", why.superpixel));
         }
-        Source::Stroke => text.push(format!("  by a stroke; its superpixel {} is {by_cut}", why.superpixel)),
+        LabelSource::Stroke => text.push(format!("  by a stroke: superpixel {} is {cut_label}", why.superpixel)),
     }
-    text.push("  what each label would cost, all else as it is (the solver counts in 1/65536):".to_owned());
+    text.push("  cost of each label, all others fixed (in steps of 1/65536):".to_owned());
     text.push(format!(
         "    {:28} {:>7} {:>12} {:>9} {:>9} {:>9} {:>9}",
         "", "votes", "trajectories", "colours", "evidence", "links", "sum"
     ));
     for cost in &why.costs {
-        let held = if cost.forbidden > 0.0 { "  forbidden by a stroke" } else { "" };
+        let note = if cost.forbidden > 0.0 { "  forbidden by a stroke" } else { "" };
         text.push(format!(
-            "    {:28} {:7} {:12.4} {:9.4} {:9.4} {:9.4} {:9.4}{held}",
+            "    {:28} {:7} {:12.4} {:9.4} {:9.4} {:9.4} {:9.4}{note}",
             named(cost.cluster),
             cost.votes,
             cost.trajectories,
@@ -94,13 +93,13 @@ fn words(session: &Session, [t, x, y]: [usize; 3], why: &Explanation) -> String 
     }
     let strangers = why.voters.iter().filter(|voter| voter.stranger).count();
     text.push(format!(
-        "  {} trajectories in it, {strangers} of them like nothing around them; their weight is {:.2}",
+        "  {} trajectories, {strangers} of them unlike their surroundings; weight {:.2}",
         why.voters.len(),
         why.weight
     ));
     let evidence = why.evidence;
     text.push(format!(
-        "  evidence for an object: {:+.3} by the background, {:+.3} by looks",
+        "  evidence for an object: {:+.3} from the background, {:+.3} from appearance",
         evidence.background, evidence.looks
     ));
     links(&mut text, t, &why.links, &named);
@@ -112,38 +111,38 @@ fn words(session: &Session, [t, x, y]: [usize; 3], why: &Explanation) -> String 
 fn links(text: &mut Vec<String>, t: usize, links: &[SuperpixelLink], named: &dyn Fn(u32) -> String) {
     let mut strongest: Vec<&SuperpixelLink> = links.iter().collect();
     strongest.sort_by(|a, b| b.cost.total_cmp(&a.cost));
-    text.push(format!("  bound to {} superpixels:", links.len()));
-    for link in strongest.iter().take(MOST_LINKS) {
+    text.push(format!("  linked to {} superpixels:", links.len()));
+    for link in strongest.iter().take(MAX_LINKS) {
         text.push(format!("    {:8.4} {}", link.cost, neighbour(t, link, named)));
     }
-    let rest: f64 = strongest.iter().skip(MOST_LINKS).map(|link| link.cost).sum();
-    if links.len() > MOST_LINKS {
-        text.push(format!("    {rest:8.4} all others"));
+    let rest: f64 = strongest.iter().skip(MAX_LINKS).map(|link| link.cost).sum();
+    if links.len() > MAX_LINKS {
+        text.push(format!("    {rest:8.4} others"));
     }
 }
 
 fn neighbour(t: usize, link: &SuperpixelLink, named: &dyn Fn(u32) -> String) -> String {
-    let where_to = match link.t {
-        other if other == t => "beside it".to_owned(),
-        other if other < t => format!("a frame before, {} common trajectories", link.tracks),
-        _ => format!("a frame after, {} common trajectories", link.tracks),
+    let position = match link.t.cmp(&t) {
+        Ordering::Equal => "beside it".to_owned(),
+        Ordering::Less => format!("a frame before, {} common trajectories", link.tracks),
+        Ordering::Greater => format!("a frame after, {} common trajectories", link.tracks),
     };
-    format!("superpixel {} {where_to}: {}", link.superpixel, named(link.cluster))
+    format!("superpixel {} {position}: {}", link.superpixel, named(link.cluster))
 }
 
 fn motion(text: &mut Vec<String>, session: &Session, why: &Explanation, named: &dyn Fn(u32) -> String) {
     let label = |i: u32| session.clusters().map_or_else(String::new, |c| named(c.label[i as usize]));
     if let Some(i) = why.nearest {
-        text.push(format!("  the nearest clustered trajectory is {i}, of {}; it moves most like", label(i)));
-        for near in &why.affinities {
-            text.push(format!("    trajectory {} of {}: affinity {:.4}", near.to, label(near.to), near.affinity));
+        text.push(format!("  nearest clustered trajectory: {i}, of {}; its largest affinities:", label(i)));
+        for entry in &why.affinities {
+            text.push(format!("    trajectory {} of {}: affinity {:.4}", entry.to, label(entry.to), entry.affinity));
         }
     }
-    if let (Some(border), Some(other)) = (why.border, why.flip) {
+    if let (Some(border), Some(flip)) = (why.border, why.flip) {
         text.push(format!(
-            "  {} edges of this frame lead to {}: mean discontinuity {:.3}, most {:.3} ({} to {})",
+            "  {} edges to {}: mean discontinuity {:.3}, largest {:.3} ({} to {})",
             border.edges,
-            named(other.cluster),
+            named(flip.cluster),
             border.mean,
             border.d,
             border.i,
@@ -153,26 +152,22 @@ fn motion(text: &mut Vec<String>, session: &Session, why: &Explanation, named: &
 }
 
 fn flips(text: &mut Vec<String>, t: usize, why: &Explanation, named: &dyn Fn(u32) -> String) {
-    let Some(other) = why.flip else {
-        text.push("  there is nothing else that it could be".to_owned());
+    let Some(flip) = why.flip else {
+        text.push("  there is no other label".to_owned());
         return;
     };
-    text.push(format!(
-        "  to be {} instead costs {:.4} more; any of these would outweigh that:",
-        named(other.cluster),
-        other.margin
-    ));
-    match other.votes {
+    text.push(format!("  {} costs {:.4} more; any of these would outweigh that:", named(flip.cluster), flip.margin));
+    match flip.votes {
         Some(votes) => text.push(format!("    {votes} more trajectories of that cluster in the superpixel")),
         None => text.push("    no number of trajectories in this superpixel alone".to_owned()),
     }
-    // A neighbour that goes over costs the one label its link and saves it the other.
-    for link in why.links.iter().filter(|l| l.cluster == why.cluster && 2.0 * l.cost >= other.margin) {
-        text.push(format!("    if {} went over", neighbour(t, link, named)));
+    // A neighbour that changes its label adds the cost of its link to one label and removes it from the flip.
+    for link in why.links.iter().filter(|l| l.cluster == why.cluster && 2.0 * l.cost >= flip.margin) {
+        text.push(format!("    a change of {}", neighbour(t, link, named)));
     }
     let is_object = label_of(why, why.cluster) > 0;
-    if is_object != (label_of(why, other.cluster) > 0) {
+    if is_object != (label_of(why, flip.cluster) > 0) {
         let side = if is_object { "against" } else { "for" };
-        text.push(format!("    evidence of {:.4} more {side} an object", other.margin));
+        text.push(format!("    {:.4} more evidence {side} an object", flip.margin));
     }
 }

@@ -1,19 +1,19 @@
-//! What ends the program: a sentence for standard error, and a code.
+//! Failures of the program: a message for standard error, and an exit code.
 
 use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Fewest frames of a clip: motion needs two.
+/// Least number of frames of a clip: motion needs two.
 pub(crate) const MIN_FRAMES: usize = 2;
 
-/// Why the program cannot go on, in words, with what to do.
+/// A failure: what is wrong, and what to do about it.
 #[derive(Debug)]
 pub struct Failure {
     pub kind: Kind,
     pub reason: String,
-    /// Set where whole frames came before the fault.
+    /// Set if whole frames came before the fault.
     pub damage: Option<Damage>,
 }
 
@@ -26,13 +26,13 @@ pub struct Damage {
     pub reason: String,
 }
 
-/// Whose fault it is; the number is the exit code. `ending::CODES` tells users.
+/// The kind of a failure; the number is the exit code. `ending::CODES` explains them to users.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// A fault of the machine or the program, which may be gone later: a file that is missing, cannot be opened or cannot be
     /// written, no `ffmpeg`.
     Other = 1,
-    /// Options that mean nothing, or that do not fit what lies there.
+    /// Illegal options, or options that do not fit existing files.
     Usage = 2,
     /// Data that cannot be used, now or later.
     Input = 3,
@@ -43,32 +43,32 @@ pub enum Kind {
 pub type Result<T> = std::result::Result<T, Failure>;
 
 impl Failure {
-    /// A fault that is nobody's input.
+    /// A failure of the machine or the program.
     pub fn new(reason: impl Into<String>) -> Self {
         Self::of_kind(Kind::Other, reason.into())
     }
 
-    /// A session that is done and lacks a result.
-    pub fn lost() -> Self {
+    /// A finished session without a result.
+    pub fn missing_result() -> Self {
         Self::new("the session ended without a result: please report this")
     }
 
-    /// Options that cannot be followed.
+    /// Illegal options.
     pub fn usage(reason: impl Into<String>) -> Self {
         Self::of_kind(Kind::Usage, reason.into())
     }
 
-    /// Bad input: `error` with the file or thing it is about before it.
+    /// Bad input: `error`, preceded by its subject, such as a file.
     pub fn about(subject: impl Display, error: impl Display) -> Self {
         Self::of_kind(Kind::Input, format!("{subject}: {error}"))
     }
 
-    /// Bad input, in words.
+    /// Bad input.
     pub fn input(reason: impl Into<String>) -> Self {
         Self::of_kind(Kind::Input, reason.into())
     }
 
-    /// Bad input after `frames` whole frames of `subject`; plain bad input where there are none.
+    /// Bad input after `frames` whole frames of `subject`; plain bad input if there are none.
     pub fn damaged(subject: impl Display, frames: usize, reason: impl Into<String>) -> Self {
         let reason = reason.into();
         let failure = Self::about(subject, &reason);
@@ -85,8 +85,8 @@ impl Failure {
         Self { kind, reason, damage: None }
     }
 
-    /// The same failure with the file or thing it is about before it.
-    pub fn of(self, subject: impl Display) -> Self {
+    /// Prepends the subject of the failure, such as a file.
+    pub fn with_subject(self, subject: impl Display) -> Self {
         Self { reason: format!("{subject}: {}", self.reason), ..self }
     }
 }
@@ -111,7 +111,7 @@ pub fn read_text(path: &Path) -> Result<String> {
     String::from_utf8(read(path)?).map_err(|_| Failure::about(path.display(), "is not a text file"))
 }
 
-/// Writes a file; where there is not room for all of it there is none.
+/// Writes a file, and removes it if it cannot be written completely.
 pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<()> {
     let mut file = File::create(path).map_err(|e| cannot_write(path, &e))?;
     file.write_all(bytes.as_ref()).map_err(|e| {
@@ -127,20 +127,20 @@ pub fn create_folder(path: &Path) -> Result<()> {
 }
 
 pub fn cannot_read(path: &Path, error: &io::Error) -> Failure {
-    Failure::new(format!("cannot be read: {error}")).of(path.display())
+    Failure::new(format!("cannot be read: {error}")).with_subject(path.display())
 }
 
 pub fn cannot_write(path: &Path, error: &io::Error) -> Failure {
-    let reason = format!("cannot be written: {error} (name a folder that you may write to)");
-    Failure::new(reason).of(path.display())
+    let reason = format!("cannot be written: {error} (choose a folder that you may write to)");
+    Failure::new(reason).with_subject(path.display())
 }
 
-/// Tells `line` on standard error. Who does not listen any more does not end the program.
-pub(crate) fn tell(line: impl Display) {
+/// Prints `line` on standard error, and ignores that it may be closed.
+pub(crate) fn print_error(line: impl Display) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
-/// Prints `line`. A reader that has gone away (`| head`) ends the program quietly, as other tools do.
+/// Prints `line`. Ends the program quietly if the reader has closed the pipe (`| head`), as other tools do.
 pub fn print(line: impl Display) -> Result<()> {
     let mut out = io::stdout().lock();
     match writeln!(out, "{line}").and_then(|()| out.flush()) {

@@ -1,8 +1,8 @@
 //! Videos of any kind, through an installed `ffmpeg` (5.1 or later).
 //!
-//! The contract is that of `docs/frames.md`: each picture of the file once, in the order of display, with its own time;
-//! of the default track; upright, with square pixels, at the size of the first picture; in the colours that the file
-//! says; and no damaged picture. The package (`npm/node`) asks for the same in the same words.
+//! The contract is in `docs/frames.md`: each picture of the file once, in display order, with its own time; of the default
+//! track; upright, with square pixels, at the size of the first picture; in the colour space of the file; and no damaged
+//! picture. The package (`npm/node`) runs the same commands.
 //!
 //! `ffmpeg` runs twice. The first run lists the packets of all video tracks without decoding them, which tells the
 //! track, the number of pictures, the duration of the last one and the times that pictures must have. The second decodes
@@ -15,10 +15,10 @@ mod log;
 
 use crate::clip_frame::{Frames, check};
 use crate::failure::{Failure, Result};
-use crate::timeline::{Picture, Stop, Timeline};
+use crate::timeline::{Picture, StreamEnd, Timeline};
 use faults::FaultFinder;
 use listing::Track;
-use log::{LogReader, Message, Shown};
+use log::{LogReader, Message, ShownPicture};
 use std::ffi::OsString;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -55,7 +55,7 @@ const PIPE: &str = "-map 0:V:0 -fps_mode passthrough -vf scale=out_color_matrix=
 /// Packets that are listed beyond the pictures wanted, as packets are not in the order of display.
 const EXTRA_PACKETS: usize = 32;
 
-/// What ffmpeg calls those that make pictures of text.
+/// Demuxers of ffmpeg that make pictures of text.
 const TEXT_DEMUXERS: [&str; 5] = ["tty", "bin", "xbin", "adf", "idf"];
 
 /// Returns the command that reads a video with an ffmpeg elsewhere.
@@ -72,17 +72,18 @@ pub(crate) struct Video {
 }
 
 impl Video {
-    /// Looks at a file of which `max_frames` pictures are wanted, `usize::MAX` for all; `start` is how it begins.
+    /// Opens a file for at most `max_frames` pictures; `start` has its first bytes.
     pub(crate) fn open(path: &Path, start: &[u8], max_frames: usize) -> Result<Self> {
-        let most = max_frames.saturating_add(EXTRA_PACKETS).to_string();
-        let bound: &[&str] = if max_frames == usize::MAX { &[] } else { &["-frames:v", &most] };
+        let max_packets = max_frames.saturating_add(EXTRA_PACKETS).to_string();
+        let bound: &[&str] = if max_frames == usize::MAX { &[] } else { &["-frames:v", &max_packets] };
         let mut process = Process::start(path, &[], &[LIST, bound].concat())?;
         let errors = process.errors()?;
         let opening = thread::spawn(move || Opening::read(BufReader::new(errors)));
         let tracks = listing::parse_tracks(BufReader::new(process.output()?));
-        let tracks = tracks.map_err(|e| Failure::new(format!("ffmpeg cannot be read: {e}")).of(path.display()))?;
+        let tracks =
+            tracks.map_err(|e| Failure::new(format!("ffmpeg cannot be read: {e}")).with_subject(path.display()))?;
         let opening = opening.join().unwrap_or_default();
-        process.finish().map_err(|e| e.of(path.display()))?;
+        process.finish().map_err(|e| e.with_subject(path.display()))?;
         let Some(demuxer) = opening.demuxer.filter(|name| !TEXT_DEMUXERS.contains(&name.as_str())) else {
             return Err(Failure::about(path.display(), describe_unreadable(start)));
         };
@@ -98,22 +99,22 @@ impl Video {
         Ok(Self { path: path.to_owned(), demuxer, track })
     }
 
-    /// Number of pictures, as many as were wanted at most.
+    /// Returns the number of pictures, up to the number requested.
     pub(crate) fn num_pictures(&self) -> usize {
         self.track.num_pictures()
     }
 
-    /// The pictures, each of at most `max_pixels` pixels.
+    /// Returns the pictures, each of at most `max_pixels` pixels.
     pub(crate) fn frames(&self, max_pixels: usize) -> Result<Frames> {
         let map = format!("0:V:{}", self.track.position);
         let mut process = Process::start(&self.path, DECODE, &[&["-map", &map], WRITE].concat())?;
         let (pixels, errors) = (process.output()?, process.errors()?);
         let (sender, messages) = channel();
         let mut log = LogReader::new(&self.demuxer);
-        // All is read at once: ffmpeg never waits for a reader of its messages.
+        // Reads in a thread of its own, so that ffmpeg never blocks on its messages.
         thread::spawn(move || {
             for line in lines(BufReader::new(errors)) {
-                // Nobody listens any more where not all pictures are wanted.
+                // The receiver may be gone if not all pictures were requested.
                 log.read_line(&line).into_iter().for_each(|message| _ = sender.send(message));
             }
         });
@@ -135,7 +136,7 @@ impl Video {
     }
 }
 
-/// Says why a file that ffmpeg cannot open is no clip.
+/// Describes a file that ffmpeg cannot open.
 fn describe_unreadable(start: &[u8]) -> &'static str {
     match (start.get(4..8), start.get(8..12)) {
         (Some(b"ftyp"), Some(b"avif" | b"avis")) => "is an AVIF, which this ffmpeg cannot read, or is cut off",
@@ -144,10 +145,10 @@ fn describe_unreadable(start: &[u8]) -> &'static str {
     }
 }
 
-/// What `ffmpeg` says of a file when it opens it.
+/// Information that `ffmpeg` logs when it opens a file.
 #[derive(Debug, Default)]
 struct Opening {
-    /// How ffmpeg calls the kind of the file; `None` where it cannot open it.
+    /// The name of the demuxer; `None` if ffmpeg cannot open the file.
     demuxer: Option<String>,
     /// For each video track that is no attached picture: whether it is a default one.
     defaults: Vec<bool>,
@@ -176,7 +177,7 @@ fn lines(stream: impl BufRead) -> impl Iterator<Item = String> {
     stream.split(b'\n').map_while(io::Result::ok).map(|line| String::from_utf8_lossy(&line).into_owned())
 }
 
-/// `ffmpeg` at work. It is ended when dropped.
+/// A running `ffmpeg` process, which is killed when dropped.
 #[derive(Debug)]
 struct Process(Child);
 
@@ -225,10 +226,11 @@ fn cannot_start(video: &Path, error: &io::Error) -> Failure {
     let reason = if error.kind() == io::ErrorKind::NotFound {
         "is not a folder of images, a .bmf list, an animated image or a Y4M file, and there is no ffmpeg on the PATH to read it"
     } else {
-        return Failure::new(format!("ffmpeg cannot be started: {error}")).of(video.display());
+        return Failure::new(format!("ffmpeg cannot be started: {error}")).with_subject(video.display());
     };
     let pipe = pipe(video);
-    Failure::new(format!("{reason} (install it, or where there is one type: {pipe})")).of(video.display())
+    Failure::new(format!("{reason} (install it, or run on a machine that has it: {pipe})"))
+        .with_subject(video.display())
 }
 
 /// The pictures of a track until the first damaged one.
@@ -248,7 +250,7 @@ struct Pictures {
 }
 
 impl Iterator for Pictures {
-    type Item = std::result::Result<Picture, Stop>;
+    type Item = std::result::Result<Picture, StreamEnd>;
 
     fn next(&mut self) -> Option<Self::Item> {
         self.read_picture().transpose()
@@ -256,7 +258,7 @@ impl Iterator for Pictures {
 }
 
 impl Pictures {
-    fn read_picture(&mut self) -> std::result::Result<Option<Picture>, Stop> {
+    fn read_picture(&mut self) -> std::result::Result<Option<Picture>, StreamEnd> {
         while let Ok(message) = self.messages.recv() {
             self.faults.take(&message);
             match message {
@@ -280,9 +282,9 @@ impl Pictures {
     }
 
     /// Reads a picture of standard output; `None` where that ends before it is whole.
-    fn read_pixels(&mut self, shown: &Shown) -> std::result::Result<Option<Frame>, Stop> {
-        let &Shown { width, height, .. } = shown;
-        let failure = |e: tracecut::Error| Stop::Failure(Failure::from(e).of(&self.name));
+    fn read_pixels(&mut self, shown: &ShownPicture) -> std::result::Result<Option<Frame>, StreamEnd> {
+        let &ShownPicture { width, height, .. } = shown;
+        let failure = |e: tracecut::Error| StreamEnd::Failure(Failure::from(e).with_subject(&self.name));
         check(width, height, self.max_pixels).map_err(failure)?;
         let length = 3 * width * height;
         let mut rgb = Vec::with_capacity(length);
@@ -293,7 +295,7 @@ impl Pictures {
         Frame::from_rgb(rgb, width, height).map(Some).map_err(failure)
     }
 
-    fn give(&mut self, shown: &Shown, frame: Frame) -> Picture {
+    fn give(&mut self, shown: &ShownPicture, frame: Frame) -> Picture {
         self.faults.give(shown);
         self.waits_for_key = false;
         self.num_given += 1;
@@ -301,10 +303,10 @@ impl Pictures {
     }
 
     /// Looks at how it ended.
-    fn finish(&mut self) -> std::result::Result<(), Stop> {
-        let has_succeeded = self.process.finish().map_err(|e| Stop::Failure(e.of(&self.name)))?;
+    fn finish(&mut self) -> std::result::Result<(), StreamEnd> {
+        let has_succeeded = self.process.finish().map_err(|e| StreamEnd::Failure(e.with_subject(&self.name)))?;
         if self.num_given == 0 {
-            return Err(Stop::Failure(self.describe_no_picture()));
+            return Err(StreamEnd::Failure(self.describe_no_picture()));
         }
         let is_short = !has_succeeded && self.num_given < self.track.num_pictures();
         if is_short || !self.faults.is_whole_at_end() { Err(damage()) } else { Ok(()) }
@@ -312,7 +314,7 @@ impl Pictures {
 
     fn describe_no_picture(&self) -> Failure {
         if self.is_old {
-            return Failure::new("this ffmpeg is too old (expected 5.1 or later)").of(&self.name);
+            return Failure::new("this ffmpeg is too old (expected 5.1 or later)").with_subject(&self.name);
         }
         let codec = &self.track.codec;
         let reason = if self.has_no_decoder {
@@ -326,6 +328,6 @@ impl Pictures {
     }
 }
 
-fn damage() -> Stop {
-    Stop::Damage("is cut off or damaged".to_owned())
+fn damage() -> StreamEnd {
+    StreamEnd::Damage("is cut off or damaged".to_owned())
 }

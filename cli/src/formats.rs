@@ -1,7 +1,7 @@
-//! The forms in which masks are written, beside pictures.
+//! File formats of masks other than pictures.
 
 use crate::failure::{Failure, Result, cannot_write};
-use crate::output::Place;
+use crate::output::OutputFolder;
 use crate::pictures::read_labels;
 use crate::times::FrameTimes;
 use clap::ValueEnum;
@@ -22,7 +22,7 @@ pub(crate) enum Format {
     Rle,
     /// masks.npz: a NumPy array of frames, rows and columns, and arrays of their times and durations in seconds
     Npz,
-    /// prompts.json: a frame, box, points and mask of each object, for SAM 2 and its like
+    /// prompts.json: a frame, box, points and mask of each object, for models like SAM 2
     Prompts,
     /// tracks.dat: the labelled trajectories
     Tracks,
@@ -48,7 +48,7 @@ impl Masks<'_> {
 
     /// Writes `masks.npz`: the array `masks`, bytes, frame by frame and row by row; `times` and `durations` in seconds,
     /// where frames have any.
-    pub(crate) fn write_npz(&self, place: &Place) -> Result<()> {
+    pub(crate) fn write_npz(&self, place: &OutputFolder) -> Result<()> {
         let path = place.file("masks.npz");
         let bad = |e: zip::result::ZipError| cannot_write(&path, &e.into());
         let mut zip = ZipWriter::new(BufWriter::new(File::create(&path).map_err(|e| cannot_write(&path, &e))?));
@@ -72,7 +72,7 @@ impl Masks<'_> {
     }
 
     /// Writes `prompts.json` as the package does.
-    pub(crate) fn write_prompts(&self, place: &Place) -> Result<()> {
+    pub(crate) fn write_prompts(&self, place: &OutputFolder) -> Result<()> {
         let mut prompts = Prompts::default();
         for t in 0..self.frames {
             prompts.add(t, &self.mask(t)?);
@@ -90,7 +90,7 @@ impl Masks<'_> {
     }
 
     /// Writes `masks.json` as the package does; `names` are the files of the frames.
-    pub(crate) fn write_coco(&self, place: &Place, video: &str, names: Option<&[String]>) -> Result<()> {
+    pub(crate) fn write_coco(&self, place: &OutputFolder, video: &str, names: Option<&[String]>) -> Result<()> {
         let (path, (width, height)) = (place.file("masks.json"), self.size);
         let file_name = |t: usize| names.and_then(|n| n.get(t).cloned()).unwrap_or_else(|| format!("{t:05}.png"));
         let mut video = json!({ "id": 1, "name": video, "width": width, "height": height });
@@ -105,26 +105,26 @@ impl Masks<'_> {
             }
             image
         };
-        let (mut all, mut seen) = (Vec::new(), [false; 256]);
+        let (mut annotations, mut is_used) = (Vec::new(), [false; 256]);
         for t in 0..self.frames {
             let mask = self.mask(t)?;
-            mask.data().iter().for_each(|&label| seen[usize::from(label)] = true);
-            all.extend(annotations(&mask, t));
+            mask.data().iter().for_each(|&label| is_used[usize::from(label)] = true);
+            annotations.extend(mask_annotations(&mask, t));
         }
-        let labels = (1..256).filter(|&label| seen[label]);
+        let labels = (1..256).filter(|&label| is_used[label]);
         let coco = json!({
             "info": { "description": "Masks of moving objects by TraceCut", "version": env!("CARGO_PKG_VERSION") },
             "videos": [video],
             "images": (0..self.frames).map(image).collect::<Vec<Value>>(),
             "tracks": labels.map(|id| json!({ "id": id, "category_id": 1, "video_id": 1 })).collect::<Vec<Value>>(),
             "categories": [{ "id": 1, "name": "object" }],
-            "annotations": all,
+            "annotations": annotations,
         });
         crate::failure::write(&path, coco.to_string() + "\n")
     }
 }
 
-/// A prompt under the names that SAM 2's video predictor has for it.
+/// Returns a prompt with the keys of SAM 2's video predictor.
 fn prompt(prompt: &Prompt) -> Value {
     let points: Vec<(usize, usize)> = prompt.inside.iter().chain(&prompt.outside).copied().collect();
     let labels: Vec<u8> = (0..points.len()).map(|k| u8::from(k < prompt.inside.len())).collect();
@@ -135,25 +135,25 @@ fn prompt(prompt: &Prompt) -> Value {
         "mask": { "size": size, "counts": counts } })
 }
 
-/// The head of a file for NumPy that holds an array of this shape of numbers of the kind `descr`, the last index fastest.
-/// Version 1.0 of the format: the data begin at a multiple of 64 bytes.
+/// Returns the header of a NumPy file for an array of this shape and type `descr` in C order. In version 1.0 of the format the
+/// data begin at a multiple of 64 bytes.
 pub(crate) fn npy_header(descr: &str, shape: &[usize]) -> Vec<u8> {
     // A tuple of one number ends with a comma.
     let sides: String = shape.iter().map(|side| format!("{side}, ")).collect();
     let sides = if shape.len() == 1 { sides.trim_end() } else { sides.trim_end_matches(", ") };
-    let mut words = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({sides}), }}");
-    while (10 + words.len() + 1) % 64 != 0 {
-        words.push(' ');
+    let mut dict = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({sides}), }}");
+    while (10 + dict.len() + 1) % 64 != 0 {
+        dict.push(' ');
     }
-    words.push('\n');
+    dict.push('\n');
     let mut header = b"\x93NUMPY\x01\x00".to_vec();
-    header.extend((words.len() as u16).to_le_bytes());
-    header.extend(words.as_bytes());
+    header.extend((dict.len() as u16).to_le_bytes());
+    header.extend(dict.as_bytes());
     header
 }
 
-/// What COCO says of each label of frame `t` but 0.
-pub(crate) fn annotations(mask: &Plane<u8>, t: usize) -> Vec<Value> {
+/// Returns the COCO annotations of frame `t`, one for each label except 0.
+pub(crate) fn mask_annotations(mask: &Plane<u8>, t: usize) -> Vec<Value> {
     let size = (mask.width(), mask.height());
     coco_runs(mask).iter().filter(|runs| runs.label > 0).map(|runs| annotation(runs, t, size)).collect()
 }

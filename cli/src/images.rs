@@ -1,13 +1,13 @@
-//! Which image files make up a clip.
+//! Folders and lists of image files.
 
 use crate::failure::{Failure, Result, cannot_read, read_text};
 use std::path::{Path, PathBuf};
 
-/// Images taken from a folder. Masks in other formats may lie beside them.
+/// File extensions of the images in a folder. Masks in other formats may lie beside them.
 const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "ppm"];
 
-/// The images of a folder in the order of their names, as a person would put them. Hidden files are none: names that begin
-/// with a point, such as the `._1.jpg` that a Mac writes beside `1.jpg`.
+/// Returns the images of a folder in natural order of their names. Hidden files, such as the `._1.jpg` that a Mac writes beside
+/// `1.jpg`, are left out.
 pub fn in_folder(folder: &Path) -> Result<Vec<PathBuf>> {
     let cannot = |e| cannot_read(folder, &e);
     let mut paths = Vec::new();
@@ -18,68 +18,68 @@ pub fn in_folder(folder: &Path) -> Result<Vec<PathBuf>> {
         }
     }
     if paths.is_empty() {
-        return Err(Failure::about(folder.display(), "holds no images (expected PNG, JPEG or PPM files, one a frame)"));
+        return Err(Failure::about(folder.display(), "has no images (expected PNG, JPEG or PPM files, one per frame)"));
     }
     paths.sort_by_cached_key(|path| name_key(&file_name(path)));
     Ok(paths)
 }
 
 fn has_image_extension(path: &Path) -> bool {
-    path.extension().is_some_and(|e| EXTENSIONS.iter().any(|known| e.eq_ignore_ascii_case(known)))
+    path.extension().is_some_and(|e| EXTENSIONS.iter().any(|extension| e.eq_ignore_ascii_case(extension)))
 }
 
 fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Part of a file name: a run of digits, by its value, or another character in small letters, before or after digits.
+/// Part of a sort key: a run of digits, by its value, or another character in lower case, sorted before or after digits.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Part {
+enum NamePart {
     Sign(char),
     Number { length: usize, digits: String },
     Letter(char),
 }
 
-/// Key that file names are sorted by; the name itself decides between `1.png` and `01.png`. Package and Python have the
-/// same order.
-fn name_key(name: &str) -> (Vec<Part>, String) {
+/// Returns the sort key of a file name; the name itself decides between `1.png` and `01.png`. The packages for JavaScript and
+/// Python have the same order.
+fn name_key(name: &str) -> (Vec<NamePart>, String) {
     let small = name.to_lowercase();
     let (mut parts, mut rest) = (Vec::new(), small.as_str());
     while let Some(first) = rest.chars().next() {
         let after = rest.trim_start_matches(|c: char| c.is_ascii_digit());
         if after.len() < rest.len() {
             let digits = rest[..rest.len() - after.len()].trim_start_matches('0');
-            parts.push(Part::Number { length: digits.len(), digits: digits.to_owned() });
+            parts.push(NamePart::Number { length: digits.len(), digits: digits.to_owned() });
             rest = after;
         } else {
-            parts.push(if first < '0' { Part::Sign(first) } else { Part::Letter(first) });
+            parts.push(if first < '0' { NamePart::Sign(first) } else { NamePart::Letter(first) });
             rest = &rest[first.len_utf8()..];
         }
     }
     (parts, name.to_owned())
 }
 
-/// The images that a `.bmf` list names: a first line of counts, then one file name a line, relative to the list.
+/// Returns the images in a `.bmf` list: a first line of counts, then one file name per line, relative to the list.
 ///
-/// Names may lead anywhere that the caller may read; what is no file there, such as a device that never ends, is refused.
+/// Names may lead to any file that the caller may read. Devices and pipes, which may never end, are errors.
 ///
-/// Lists of the Moseg benchmark name `.ppm` files where `.jpg` files stand; a file of the same stem is taken instead.
+/// Lists of the Moseg benchmark have `.ppm` names for `.jpg` files; a file of the same stem is used instead.
 pub(crate) fn in_list(list: &Path) -> Result<Vec<PathBuf>> {
     let text = read_text(list)?;
     let folder = list.parent().unwrap_or(Path::new(""));
     let paths: Vec<PathBuf> = names_in(list, &text)?.into_iter().map(|name| stand_in(folder.join(name))).collect();
     match paths.iter().find(|path| is_endless(path)) {
-        Some(path) => Err(Failure::about(list.display(), format_args!("names {}, which is no file", path.display()))),
+        Some(path) => Err(Failure::about(list.display(), format_args!("has {}, which is not a file", path.display()))),
         None => Ok(paths),
     }
 }
 
-/// Whether something is there that may have no end: a pipe or a device.
+/// Returns whether a path is a pipe or a device, which may never end.
 pub fn is_endless(path: &Path) -> bool {
     path.exists() && !path.is_file()
 }
 
-/// The file names in such a list, which is called `list` in errors.
+/// Returns the file names in a list, which is called `list` in errors.
 pub(crate) fn names_in<'a>(list: &Path, text: &'a str) -> Result<Vec<&'a str>> {
     let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty());
     let first = lines.next().and_then(|l| l.split_whitespace().next()?.parse::<usize>().ok());
@@ -96,7 +96,7 @@ pub(crate) fn names_in<'a>(list: &Path, text: &'a str) -> Result<Vec<&'a str>> {
     Ok(names)
 }
 
-/// `path`, or if there is no such file one of the same stem and another image extension.
+/// Returns `path` if it exists, or else a file of the same stem with another image extension.
 fn stand_in(path: PathBuf) -> PathBuf {
     if path.exists() {
         return path;

@@ -1,16 +1,15 @@
-//! Where frames come from: a folder of images, a `.bmf` list, an animated image, Y4M from a file, a pipe or standard
-//! input, or any video by `ffmpeg`. What a file is, its content says, whatever its name. `docs/frames.md` tells which
-//! pictures a file gives.
+//! Input clips: a folder of images, a `.bmf` list, an animated image, Y4M from a file, a pipe or standard input, or any video
+//! with `ffmpeg`. Files are recognised by their content, not by their name. `docs/frames.md` defines the pictures of a file.
 //!
-//! Frames are read one at a time and once: no decoded clip is held, and none is kept in a file.
+//! Frames are read one at a time and once: no decoded clip is held in memory or in a file.
 
-use crate::animation;
+use crate::animation::{self, AnimationKind};
 use crate::clip_frame::Frames;
 pub use crate::clip_frame::{ClipFrame, FrameTiming};
 use crate::failure::{Failure, Result, cannot_read, read};
 use crate::ffmpeg::Video;
 use crate::images;
-use crate::timeline::{Picture, Stop, Timeline};
+use crate::timeline::{Picture, StreamEnd, Timeline};
 use crate::y4m::Y4m;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -18,19 +17,19 @@ use std::path::{Path, PathBuf};
 use tracecut::Params;
 use tracecut::image::{Frame, MAX_PIXELS};
 
-/// A clip.
+/// An input clip.
 #[derive(Debug)]
 pub struct Input {
-    kind: Kind,
+    kind: InputKind,
     max_frames: usize,
-    /// Most pixels of a frame.
+    /// Largest number of pixels of a frame.
     max_pixels: usize,
 }
 
 #[derive(Debug)]
-enum Kind {
+enum InputKind {
     Images(Vec<PathBuf>),
-    Animation(animation::Kind, PathBuf),
+    Animation(AnimationKind, PathBuf),
     /// A file, or a pipe with a name.
     Y4m(PathBuf),
     Video(Video),
@@ -38,75 +37,82 @@ enum Kind {
 }
 
 impl Input {
-    /// Finds out what `path` is; `-` is standard input.
+    /// Detects the kind of `path`; `-` is standard input.
     pub fn open(path: &Path, frames: Option<u32>) -> Result<Self> {
         let max_frames = frames.map_or(usize::MAX, |n| n as usize);
-        Ok(Self { kind: Kind::of(path, max_frames)?, max_frames, max_pixels: MAX_PIXELS })
+        Ok(Self { kind: InputKind::detect(path, max_frames)?, max_frames, max_pixels: MAX_PIXELS })
     }
 
-    /// With the limits of a run.
-    pub(crate) fn within(self, params: &Params) -> Self {
+    /// Sets the limits of a run.
+    pub(crate) fn with_limits(self, params: &Params) -> Self {
         Self { max_pixels: params.clip.max_pixels as usize, ..self }
     }
 
-    /// Number of frames, where known before reading them.
+    /// Returns the number of frames, if known before reading them.
     pub fn num_frames(&self) -> Option<usize> {
         let count = match &self.kind {
-            Kind::Images(paths) => paths.len(),
-            Kind::Video(video) => video.num_pictures(),
+            InputKind::Images(paths) => paths.len(),
+            InputKind::Video(video) => video.num_pictures(),
             _ => return None,
         };
         Some(count.min(self.max_frames))
     }
 
-    /// The names of the files that the frames are in, where each is in one of its own.
+    /// Returns the file names of the frames, if each has a file of its own.
     pub(crate) fn names(&self) -> Option<Vec<String>> {
-        let Kind::Images(paths) = &self.kind else { return None };
+        let InputKind::Images(paths) = &self.kind else { return None };
         let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Some(paths.iter().take(self.max_frames).map(name).collect())
     }
 
-    /// The frames from the first on; those of standard input, and of a pipe, come once. A failure with
-    /// [`damage`](Failure::damage) comes after the whole frames before it, and is the last item.
+    /// Returns the frames from the first on; standard input and pipes can be read only once. A failure with
+    /// [`damage`](Failure::damage) follows the whole frames before it and is the last item.
     pub fn frames(&self) -> Result<impl Iterator<Item = Result<ClipFrame>> + use<>> {
-        let most = self.max_pixels;
-        let all: Frames = match &self.kind {
-            Kind::Images(paths) => Box::new(Images(paths.clone().into_iter(), most)),
-            Kind::Animation(kind, path) => animation::frames(*kind, &path.display().to_string(), open(path)?, most)?,
-            Kind::Y4m(path) => y4m_frames(path, open(path)?, most)?,
-            Kind::Video(video) => video.frames(most)?,
-            Kind::Stdin => {
-                y4m_frames(Path::new("standard input"), BufReader::with_capacity(1 << 16, std::io::stdin()), most)?
+        let max_pixels = self.max_pixels;
+        let frames: Frames = match &self.kind {
+            InputKind::Images(paths) => Box::new(ImageFiles { paths: paths.clone().into_iter(), max_pixels }),
+            InputKind::Animation(kind, path) => {
+                animation::frames(*kind, &path.display().to_string(), open(path)?, max_pixels)?
             }
+            InputKind::Y4m(path) => y4m_frames(path, open(path)?, max_pixels)?,
+            InputKind::Video(video) => video.frames(max_pixels)?,
+            InputKind::Stdin => y4m_frames(
+                Path::new("standard input"),
+                BufReader::with_capacity(1 << 16, std::io::stdin()),
+                max_pixels,
+            )?,
         };
-        Ok(all.take(self.max_frames))
+        Ok(frames.take(self.max_frames))
     }
 }
 
-/// Decodes files one by one, but none that is passed over.
-struct Images(std::vec::IntoIter<PathBuf>, usize);
+/// Decodes files one by one; skipped files are not decoded.
+struct ImageFiles {
+    paths: std::vec::IntoIter<PathBuf>,
+    max_pixels: usize,
+}
 
-impl Images {
+impl ImageFiles {
     fn read_frame(&self, path: &Path) -> Result<ClipFrame> {
-        let frame = decode_within(path, self.1)?;
+        let frame = decode_within(path, self.max_pixels)?;
         Ok(ClipFrame { name: path.display().to_string(), frame, timing: None })
     }
 }
 
-impl Iterator for Images {
+impl Iterator for ImageFiles {
     type Item = Result<ClipFrame>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        self.0.next().map(|path| self.read_frame(&path))
+        self.paths.next().map(|path| self.read_frame(&path))
     }
 
     fn nth(&mut self, n: usize) -> Option<Self::Item> {
-        self.0.nth(n).map(|path| self.read_frame(&path))
+        self.paths.nth(n).map(|path| self.read_frame(&path))
     }
 }
 
-impl Kind {
-    fn of(path: &Path, max_frames: usize) -> Result<Self> {
+impl InputKind {
+    fn detect(path: &Path, max_frames: usize) -> Result<Self> {
         if path == Path::new("-") {
             return Ok(Self::Stdin);
         }
@@ -117,7 +123,7 @@ impl Kind {
             return images::in_list(path).map(Self::Images);
         }
         if path.exists() && !path.is_file() {
-            // What is read to look at it would be gone.
+            // Bytes read to detect the kind would be lost.
             return Ok(Self::Y4m(path.to_owned()));
         }
         let mut start = Vec::new();
@@ -125,11 +131,9 @@ impl Kind {
         let path = path.to_owned();
         Ok(match start.as_slice() {
             [] => return Err(Failure::about(path.display(), "is empty")),
-            [b'G', b'I', b'F', b'8', ..] => Self::Animation(animation::Kind::Gif, path),
-            [0x89, b'P', b'N', b'G', ..] => Self::Animation(animation::Kind::Png, path),
-            [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P'] => {
-                Self::Animation(animation::Kind::WebP, path)
-            }
+            [b'G', b'I', b'F', b'8', ..] => Self::Animation(AnimationKind::Gif, path),
+            [0x89, b'P', b'N', b'G', ..] => Self::Animation(AnimationKind::Png, path),
+            [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P'] => Self::Animation(AnimationKind::WebP, path),
             [0xff, 0xd8, 0xff, ..] => return Err(Failure::about(path.display(), animation::STILL)),
             start if start.starts_with(b"YUV4MPEG2") => Self::Y4m(path),
             start => Self::Video(Video::open(&path, start, max_frames)?),
@@ -137,7 +141,7 @@ impl Kind {
     }
 }
 
-/// Bytes that tell what a file is.
+/// Number of bytes that identify a file.
 const START_BYTES: u64 = 12;
 
 fn open(path: &Path) -> Result<BufReader<File>> {
@@ -149,18 +153,18 @@ pub fn decode(path: &Path) -> Result<Frame> {
     decode_within(path, MAX_PIXELS)
 }
 
-/// The same for one of at most `most` pixels.
-pub(crate) fn decode_within(path: &Path, most: usize) -> Result<Frame> {
-    Frame::decode_within(&read(path)?, most).map_err(|e| Failure::from(e).of(path.display()))
+/// Decodes an image file of at most `max_pixels` pixels.
+pub(crate) fn decode_within(path: &Path, max_pixels: usize) -> Result<Frame> {
+    Frame::decode_within(&read(path)?, max_pixels).map_err(|e| Failure::from(e).with_subject(path.display()))
 }
 
-pub(crate) fn y4m_frames(path: &Path, reader: impl BufRead + 'static, most: usize) -> Result<Frames> {
+pub(crate) fn y4m_frames(path: &Path, reader: impl BufRead + 'static, max_pixels: usize) -> Result<Frames> {
     let name = path.display().to_string();
-    let y4m = Y4m::new(reader, most).map_err(|e| e.of(&name))?;
+    let y4m = Y4m::new(reader, max_pixels).map_err(|e| e.with_subject(&name))?;
     let duration = y4m.frame_duration();
     let pictures = y4m.enumerate().map(move |(index, frame)| match frame {
         Ok(frame) => Ok(Picture { frame, time: Some(index as f64 * duration), duration: Some(duration) }),
-        Err(e) => Err(Stop::Damage(e)),
+        Err(e) => Err(StreamEnd::Damage(e)),
     });
     Ok(Box::new(Timeline::new(name, pictures)))
 }

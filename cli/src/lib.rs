@@ -1,5 +1,5 @@
-//! The command line `tracecut`. A library only so that tests and `fuzz/` reach the readers of files, and `bench/` how
-//! clips are read, run and drawn; nobody else should use it.
+//! The command line `tracecut`. It is a library only for its tests, for `fuzz/` (the readers of files) and for `bench/` (reading,
+//! running and drawing clips); nobody else should use it.
 
 mod animation;
 mod clip_frame;
@@ -58,13 +58,13 @@ struct Cli {
 enum Command {
     /// Segment clips: masks, trajectories, pictures and a report
     Segment(segment::SegmentArgs),
-    /// Say why pixels have their labels: the terms of the cut, and what is behind them
+    /// Explain the labels of pixels: the terms of the cut and their origin
     Explain(explain::ExplainArgs),
     /// Boundary probability of an image, as grey pictures
     Boundaries(still::BoundariesArgs),
     /// Superpixels of an image: a label map, and a picture of the edges between them
     Superpixels(still::SuperpixelArgs),
-    /// Check that this machine computes what every other does
+    /// Check that this machine computes the same results as every other
     Selftest(selftest::SelftestArgs),
     /// List the parameters with range, default and meaning
     Params(settings::ParamsArgs),
@@ -74,13 +74,13 @@ enum Command {
     Man(shell::ManArgs),
 }
 
-/// The whole program.
+/// Runs the program.
 #[doc(hidden)]
 #[must_use]
 pub fn main() -> ExitCode {
     let command = Cli::parse().command;
-    let tells_events = matches!(&command, Command::Segment(args) if segment::tells_events(args));
-    ending::conclude(tells_events, || run(&command))
+    let logs_events = matches!(&command, Command::Segment(args) if segment::logs_events(args));
+    ending::conclude(logs_events, || run(&command))
 }
 
 fn run(command: &Command) -> failure::Result<()> {

@@ -1,6 +1,6 @@
-//! What a run says while it is at it: a bar, lines of JSON, or nothing.
+//! Progress of a run: a bar, lines of JSON, or nothing.
 
-use crate::failure::{Failure, Result, print, tell};
+use crate::failure::{Failure, Result, print, print_error};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
@@ -9,24 +9,24 @@ use tracecut::{Progress, Stage};
 
 #[derive(Args, Debug)]
 pub(crate) struct LogArgs {
-    /// Print each report (what result.json holds) on standard output, on one line
+    /// Print the report of each input (the contents of result.json) on standard output, on one line
     #[arg(long)]
     json: bool,
-    /// Say nothing but errors
+    /// Print nothing but errors
     #[arg(long, conflicts_with = "log")]
     quiet: bool,
-    /// How progress is told on standard error: a bar where that is a terminal, or a line of JSON for each event
+    /// Format of progress on standard error: a bar if it is a terminal, or a line of JSON per event
     #[arg(long, value_name = "FORM", default_value = "text")]
-    log: Form,
+    log: LogFormat,
 }
 
 #[derive(ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
-enum Form {
+enum LogFormat {
     Text,
     Json,
 }
 
-/// Where words go.
+/// The output of progress and reports.
 #[derive(Debug)]
 pub struct Log {
     bar: ProgressBar,
@@ -38,54 +38,54 @@ pub struct Log {
 
 impl LogArgs {
     pub(crate) fn open(&self) -> Log {
-        let events = self.log == Form::Json;
+        let events = self.log == LogFormat::Json;
         let bar = if self.quiet || events { ProgressBar::hidden() } else { visible_bar() };
         Log { bar, shown: Cell::default(), prints_reports: self.json, quiet: self.quiet, events }
     }
 }
 
-/// A bar on standard error if that is a terminal, otherwise none.
+/// Returns a bar on standard error, which is hidden unless that is a terminal.
 fn visible_bar() -> ProgressBar {
     let style = ProgressStyle::with_template("{msg:15} {wide_bar} {pos}/{len} {elapsed}");
     ProgressBar::new(0).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 impl Log {
-    /// A bar where there is a terminal, and words.
+    /// Returns a log with a bar and texts.
     pub(crate) fn plain() -> Self {
         Self { bar: visible_bar(), quiet: false, ..Self::quiet() }
     }
 
-    /// Nothing at all.
+    /// Returns a log that prints nothing.
     pub fn quiet() -> Self {
         Self { bar: ProgressBar::hidden(), shown: Cell::default(), prints_reports: false, quiet: true, events: false }
     }
 
-    /// One line on standard error, where events are asked for.
-    pub(crate) fn event(&self, name: &str, mut what: Value) {
+    /// Prints an event on standard error, if events are on.
+    pub(crate) fn event(&self, name: &str, mut fields: Value) {
         if self.events {
-            what["event"] = json!(name);
-            tell(what);
+            fields["event"] = json!(name);
+            print_error(fields);
         }
     }
 
-    /// A failure that does not end the program.
+    /// Reports a failure that does not end the program.
     pub(crate) fn failure(&self, input: &str, failure: &Failure) {
         if self.events {
             self.event("error", json!({ "input": input, "code": failure.kind as i32, "message": failure.reason }));
         } else {
-            tell(format_args!("error: {}", failure.reason));
+            print_error(format_args!("error: {}", failure.reason));
         }
     }
 
-    /// Whether failures are told as events.
-    pub(crate) fn tells_events(&self) -> bool {
+    /// Returns whether failures are logged as events.
+    pub(crate) fn logs_events(&self) -> bool {
         self.events
     }
 
-    /// A step of the run.
+    /// Reports a step of the run.
     pub(crate) fn step(&self, progress: Progress) {
-        // Flow and trajectories take turns: the bar follows the flow, which takes far longer.
+        // Flow and trajectories alternate: the bar follows the flow, which takes far longer.
         if progress.stage == Stage::Trajectories {
             return;
         }
@@ -95,26 +95,26 @@ impl Log {
         self.bar.set_position(u64::from(progress.done));
     }
 
-    /// A stage begins.
+    /// Begins a stage.
     pub(crate) fn begin(&self, name: &'static str, steps: usize) {
         self.bar.set_position(0);
         self.bar.set_length(steps as u64);
         self.bar.set_message(name);
     }
 
-    /// The stage at hand goes on by one.
+    /// Advances the stage by one step.
     pub(crate) fn advance(&self) {
         self.bar.inc(1);
     }
 
-    /// The last stage is over.
+    /// Ends the last stage.
     pub(crate) fn end(&self) {
         self.bar.finish_and_clear();
         self.shown.set(None);
     }
 
-    /// An input is done: its report, or a sentence about it.
-    pub(crate) fn done(&self, report: &str, summary: &str) -> Result<()> {
+    /// Prints the report of a finished input, or its summary.
+    pub(crate) fn finish_input(&self, report: &str, summary: &str) -> Result<()> {
         self.end();
         if self.prints_reports {
             print(report)

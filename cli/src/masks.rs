@@ -1,18 +1,18 @@
-//! Masks as files and pictures, and what the report says about them.
+//! Masks as files and pictures, and their part of the report.
 
 use crate::failure::{Failure, Result};
 use crate::overlay::PALETTE;
 use crate::pictures::{Pixels, Series};
-use crate::window::Found;
+use crate::window::WindowResult;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use tracecut::image::{Frame, Plane};
 use tracecut::mask::{ObjectRow, Objects, enlarge, object_rows, object_table};
 
-/// How much of a tinted pixel is the label's colour.
+/// Share of the label's colour in a tinted pixel; chosen by eye.
 const TINT_SHARE: f32 = 0.5;
 
-/// What `result.json` says about the masks.
+/// The masks in `result.json`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct MaskReport {
     background: MaskedObject,
@@ -26,12 +26,12 @@ pub(crate) struct MaskReport {
 #[serde(rename_all = "camelCase")]
 struct MaskedObject {
     label: u8,
-    /// Pixels of all masks.
+    /// Number of pixels in all masks.
     pixels: u64,
-    /// Frames in which it has any; `null` if it has none, as the background of a clip may.
+    /// First frame with a pixel of it; `null` if there is none.
     first_frame: Option<usize>,
     last_frame: Option<usize>,
-    /// Cluster labels of the trajectories that belong to it; each window of a clip has its own.
+    /// Cluster labels of its trajectories; left out for clips of several windows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     clusters: Option<Vec<usize>>,
 }
@@ -43,7 +43,7 @@ impl MaskedObject {
         self.last_frame = Some(frame);
     }
 
-    /// Adds what a later window has of it.
+    /// Adds the pixels of a later window.
     fn add(&mut self, later: &Self) {
         self.pixels += later.pixels;
         self.first_frame = self.first_frame.or(later.first_frame);
@@ -56,7 +56,7 @@ impl MaskReport {
         self.objects.len()
     }
 
-    /// The clusters of each object that has any, by its label.
+    /// Returns the clusters of each object with clusters, by label.
     pub(crate) fn clusters_of_objects(&self) -> Vec<(u8, Vec<usize>)> {
         let clusters = |object: &MaskedObject| (object.label, object.clusters.clone().unwrap_or_default());
         self.objects.iter().map(clusters).filter(|(_, clusters)| !clusters.is_empty()).collect()
@@ -84,31 +84,31 @@ impl MaskReport {
     }
 }
 
-/// Which pictures of the masks are wanted, and where.
+/// The folders of the requested pictures.
 #[derive(Debug)]
 pub(crate) struct MaskFolders {
-    /// Labels, for the results or for what is made from them.
+    /// Labels, as results or as input of other formats.
     pub(crate) masks: Option<PathBuf>,
-    /// Frames tinted with them.
+    /// Tinted frames.
     pub(crate) tints: Option<PathBuf>,
     /// The scene without the objects.
     pub(crate) backgrounds: Option<PathBuf>,
     pub(crate) confidences: Option<PathBuf>,
 }
 
-/// Writes pictures of the masks that a window settles, at the size of the frames; returns what the report says of them,
-/// and the rows of the objects' table. `None` where there are no masks.
-pub(crate) fn write_window(found: &Found<'_>, folders: &MaskFolders) -> Result<Option<(MaskReport, String)>> {
-    let session = found.session;
+/// Writes the pictures of the masks that a window settles, at the size of the frames. Returns their part of the report and the rows
+/// of the objects' table; `None` without masks.
+pub(crate) fn write_window(window: &WindowResult<'_>, folders: &MaskFolders) -> Result<Option<(MaskReport, String)>> {
+    let session = window.session;
     let (Some(objects), Some(tracks)) = (session.objects(), session.trajectories()) else { return Ok(None) };
-    let mut labels = labels_of(objects);
+    let mut labels = count_labels(objects);
     let (mut superpixels, mut rows) = (Vec::new(), Vec::new());
     let [masks, tints] = [&folders.masks, &folders.tints].map(|folder| folder.clone().map(Series::open).transpose());
     let (masks, tints) = (masks?, tints?);
-    for t in found.settled.clone() {
-        let (number, mask) = (found.first + t, at_source(found, t)?);
+    for t in window.settled.clone() {
+        let (number, mask) = (window.first + t, source_mask(window, t)?);
         mask.data().iter().for_each(|&label| labels[usize::from(label)].count(number));
-        let time = found.timing(t).map(|timing| timing.time);
+        let time = window.timing(t).map(|timing| timing.time);
         rows.extend(object_rows(&mask, tracks, t).into_iter().map(|row| ObjectRow { frame: number, time, ..row }));
         superpixels.push(session.superpixels(t)?.count);
         let size = (mask.width(), mask.height());
@@ -116,59 +116,59 @@ pub(crate) fn write_window(found: &Found<'_>, folders: &MaskFolders) -> Result<O
             masks.write(number, size, Pixels::Labels(mask.data()))?;
         }
         if let Some(tints) = &tints {
-            tints.write(number, size, Pixels::Rgb(&tinted(found.frame(t)?, &mask)))?;
+            tints.write(number, size, Pixels::Rgb(&tinted(window.frame(t)?, &mask)))?;
         }
     }
-    write_maps(found, folders)?;
+    write_maps(window, folders)?;
     let table = object_table(&rows);
     let rows = table.split_once('\n').map_or("", |(_, rows)| rows).to_owned();
     let objects = labels.split_off(1);
     Ok(labels.pop().map(|background| (MaskReport { background, objects, superpixels }, rows)))
 }
 
-/// The heading of the objects' table.
+/// Returns the header of the objects' table.
 pub(crate) fn table_heading() -> String {
     object_table(&[])
 }
 
-/// The mask of frame `t` at the size of the frame: where that was reduced, with borders to the pixel of its own.
-fn at_source(found: &Found<'_>, t: usize) -> Result<Plane<u8>> {
-    let session = found.session;
+/// Returns the mask of frame `t` at input size, with borders to the pixel of the input.
+fn source_mask(window: &WindowResult<'_>, t: usize) -> Result<Plane<u8>> {
+    let session = window.session;
     if session.working_size() == session.input_size() {
         return Ok(session.labels(t)?);
     }
-    let enlarged = enlarge(session.working_labels(t)?, found.frame(t)?, |_| false);
-    Ok(enlarged.map_err(|e| Failure::from(e).of(format_args!("frame {}", found.first + t)))?.labels)
+    let enlarged = enlarge(session.working_labels(t)?, window.frame(t)?, |_| false);
+    Ok(enlarged.map_err(|e| Failure::from(e).with_subject(format_args!("frame {}", window.first + t)))?.labels)
 }
 
-/// Writes what else is wanted of each frame, at the size that frames are processed at.
-fn write_maps(found: &Found<'_>, folders: &MaskFolders) -> Result<()> {
-    let (session, first) = (found.session, found.first);
+/// Writes the requested maps of each frame, at working size.
+fn write_maps(window: &WindowResult<'_>, folders: &MaskFolders) -> Result<()> {
+    let (session, first) = (window.session, window.first);
     if let Some(folder) = &folders.backgrounds {
         let series = Series::open(folder.clone())?;
-        for t in found.settled.clone() {
+        for t in window.settled.clone() {
             let plate = session.background(t)?;
             series.write(first + t, (plate.width(), plate.height()), Pixels::Rgba(plate.data().as_flattened()))?;
         }
     }
     if let Some(folder) = &folders.confidences {
         let series = Series::open(folder.clone())?;
-        for t in found.settled.clone() {
-            let sure = session.confidence(t)?.map(|p| (255.0 * p).round() as u8);
-            series.write(first + t, (sure.width(), sure.height()), Pixels::Grey(sure.data()))?;
+        for t in window.settled.clone() {
+            let confidence = session.confidence(t)?.map(|p| (255.0 * p).round() as u8);
+            series.write(first + t, (confidence.width(), confidence.height()), Pixels::Grey(confidence.data()))?;
         }
     }
     Ok(())
 }
 
-/// An entry for the background and one for each object, nothing counted yet.
-fn labels_of(objects: &Objects) -> Vec<MaskedObject> {
+/// Returns an empty entry for the background and each object.
+fn count_labels(objects: &Objects) -> Vec<MaskedObject> {
     let clusters = |label: u8| (0..objects.of_cluster.len()).filter(|&c| objects.of_cluster[c] == label).collect();
     let entry = |label: u8| MaskedObject { label, clusters: Some(clusters(label)), ..MaskedObject::default() };
     (0..=255).take(objects.highest_label + 1).map(entry).collect()
 }
 
-/// The frame with the pixels of each label other than 0 tinted, and outlined in the full colour; RGB. `labels` has the
+/// Returns the frame with the pixels of each label other than 0 tinted, and outlined in the full colour; RGB. `labels` has the
 /// frame's size.
 pub fn tinted(frame: &Frame, labels: &Plane<u8>) -> Vec<u8> {
     let mut rgb = frame.rgb().to_vec();
@@ -176,7 +176,7 @@ pub fn tinted(frame: &Frame, labels: &Plane<u8>) -> Vec<u8> {
         for x in 0..labels.width() {
             let label = labels[(x, y)];
             if label > 0 {
-                let share = if is_rim(labels, x, y) { 1.0 } else { TINT_SHARE };
+                let share = if is_outline(labels, x, y) { 1.0 } else { TINT_SHARE };
                 blend(&mut rgb, y * labels.width() + x, PALETTE[usize::from(label) % PALETTE.len()], share);
             }
         }
@@ -184,14 +184,14 @@ pub fn tinted(frame: &Frame, labels: &Plane<u8>) -> Vec<u8> {
     rgb
 }
 
-/// Whether one of the four neighbours inside the image has another label.
-fn is_rim(labels: &Plane<u8>, x: usize, y: usize) -> bool {
-    let here = labels[(x, y)];
+/// Returns whether one of the four neighbours inside the image has another label.
+fn is_outline(labels: &Plane<u8>, x: usize, y: usize) -> bool {
+    let label = labels[(x, y)];
     let (right, below) = (x + 1 < labels.width(), y + 1 < labels.height());
-    (x > 0 && labels[(x - 1, y)] != here)
-        || (y > 0 && labels[(x, y - 1)] != here)
-        || (right && labels[(x + 1, y)] != here)
-        || (below && labels[(x, y + 1)] != here)
+    (x > 0 && labels[(x - 1, y)] != label)
+        || (y > 0 && labels[(x, y - 1)] != label)
+        || (right && labels[(x + 1, y)] != label)
+        || (below && labels[(x, y + 1)] != label)
 }
 
 fn blend(rgb: &mut [u8], pixel: usize, colour: [u8; 3], share: f32) {

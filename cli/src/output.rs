@@ -1,4 +1,4 @@
-//! A folder of results, complete or absent: it is written beside the one that was named, and renamed when all is there.
+//! A folder of results that is complete or absent: it is written under a temporary name beside the target, and renamed at the end.
 
 use crate::failure::{Failure, Result, cannot_write, create_folder};
 use fs4::{FileExt, TryLockError};
@@ -7,10 +7,10 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-/// What is not a result lies here until the end: what a run needs that goes on, and parts of the report.
+/// Folder of working files until the end: the checkpoint, and parts of the report.
 const WORK: &str = ".tracecut";
 
-/// What to do with what lies there already.
+/// Treatment of existing files.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Existing {
     pub(crate) overwrite: bool,
@@ -19,62 +19,65 @@ pub(crate) struct Existing {
 
 /// A folder of results that is being written.
 #[derive(Debug, Clone)]
-pub(crate) struct Place {
+pub(crate) struct OutputFolder {
     target: PathBuf,
     partial: PathBuf,
-    /// Held from when the folder is this run's; the system lets go of it however the run ends.
+    /// Held while this run owns the folder; the system releases it however the run ends.
     lock: Arc<OnceLock<Option<File>>>,
 }
 
-impl Place {
-    /// The place of results that are to be in `target`.
+impl OutputFolder {
+    /// Returns the folder for results in `target`.
     pub(crate) fn new(target: &Path) -> Result<Self> {
-        let name = target.file_name().ok_or_else(|| refused(target, "is no name for a folder of results"))?;
+        let name = target.file_name().ok_or_else(|| refused(target, "is not the name of a folder"))?;
         let mut partial = name.to_owned();
         partial.push(".partial");
         Ok(Self { target: target.to_owned(), partial: target.with_file_name(partial), lock: Arc::default() })
     }
 
-    /// Whether the results are there, and a run that goes on has nothing to do.
+    /// Returns whether the results are complete.
     pub(crate) fn is_complete(&self) -> bool {
         is_result(&self.target) && !self.partial.exists()
     }
 
-    /// Makes the folder, empty unless the run goes on; an error where that would cost what nobody gave up.
+    /// Creates the folder, which is empty unless a run is resumed. Fails if that would destroy files without permission.
     pub(crate) fn claim(&self, existing: Existing) -> Result<()> {
         self.check_target(existing)?;
         if self.partial.exists() {
-            let others = self.take_lock()?;
+            let lock = self.take_lock()?;
             if existing.resume && self.checkpoint().is_file() {
-                return self.hold(others);
+                return self.hold(lock);
             }
             if !existing.overwrite && !existing.resume {
-                let reason = "was left by a run that did not end (--resume goes on with it, --overwrite begins again)";
+                let reason = "was left by an unfinished run (--resume continues it, --overwrite starts again)";
                 return Err(refused(&self.partial, reason));
             }
             if !self.work().is_dir() && !is_empty(&self.partial) {
-                return Err(refused(&self.partial, "is not of this program and is not replaced: remove it yourself"));
+                return Err(refused(
+                    &self.partial,
+                    "was not written by this program and is not replaced: remove it yourself",
+                ));
             }
-            drop(others);
+            drop(lock);
             remove(&self.partial)?;
         }
         create_folder(&self.work()).inspect_err(|_| {
-            // Where there was room for the one folder and not for the other.
+            // There may be space for one folder only.
             let _ = fs::remove_dir(&self.partial);
         })?;
-        let own = self.take_lock()?;
-        self.hold(own)
+        let lock = self.take_lock()?;
+        self.hold(lock)
     }
 
-    /// The lock of the folder, which one run at a time has; none where there is no folder, or no locks.
+    /// Locks the folder for this run; returns no lock if there is no folder, or if the file system has no locks.
     fn take_lock(&self) -> Result<Option<File>> {
         let Ok(file) = File::create(self.work().join("lock")) else { return Ok(None) };
         match FileExt::try_lock(&file) {
             Ok(()) => Ok(Some(file)),
             Err(TryLockError::WouldBlock) => {
-                Err(refused(&self.partial, "is being written by another run (wait for it, or name another folder)"))
+                Err(refused(&self.partial, "is being written by another run (wait for it, or choose another folder)"))
             }
-            // File systems of networks may have none.
+            // Network file systems may have no locks.
             Err(TryLockError::Error(_)) => Ok(None),
         }
     }
@@ -88,25 +91,25 @@ impl Place {
         if !target.exists() || is_empty(target) {
             Ok(())
         } else if !existing.overwrite {
-            Err(refused(target, "exists already (--overwrite replaces results, or name another folder)"))
+            Err(refused(target, "exists already (use --overwrite to replace results, or choose another folder)"))
         } else if !is_result(target) {
-            Err(refused(target, "holds no result of this program and is not replaced: name another folder"))
+            Err(refused(target, "has no results of this program and is not replaced: choose another folder"))
         } else {
             Ok(())
         }
     }
 
-    /// The folder named, which is there at the end.
+    /// Returns the final path.
     pub(crate) fn target(&self) -> &Path {
         &self.target
     }
 
-    /// Where `name` of the results is written.
+    /// Returns the path under which a result is written.
     pub(crate) fn file(&self, name: impl AsRef<Path>) -> PathBuf {
         self.partial.join(name)
     }
 
-    /// Where what is not a result is kept.
+    /// Returns the folder of working files.
     pub(crate) fn work(&self) -> PathBuf {
         self.partial.join(WORK)
     }
@@ -115,7 +118,7 @@ impl Place {
         self.work().join("checkpoint")
     }
 
-    /// All results are written: puts them where they were asked for.
+    /// Renames the folder to its final path.
     pub(crate) fn finish(&self) -> Result<()> {
         remove(&self.work())?;
         let rename = |from: &Path, to: &Path| fs::rename(from, to).map_err(|e| cannot_write(to, &e));
@@ -128,23 +131,23 @@ impl Place {
         remove(&old)
     }
 
-    /// The run has failed or was ended: nothing stays but what a run can go on with; whether there is such. What is not
-    /// this run's stays in any case.
+    /// Removes the folder after a failure or an interruption, unless a run can be resumed from it. Returns whether it can. Folders
+    /// of other runs stay.
     pub(crate) fn give_up(&self) -> bool {
         if self.lock.get().is_none() {
             return false;
         }
-        let goes_on = self.checkpoint().is_file();
-        if !goes_on {
-            // What cannot be removed either was never made, or the next run says so.
+        let is_resumable = self.checkpoint().is_file();
+        if !is_resumable {
+            // If it cannot be removed, it does not exist or the next run reports it.
             let _ = fs::remove_dir_all(&self.partial);
         }
-        goes_on
+        is_resumable
     }
 }
 
 fn refused(path: &Path, reason: &str) -> Failure {
-    Failure::usage(reason).of(path.display())
+    Failure::usage(reason).with_subject(path.display())
 }
 
 fn lossy(name: Option<&OsStr>) -> String {
@@ -155,11 +158,12 @@ fn is_empty(folder: &Path) -> bool {
     fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none())
 }
 
-/// Whether a folder holds a report of this program.
+/// Returns whether a folder has a report of this program.
 fn is_result(folder: &Path) -> bool {
     fs::read_to_string(folder.join("result.json")).is_ok_and(|text| text.contains("\"workingWidth\""))
 }
 
 fn remove(folder: &Path) -> Result<()> {
-    fs::remove_dir_all(folder).map_err(|e| Failure::new(format!("cannot be removed: {e}")).of(folder.display()))
+    fs::remove_dir_all(folder)
+        .map_err(|e| Failure::new(format!("cannot be removed: {e}")).with_subject(folder.display()))
 }

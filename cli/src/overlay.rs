@@ -2,7 +2,7 @@
 
 use crate::failure::Result;
 use crate::pictures::{Pixels, Series};
-use crate::window::Found;
+use crate::window::WindowResult;
 use std::path::PathBuf;
 use tracecut::discretize::Clusters;
 use tracecut::image::Frame;
@@ -30,16 +30,16 @@ pub(crate) const PALETTE: [[u8; 3]; 16] = [
     [160, 235, 120],
 ];
 
-/// How much of the frame's own brightness stays under the points, so that pale and dark points both stand out.
+/// Brightness of the frame under the points, so that pale and dark points are both visible; chosen by eye.
 const FRAME_SHARE: f32 = 0.75;
 
 /// Draws the trajectories of a window over the frames that it settles, into `folder`.
-pub(crate) fn write_window(found: &Found<'_>, folder: PathBuf) -> Result<()> {
-    let (points, results) = (Series::open(folder)?, found.results()?);
-    for t in found.settled.clone() {
-        let frame = found.frame(t)?;
-        let drawn = draw(frame, t, results.tracks, results.clusters);
-        points.write(found.first + t, (frame.width(), frame.height()), Pixels::Rgb(&drawn))?;
+pub(crate) fn write_window(window: &WindowResult<'_>, folder: PathBuf) -> Result<()> {
+    let (points, results) = (Series::open(folder)?, window.results()?);
+    for t in window.settled.clone() {
+        let frame = window.frame(t)?;
+        let picture = draw(frame, t, results.tracks, results.clusters);
+        points.write(window.first + t, (frame.width(), frame.height()), Pixels::Rgb(&picture))?;
     }
     Ok(())
 }

@@ -8,7 +8,7 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// What a file's bytes mean.
+/// The pixels of a picture by format.
 #[derive(Debug, Clone, Copy)]
 pub enum Pixels<'a> {
     /// Three bytes a pixel.
@@ -26,7 +26,7 @@ pub enum Pixels<'a> {
 pub struct Series(PathBuf);
 
 impl Series {
-    /// Makes `folder`, without the pictures from number `keep` on that an earlier, longer run left there.
+    /// Creates `folder` and removes the pictures of an earlier run from number `keep` on.
     pub fn create(folder: PathBuf, keep: usize) -> Result<Self> {
         create_folder(&folder)?;
         let series = Self(folder);
@@ -34,7 +34,7 @@ impl Series {
         Ok(series)
     }
 
-    /// Makes `folder` if it is not there.
+    /// Creates `folder` if it does not exist.
     pub fn open(folder: PathBuf) -> Result<Self> {
         create_folder(&folder)?;
         Ok(Self(folder))
@@ -60,7 +60,7 @@ fn encode(path: &Path, width: u32, height: u32, pixels: Pixels<'_>) -> Result<()
     encode_png(BufWriter::new(file), (width, height), pixels).map_err(|e| cannot_write(path, &e.into()))
 }
 
-/// A PNG file, into anything.
+/// Encodes a PNG file.
 pub(crate) fn encode_png(
     to: impl Write,
     (width, height): (u32, u32),
@@ -79,7 +79,7 @@ pub(crate) fn encode_png(
     if colour == ColorType::Indexed {
         encoder.set_palette((0..=255).flat_map(voc_colour).collect::<Vec<u8>>());
         encoder.set_compression(Compression::Balanced);
-        // Differences of labels mean nothing: runs of equal ones pack better as they are.
+        // Labels compress better without a filter.
         encoder.set_filter(Filter::NoFilter);
     }
     let mut writer = encoder.write_header()?;
@@ -87,31 +87,31 @@ pub(crate) fn encode_png(
     writer.finish()
 }
 
-/// Writes a single picture, all of it or none.
+/// Writes a single picture, completely or not at all.
 pub(crate) fn write_png(path: &Path, bytes: &[u8], size: (usize, usize), color: ExtendedColorType) -> Result<()> {
     let mut png = Vec::new();
     PngEncoder::new(&mut png)
         .write_image(bytes, size.0 as u32, size.1 as u32, color)
-        .map_err(|e| Failure::new(format!("cannot be encoded: {e}")).of(path.display()))?;
+        .map_err(|e| Failure::new(format!("cannot be encoded: {e}")).with_subject(path.display()))?;
     write(path, png)
 }
 
-/// The labels of a picture that was written as such, with its width and height.
+/// Reads back the labels of a picture, with its width and height.
 pub(crate) fn read_labels(folder: &Path, index: usize) -> Result<(Vec<u8>, usize, usize)> {
     let path = folder.join(format!("{index:05}.png"));
-    let bad = |e: &dyn std::fmt::Display| Failure::about(path.display(), format_args!("cannot be read back: {e}"));
-    let file = File::open(&path).map_err(|e| bad(&e))?;
-    let mut reader = png::Decoder::new(BufReader::new(file)).read_info().map_err(|e| bad(&e))?;
+    let failure = |e: &dyn std::fmt::Display| Failure::about(path.display(), format_args!("cannot be read back: {e}"));
+    let file = File::open(&path).map_err(|e| failure(&e))?;
+    let mut reader = png::Decoder::new(BufReader::new(file)).read_info().map_err(|e| failure(&e))?;
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
     let mut labels = vec![0; width * height];
-    reader.next_frame(&mut labels).map_err(|e| bad(&e))?;
+    reader.next_frame(&mut labels).map_err(|e| failure(&e))?;
     Ok((labels, width, height))
 }
 
 /// The colour of a label in the palette that the VOC and DAVIS benchmarks share: the label's bits, three at a time from
 /// the lowest, become bits of red, green and blue from the highest. 0 is black, 1 (128, 0, 0), 2 (0, 128, 0), 3 (128,
 /// 128, 0), 4 (0, 0, 128).
-pub(crate) fn voc_colour(label: u8) -> [u8; 3] {
+fn voc_colour(label: u8) -> [u8; 3] {
     let bit = |index: usize| (u16::from(label) >> index & 1) as u8;
     std::array::from_fn(|channel| (0..3).map(|place| bit(3 * place + channel) << (7 - place)).sum())
 }

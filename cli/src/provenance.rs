@@ -1,7 +1,7 @@
-//! Input and options that results were made from, which `--resume` compares, and what lies on disk of a run that is not done.
+//! Provenance of results, which `--resume` compares, and the saved state of an unfinished run.
 
 use crate::failure::{Failure, Result, cannot_write, read, write};
-use crate::output::Place;
+use crate::output::OutputFolder;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::fs;
@@ -14,7 +14,7 @@ use tracecut::image::Frame;
 #[derive(Debug, Serialize)]
 pub(crate) struct Options {
     pub(crate) window: u16,
-    /// Most frames taken; `null` for all.
+    /// Largest number of frames; `null` for all.
     pub(crate) frames: Option<u32>,
     pub(crate) formats: Vec<String>,
     pub(crate) background: bool,
@@ -74,10 +74,11 @@ impl Provenance<'_> {
 
     /// Checks that the results in `path`, described by `json`, have this provenance. Ignores other fields of `json`.
     pub(crate) fn check(&self, path: &Path, json: &Value) -> Result<()> {
-        let own = serde_json::from_str(&self.to_json()?).map_err(|e| Failure::new(e.to_string()))?;
-        difference("", json, &own).map_or(Ok(()), |difference| {
+        let expected = serde_json::from_str(&self.to_json()?).map_err(|e| Failure::new(e.to_string()))?;
+        difference("", json, &expected).map_or(Ok(()), |difference| {
             let reason = "was not made from this input with these options and this version";
-            Err(Failure::usage(format!("{reason}: {difference} (--overwrite begins again)")).of(path.display()))
+            Err(Failure::usage(format!("{reason}: {difference} (--overwrite starts again)"))
+                .with_subject(path.display()))
         })
     }
 }
@@ -96,17 +97,17 @@ pub fn sum(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |h, &b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3))
 }
 
-/// Where a run is.
+/// The saved state of a run.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct Saved {
+pub(crate) struct SavedRun {
     /// Provenance of the run, as JSON.
     pub(crate) provenance: String,
     pub(crate) checkpoint: Checkpoint,
 }
 
-impl Saved {
-    /// Takes the place of the one before, at once.
-    pub(crate) fn write(&self, place: &Place) -> Result<()> {
+impl SavedRun {
+    /// Replaces the previous state atomically.
+    pub(crate) fn write(&self, place: &OutputFolder) -> Result<()> {
         let file = place.checkpoint();
         let mut bytes = postcard::to_stdvec(self).map_err(|e| Failure::new(format!("checkpoint: {e}")))?;
         bytes.extend(sum(&bytes).to_le_bytes());
@@ -116,21 +117,23 @@ impl Saved {
     }
 
     /// Reads the checkpoint that was written last, if any.
-    pub(crate) fn read(place: &Place) -> Result<Option<Self>> {
+    pub(crate) fn read(place: &OutputFolder) -> Result<Option<Self>> {
         let file = place.checkpoint();
         if !file.is_file() {
             return Ok(None);
         }
         let bytes = read(&file)?;
-        let whole = bytes.split_last_chunk::<8>().filter(|(data, own)| sum(data) == u64::from_le_bytes(**own));
-        let saved = whole.and_then(|(data, _)| postcard::from_bytes(data).ok());
-        saved.map(Some).ok_or_else(|| Failure::usage("is damaged (--overwrite begins again)").of(file.display()))
+        let checked = bytes.split_last_chunk::<8>().filter(|(data, tail)| sum(data) == u64::from_le_bytes(**tail));
+        let saved_run = checked.and_then(|(data, _)| postcard::from_bytes(data).ok());
+        saved_run
+            .map(Some)
+            .ok_or_else(|| Failure::usage("is damaged (--overwrite starts again)").with_subject(file.display()))
     }
 
     /// Checks that the run has this provenance.
-    pub(crate) fn check(&self, provenance: &Provenance<'_>, place: &Place) -> Result<()> {
-        let saved = serde_json::from_str(&self.provenance).unwrap_or_default();
-        provenance.check(&place.checkpoint(), &saved)
+    pub(crate) fn check(&self, provenance: &Provenance<'_>, place: &OutputFolder) -> Result<()> {
+        let saved_provenance = serde_json::from_str(&self.provenance).unwrap_or_default();
+        provenance.check(&place.checkpoint(), &saved_provenance)
     }
 }
 

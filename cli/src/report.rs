@@ -1,13 +1,13 @@
-//! `result.json`: put together at the end from a part for each window, which lies on disk until then.
+//! `result.json`: composed at the end from a part for each window, which is on disk until then.
 
 use crate::clock::{Seconds, peak_memory_bytes};
 use crate::failure::{Damage, Failure, Result, create_folder, read, write};
 use crate::masks::MaskReport;
-use crate::output::Place;
+use crate::output::OutputFolder;
 use crate::provenance::{Options, Origin};
 use crate::run::Timing;
 use crate::times::FrameTimes;
-use crate::window::{Found, Outcome};
+use crate::window::{ClipSummary, WindowResult};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -16,14 +16,14 @@ use tracecut::Params;
 use tracecut::discretize::Clusters;
 use tracecut::trajectory::Trajectories;
 
-/// What one window gives to the report.
+/// The part of the report from one window.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(crate) struct Part {
+pub(crate) struct WindowPart {
     window: WindowReport,
     size: (usize, usize),
     working: (usize, usize),
-    /// Of the settled frames.
+    /// The times of the settled frames.
     times: Option<FrameTimes>,
     labels: Vec<LabelSize>,
     masks: Option<MaskReport>,
@@ -34,7 +34,7 @@ pub(crate) struct Part {
     seconds: BTreeMap<String, Seconds>,
 }
 
-/// A window in the report; frames are the clip's.
+/// A window in the report, with frame numbers of the clip.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct WindowReport {
@@ -42,23 +42,23 @@ struct WindowReport {
     shot: usize,
     first_frame: usize,
     frames: usize,
-    settled: Settled,
+    settled: SettledFrames,
     trajectories: usize,
     points: usize,
     clusters: usize,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    objects: Vec<OfClusters>,
+    objects: Vec<ObjectClusters>,
 }
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-struct Settled {
+struct SettledFrames {
     from: usize,
     to: usize,
 }
 
-/// Which clusters of a window an object is.
+/// The clusters of an object in a window.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct OfClusters {
+struct ObjectClusters {
     label: u8,
     clusters: Vec<usize>,
 }
@@ -73,35 +73,40 @@ struct LabelSize {
 impl WindowReport {
     /// Returns a copy without the objects that have no pixel in the clip.
     fn with_objects_of(&self, masks: Option<&MaskReport>) -> Self {
-        let has_pixels = |object: &&OfClusters| masks.is_some_and(|masks| masks.has_object(object.label));
+        let has_pixels = |object: &&ObjectClusters| masks.is_some_and(|masks| masks.has_object(object.label));
         Self { objects: self.objects.iter().filter(has_pixels).cloned().collect(), ..self.clone() }
     }
 }
 
-impl Part {
-    pub(crate) fn of(found: &Found<'_>, masks: Option<(MaskReport, String)>, timing: &Timing) -> Result<Self> {
-        let session = found.session;
-        let results = found.results()?;
+impl WindowPart {
+    pub(crate) fn new(
+        window_result: &WindowResult<'_>,
+        masks: Option<(MaskReport, String)>,
+        timing: &Timing,
+    ) -> Result<Self> {
+        let session = window_result.session;
+        let results = window_result.results()?;
         let (masks, table) = masks.map_or_else(Default::default, |(masks, table)| (Some(masks), table));
         let eigen = serde_json::to_value(&results.embedding.info).map_err(|e| Failure::new(e.to_string()))?;
-        let of_clusters = |(label, clusters)| OfClusters { label, clusters };
+        let object = |(label, clusters)| ObjectClusters { label, clusters };
+        let (first, settled) = (window_result.first, window_result.settled.clone());
         let clusters = masks.as_ref().map_or_else(Vec::new, MaskReport::clusters_of_objects);
         let window = WindowReport {
-            index: found.index,
-            shot: found.shot,
-            first_frame: found.first,
+            index: window_result.index,
+            shot: window_result.shot,
+            first_frame: first,
             frames: session.num_frames(),
-            settled: Settled { from: found.first + found.settled.start, to: found.first + found.settled.end },
+            settled: SettledFrames { from: first + settled.start, to: first + settled.end },
             trajectories: results.tracks.len(),
             points: results.tracks.x.len(),
             clusters: results.clusters.count,
-            objects: clusters.into_iter().map(of_clusters).collect(),
+            objects: clusters.into_iter().map(object).collect(),
         };
         Ok(Self {
             window,
             size: session.input_size().unwrap_or_default(),
             working: session.working_size().unwrap_or_default(),
-            times: FrameTimes::collect(found.settled.clone().map(|t| found.timing(t))),
+            times: FrameTimes::collect(settled.map(|t| window_result.timing(t))),
             labels: label_sizes(results.tracks, results.clusters),
             masks,
             table,
@@ -111,18 +116,18 @@ impl Part {
         })
     }
 
-    fn path(place: &Place, index: usize) -> PathBuf {
+    fn path(place: &OutputFolder, index: usize) -> PathBuf {
         place.work().join(format!("parts/{index:05}.json"))
     }
 
-    pub(crate) fn write(&self, place: &Place) -> Result<()> {
+    pub(crate) fn write(&self, place: &OutputFolder) -> Result<()> {
         create_folder(&place.work().join("parts"))?;
         let text = serde_json::to_string(self).map_err(|e| Failure::new(e.to_string()))?;
         write(&Self::path(place, self.window.index), text)
     }
 
-    /// Those of the first `count` windows.
-    pub(crate) fn read_all(place: &Place, count: usize) -> Result<Vec<Self>> {
+    /// Reads the parts of the first `count` windows.
+    pub(crate) fn read_all(place: &OutputFolder, count: usize) -> Result<Vec<Self>> {
         let part = |index| {
             let path = Self::path(place, index);
             serde_json::from_slice(&read(&path)?).map_err(|e| Failure::about(path.display(), e))
@@ -142,7 +147,7 @@ fn label_sizes(tracks: &Trajectories, clusters: &Clusters) -> Vec<LabelSize> {
     sizes
 }
 
-/// What goes into `result.json`.
+/// The contents of `result.json`.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct Report<'a> {
@@ -157,17 +162,17 @@ pub(crate) struct Report<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) truncated: Option<Truncated>,
     shots: usize,
-    /// What is of a window alone is left out where there are several.
+    /// Results of a single window, left out if there are several.
     #[serde(flatten)]
     only: Option<OnlyWindow<'a>>,
-    /// Background, objects and superpixels; left out where there are no masks.
+    /// Background, objects and superpixels; left out without masks.
     #[serde(flatten)]
     masks: Option<MaskReport>,
     windows: Vec<WindowReport>,
-    /// Files of the frames; left out where they are in one.
+    /// File names of the frames; left out if one file has all of them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) frame_names: Option<Vec<String>>,
-    /// Average number of frames a second; left out, as the times are, where frames have none.
+    /// Average number of frames a second; left out like the times if frames have none.
     #[serde(skip_serializing_if = "Option::is_none")]
     frame_rate: Option<f64>,
     #[serde(flatten)]
@@ -177,8 +182,8 @@ pub(crate) struct Report<'a> {
     params: &'a Params,
     /// Wall seconds of each stage, and of the whole run including writing.
     seconds: BTreeMap<&'a str, f64>,
-    /// The same of the first thread on a processor, which other programs do not lengthen; `null` where the system does
-    /// not say.
+    /// The processor time of the first thread, which does not depend on other programs; `null` if the system does not report
+    /// it.
     cpu_seconds: BTreeMap<&'a str, Option<f64>>,
     peak_memory_bytes: Option<u64>,
 }
@@ -195,8 +200,8 @@ impl Truncated {
     /// Returns the failure that ends a run of `input` after its results are written.
     pub(crate) fn failure(&self, input: &str) -> Failure {
         let Self { frames, reason } = self;
-        let kept = format!("results end after frame {}, the last whole one", frames.saturating_sub(1));
-        Failure::about(input, format_args!("{reason} ({kept})"))
+        let last = frames.saturating_sub(1);
+        Failure::about(input, format_args!("{reason} (results end after frame {last}, the last whole one)"))
     }
 }
 
@@ -210,22 +215,22 @@ struct OnlyWindow<'a> {
     eigen: &'a Value,
 }
 
-/// The rows of `objects.csv`; `None` where there are no masks.
-pub(crate) fn rows(parts: &[Part]) -> Option<String> {
+/// Returns the rows of `objects.csv`; `None` without masks.
+pub(crate) fn rows(parts: &[WindowPart]) -> Option<String> {
     parts.first()?.masks.as_ref()?;
     Some(parts.iter().map(|part| part.table.as_str()).collect())
 }
 
 impl<'a> Report<'a> {
-    /// Of all windows of a clip; `None` where there are none.
-    pub(crate) fn of(
+    /// Composes the report of a clip; `None` without windows.
+    pub(crate) fn new(
         input: String,
         names: Option<Vec<String>>,
-        outcome: &'a Outcome<'a>,
-        parts: &'a [Part],
+        summary: &'a ClipSummary<'a>,
+        parts: &'a [WindowPart],
     ) -> Option<Self> {
         let (first, last) = (parts.first()?, parts.last()?);
-        let recipe = outcome.provenance.recipe;
+        let recipe = summary.provenance.recipe;
         let only = (parts.len() == 1).then(|| OnlyWindow {
             trajectories: first.window.trajectories,
             points: first.window.points,
@@ -246,7 +251,7 @@ impl<'a> Report<'a> {
             working_width: first.working.0,
             working_height: first.working.1,
             frames,
-            truncated: outcome.damage.as_ref().map(truncated),
+            truncated: summary.damage.as_ref().map(truncated),
             shots: last.window.shot + 1,
             only,
             windows: parts.iter().map(|part| part.window.with_objects_of(masks.as_ref())).collect(),
@@ -254,7 +259,7 @@ impl<'a> Report<'a> {
             frame_names: names.map(|names| names.into_iter().take(frames).collect()),
             frame_rate: times.as_ref().and_then(FrameTimes::frame_rate),
             times,
-            source: &outcome.provenance.source,
+            source: &summary.provenance.source,
             options: &recipe.options,
             params: recipe.params,
             seconds: BTreeMap::new(),
@@ -263,8 +268,8 @@ impl<'a> Report<'a> {
         })
     }
 
-    /// Sets time and memory at the end of the run: those of the windows, and `finishing`, the time since the last window.
-    pub(crate) fn set_costs(&mut self, parts: &'a [Part], finishing: Seconds) {
+    /// Sets the time and memory of the run: the time of the windows plus `finishing`, the time since the last one.
+    pub(crate) fn set_costs(&mut self, parts: &'a [WindowPart], finishing: Seconds) {
         let mut seconds: BTreeMap<&str, Seconds> = BTreeMap::new();
         let finishing = [("write", finishing), ("total", finishing)];
         let windows = parts.iter().flat_map(|part| &part.seconds).map(|(name, &spent)| (name.as_str(), spent));
@@ -279,17 +284,17 @@ impl<'a> Report<'a> {
         (self.width, self.height)
     }
 
-    /// A sentence about it.
-    pub(crate) fn summary(&self, place: &Place) -> String {
+    /// Returns a summary in one line.
+    pub(crate) fn summary(&self, place: &OutputFolder) -> String {
         let (width, height, frames) = (self.width, self.height, self.frames);
-        let found = match &self.only {
+        let contents = match &self.only {
             Some(only) => format!("{} trajectories in {} clusters", only.trajectories, only.clusters),
             None => format!("{} windows, {} shot(s)", self.windows.len(), self.shots),
         };
         let objects = self.masks.as_ref().map_or_else(String::new, |m| format!("{} object(s), ", m.num_objects()));
         let seconds = self.seconds.get("total").copied().unwrap_or_default();
         format!(
-            "{frames} frames of {width}x{height}: {found}, {objects}{seconds:.2} s; see {}",
+            "{frames} frames of {width}x{height}: {contents}, {objects}{seconds:.2} s; see {}",
             place.target().display()
         )
     }

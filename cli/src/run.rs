@@ -20,11 +20,11 @@ pub struct Timing {
 }
 
 impl Timing {
-    /// Seconds of reading, each stage, writing and the whole run, by name.
+    /// Returns the seconds of reading, each stage, writing and the whole run, by name.
     pub(crate) fn by_name(&self) -> BTreeMap<String, Seconds> {
         let stages = self.stages.iter().map(|(stage, &seconds)| (stage.name(), seconds));
-        let all = [("read", self.read), ("write", self.write), ("total", self.total)].into_iter().chain(stages);
-        all.map(|(name, seconds)| (name.to_owned(), seconds)).collect()
+        let entries = [("read", self.read), ("write", self.write), ("total", self.total)].into_iter().chain(stages);
+        entries.map(|(name, seconds)| (name.to_owned(), seconds)).collect()
     }
 
     /// Counts reading.
@@ -50,7 +50,7 @@ pub fn run(input: &Input, params: Params, threads: usize, log: &Log) -> Result<(
     run_frames(input.frames()?, input.num_frames(), params, threads, log)
 }
 
-/// Steps a session to its end over `frames`, whose number is `count` where known.
+/// Steps a session to its end over `frames`; `count` is their number if known.
 pub fn run_frames(
     frames: impl Iterator<Item = Result<ClipFrame>>,
     count: Option<usize>,

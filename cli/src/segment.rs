@@ -2,18 +2,18 @@
 
 use crate::clock::Clock;
 use crate::dump;
-use crate::ending::{self, whole};
+use crate::ending::{self, uninterrupted};
 use crate::failure::{Failure, Result, create_folder, read_text, write};
 use crate::formats::{Format, Masks};
 use crate::input::Input;
 use crate::log::{Log, LogArgs};
 use crate::masks::{self, MaskFolders};
-use crate::output::{Existing, Place};
+use crate::output::{Existing, OutputFolder};
 use crate::overlay;
-use crate::provenance::{Options, Origin, Provenance, Recipe, Saved};
-use crate::report::{Part, Report, Truncated, rows};
+use crate::provenance::{Options, Origin, Provenance, Recipe, SavedRun};
+use crate::report::{Report, Truncated, WindowPart, rows};
 use crate::settings::Settings;
-use crate::window::{Found, Outcome, Run, too_few};
+use crate::window::{ClipRun, ClipSummary, WindowResult, too_few};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -27,27 +27,27 @@ use tracecut::{Params, Window};
 #[derive(Args, Debug)]
 #[command(after_help = RESULTS)]
 pub(crate) struct SegmentArgs {
-    /// Folders of images in name order, .bmf lists, animated GIF, PNG or WebP, Y4M, other videos (by ffmpeg, where that
-    /// is installed), or - for Y4M on standard input
+    /// Folders of images in name order, .bmf lists, animated GIF, PNG or WebP, Y4M, other videos (with ffmpeg installed),
+    /// or - for Y4M on standard input
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
-    /// Folder for the results, which are there when all is done; of several inputs a folder in it for each
+    /// Folder for the results, created when the run is done; for several inputs, a folder in it for each
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// What to write, one or more
+    /// Formats to write, one or more
     #[arg(long, value_name = "FORMAT", value_delimiter = ',', default_value = "png,tracks")]
     format: Vec<Format>,
-    /// Replace results that are there already
+    /// Replace existing results
     #[arg(long)]
     overwrite: bool,
-    /// Go on after the last finished window of a run that did not end
+    /// Continue an unfinished run after its last finished window
     #[arg(long, conflicts_with = "overwrite")]
     resume: bool,
     #[command(flatten)]
     log: LogArgs,
-    /// Length of a window in frames; a longer clip is segmented window by window, neighbours with 10 frames in common
+    /// Frames of a window; a longer clip is segmented window by window, with 10 frames in common
     #[arg(long, value_name = "N", default_value_t = Window::FRAMES as u16,
-        value_parser = clap::value_parser!(u16).range(2..=Window::MOST_FRAMES as i64))]
+        value_parser = clap::value_parser!(u16).range(2..=Window::MAX_FRAMES as i64))]
     window: u16,
     /// Take the first N frames, 2 or more
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
@@ -55,23 +55,23 @@ pub(crate) struct SegmentArgs {
     /// Spacing of the trajectories, in pixels; short for --set trajectory.gridStep=PX
     #[arg(long, value_name = "PX")]
     track_step: Option<f64>,
-    /// Trajectories of any tracker, in the form of tracks.dat, in the place of those that tracking would find; their
-    /// labels are not looked at. All frames are then taken at once
+    /// Use the trajectories of another tracker, in the format of tracks.dat; labels are ignored, and all frames are one
+    /// window
     #[arg(long, value_name = "FILE", conflicts_with = "resume")]
     tracks: Option<PathBuf>,
-    /// End with the labels of the trajectories, without masks; short for --set clip.dense=false
+    /// Only label trajectories, without masks; short for --set clip.dense=false
     #[arg(long)]
     no_dense: bool,
-    /// Also write the scene without the objects, frame by frame, at the size that frames are processed at
+    /// Also write the scene without the objects, frame by frame, at the working size
     #[arg(long, conflicts_with = "no_dense")]
     background: bool,
-    /// Also write how sure the label of each pixel is, frame by frame, at the size that frames are processed at
+    /// Also write the confidence of each pixel's label, frame by frame, at the working size
     #[arg(long, conflicts_with = "no_dense")]
     confidence: bool,
-    /// Also write the affinities, the eigenpairs, the neighbour pairs and the saliency as text
+    /// Also write affinities, eigenpairs, neighbour pairs and saliency as text
     #[arg(long)]
     dump: bool,
-    /// Threads to work on; results are the same for any number [default: as many as the machine runs at once]
+    /// Number of threads, which does not change results [default: all that the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
     threads: Option<u32>,
     #[command(flatten)]
@@ -83,18 +83,18 @@ Results in the folder:
   masks/00000.png ...          png: label of each pixel, 0 for the background, at the size of the frames
   masks.json                   rle: the same as COCO's JSON for videos
   masks.npz                    npz: the same as an array of frames, rows and columns, with the times of the frames
-  prompts.json                 prompts: a frame, box, points and mask of each object, for SAM 2 and its like
-  tracks.dat                   tracks: labelled trajectories; of a clip of several windows tracks/00000.dat ...
+  prompts.json                 prompts: a frame, box, points and mask of each object, for models like SAM 2
+  tracks.dat                   tracks: labelled trajectories; with several windows tracks/00000.dat ...
   overlay/00000.png ...        overlay: frames with the trajectories, coloured by label
   overlay-masks/00000.png ...  overlay: frames with the objects tinted and outlined
   objects.csv                  box, area, centre and mean motion of each object in each frame
   result.json                  sizes, objects, windows, shots, names and times of the frames, options, parameters,
-                               seconds of work; where the input is damaged
+                               seconds of work; damage of the input
   background/00000.png ...     with --background: RGBA, transparent where no frame shows the scene
-  confidence/00000.png ...     with --confidence: grey, 0 to 255 for a probability of 0 to 1 that the label is right
-  dump/                        with --dump; of a clip of several windows dump/00000/ ...
+  confidence/00000.png ...     with --confidence: grey, 0 to 255 for a probability of 0 to 1 that the label is correct
+  dump/                        with --dump; with several windows dump/00000/ ...
 
-They are written into DIR.partial, which is renamed at the end.";
+Results are written to DIR.partial, which is renamed at the end.";
 
 pub(crate) fn segment(args: &SegmentArgs) -> Result<()> {
     let params = params_of(args)?;
@@ -114,9 +114,9 @@ pub(crate) fn segment(args: &SegmentArgs) -> Result<()> {
     failed.into_iter().min().map_or(Ok(()), |kind| Err(Failure { kind, reason, damage: None }))
 }
 
-/// Whether failures are told as lines of JSON.
-pub(crate) fn tells_events(args: &SegmentArgs) -> bool {
-    args.log.open().tells_events()
+/// Returns whether failures are logged as lines of JSON.
+pub(crate) fn logs_events(args: &SegmentArgs) -> bool {
+    args.log.open().logs_events()
 }
 
 fn params_of(args: &SegmentArgs) -> Result<Params> {
@@ -130,7 +130,7 @@ fn params_of(args: &SegmentArgs) -> Result<Params> {
     Ok(params)
 }
 
-/// The folder of each input's results: that named, or for several inputs one in it with the input's name.
+/// Returns the folder of each input's results: `--out`, or for several inputs a folder in it with the name of the input.
 fn targets_of(args: &SegmentArgs) -> Result<Vec<PathBuf>> {
     if args.inputs.len() == 1 {
         return Ok(vec![args.out.clone()]);
@@ -145,12 +145,11 @@ fn targets_of(args: &SegmentArgs) -> Result<Vec<PathBuf>> {
         } else {
             input.file_stem()
         };
-        let name = name.ok_or_else(|| Failure::usage("has no name for its results").of(input.display()))?;
+        let name = name.ok_or_else(|| Failure::usage("has no name for its results").with_subject(input.display()))?;
         let target = args.out.join(name);
-        if let Some(other) = users.insert(target.clone(), input) {
-            let reason =
-                format!("its results would lie where those of {} do (give it a run of its own)", other.display());
-            return Err(Failure::usage(reason).of(input.display()));
+        if let Some(first) = users.insert(target.clone(), input) {
+            let reason = format!("its results would overwrite those of {} (run it separately)", first.display());
+            return Err(Failure::usage(reason).with_subject(input.display()));
         }
         targets.push(target);
     }
@@ -175,38 +174,38 @@ fn recipe_of<'a>(args: &SegmentArgs, params: &'a Params) -> Recipe<'a> {
 }
 
 fn segment_one(args: &SegmentArgs, recipe: &Recipe<'_>, path: &Path, target: &Path, log: &Log) -> Result<()> {
-    let (clock, place) = (Clock::start(), Place::new(target)?);
-    // What is wrong with the input is said before anything is touched.
-    let input = Input::open(path, args.frames)?.within(recipe.params);
-    let job = Job { args, recipe, place: &place, path, name: &path.display().to_string() };
-    let (event, done) = if args.resume && place.is_complete() {
+    let (clock, place) = (Clock::start(), OutputFolder::new(target)?);
+    // Checks the input before the folder is touched.
+    let input = Input::open(path, args.frames)?.with_limits(recipe.params);
+    let job = ClipJob { args, recipe, place: &place, path, name: &path.display().to_string() };
+    let (event, result) = if args.resume && place.is_complete() {
         ("complete", job.check_complete(&input)?)
     } else {
         ("done", job.claim_and_run(&input, clock, log)?)
     };
-    log.event(event, json!({ "input": job.name, "out": target, "frames": done.frames }));
-    log.done(&done.report, &done.summary)?;
-    let Some(truncated) = done.truncated else { return Ok(()) };
+    log.event(event, json!({ "input": job.name, "out": target, "frames": result.frames }));
+    log.finish_input(&result.report, &result.summary)?;
+    let Some(truncated) = result.truncated else { return Ok(()) };
     log.event("truncated", json!({ "input": job.name, "frames": truncated.frames, "reason": truncated.reason }));
     Err(truncated.failure(job.name))
 }
 
-/// The trajectories of a track file. What does not fit the frames is an error of the session.
+/// Reads a track file. The session checks that trajectories fit the frames.
 fn read_tracks(path: &Path) -> Result<Trajectories> {
     tracks::parse(&read_text(path)?).map(|(tracks, _)| tracks).map_err(|e| Failure::about(path.display(), e))
 }
 
-/// One clip and where its results go.
-struct Job<'a> {
+/// A clip and the folder of its results.
+struct ClipJob<'a> {
     args: &'a SegmentArgs,
     recipe: &'a Recipe<'a>,
-    place: &'a Place,
+    place: &'a OutputFolder,
     path: &'a Path,
     name: &'a str,
 }
 
-/// A clip whose results are written.
-struct Done {
+/// The outcome of a clip whose results are written.
+struct ClipOutcome {
     /// Number of frames.
     frames: Value,
     /// The report on one line.
@@ -215,13 +214,13 @@ struct Done {
     truncated: Option<Truncated>,
 }
 
-impl Job<'_> {
+impl ClipJob<'_> {
     fn wants(&self, format: Format) -> bool {
         self.args.format.contains(&format)
     }
 
-    /// Reads the report of complete results. Fails unless this run would give the same results.
-    fn check_complete(&self, input: &Input) -> Result<Done> {
+    /// Reads the report of complete results. Fails if this run would give others.
+    fn check_complete(&self, input: &Input) -> Result<ClipOutcome> {
         let target = self.place.target();
         let first = input.frames()?.next().ok_or_else(|| too_few(self.path, 0))??;
         let source = Origin::new(self.path, input.num_frames(), &first.frame);
@@ -229,82 +228,88 @@ impl Job<'_> {
         Provenance { recipe: self.recipe, source }.check(target, &report)?;
         let truncated = serde_json::from_value(report["truncated"].clone()).unwrap_or_default();
         let summary = format!("{} is complete already", target.display());
-        Ok(Done { frames: report["frames"].clone(), report: report.to_string(), summary, truncated })
+        Ok(ClipOutcome { frames: report["frames"].clone(), report: report.to_string(), summary, truncated })
     }
 
-    /// Claims the folder and runs the clip. Removes the folder again if the run fails with nothing to go on with.
-    fn claim_and_run(&self, input: &Input, clock: Clock, log: &Log) -> Result<Done> {
+    /// Claims the folder and runs the clip. Removes the folder again if the run fails before its first checkpoint.
+    fn claim_and_run(&self, input: &Input, clock: Clock, log: &Log) -> Result<ClipOutcome> {
         let tracks = self.args.tracks.as_deref().map(read_tracks).transpose()?;
         let (place, &SegmentArgs { overwrite, resume, .. }) = (self.place, self.args);
-        let watched = ending::watch(place);
-        whole(|| place.claim(Existing { overwrite, resume }))?;
+        let guard = ending::clean_up_on_signal(place);
+        uninterrupted(|| place.claim(Existing { overwrite, resume }))?;
         log.event("begin", json!({ "input": self.name, "out": place.target(), "frames": input.num_frames() }));
         let outcome = self.run(input, tracks, clock, log);
         if outcome.is_err() {
-            whole(|| place.give_up());
+            uninterrupted(|| place.give_up());
         }
-        drop(watched);
+        drop(guard);
         outcome
     }
 
-    fn run(&self, input: &Input, tracks: Option<Trajectories>, mut clock: Clock, log: &Log) -> Result<Done> {
-        let saved = if self.args.resume { Saved::read(self.place)? } else { None };
-        let all = || std::thread::available_parallelism().map_or(1, usize::from);
-        let run = Run {
+    fn run(&self, input: &Input, tracks: Option<Trajectories>, mut clock: Clock, log: &Log) -> Result<ClipOutcome> {
+        let saved_run = if self.args.resume { SavedRun::read(self.place)? } else { None };
+        let default = || std::thread::available_parallelism().map_or(1, usize::from);
+        let run = ClipRun {
             path: self.path,
             recipe: self.recipe,
             window: usize::from(self.args.window),
-            threads: self.args.threads.map_or_else(all, |threads| threads as usize),
+            threads: self.args.threads.map_or_else(default, |threads| threads as usize),
             tracks,
             needs_frames: self.wants(Format::Overlay),
         };
-        let outcome = run.all(input, self.place, saved, log, |found, mut timing| {
+        let summary = run.run(input, self.place, saved_run, log, |window, mut timing| {
             let writing = Clock::start();
-            let masks = masks::write_window(found, &self.mask_folders())?;
-            self.write_window(found)?;
+            let masks = masks::write_window(window, &self.mask_folders())?;
+            self.write_window(window)?;
             timing.close(writing.seconds(), clock.lap());
-            Part::of(found, masks, &timing)?.write(self.place)
+            WindowPart::new(window, masks, &timing)?.write(self.place)
         })?;
         log.end();
-        let parts = Part::read_all(self.place, outcome.windows)?;
-        whole(|| self.finish(input, &outcome, &parts, clock))
+        let parts = WindowPart::read_all(self.place, summary.windows)?;
+        uninterrupted(|| self.finish(input, &summary, &parts, clock))
     }
 
     fn mask_folders(&self) -> MaskFolders {
-        let folder = |name: &str, wanted: bool| wanted.then(|| self.place.file(name));
-        let made_from = [Format::Rle, Format::Npz, Format::Prompts].into_iter().any(|format| self.wants(format));
+        let folder = |name: &str, is_requested: bool| is_requested.then(|| self.place.file(name));
+        let needs_masks = [Format::Rle, Format::Npz, Format::Prompts].into_iter().any(|format| self.wants(format));
         MaskFolders {
             masks: folder("masks", self.wants(Format::Png))
-                .or_else(|| made_from.then(|| self.place.work().join("masks"))),
+                .or_else(|| needs_masks.then(|| self.place.work().join("masks"))),
             tints: folder("overlay-masks", self.wants(Format::Overlay)),
             backgrounds: folder("background", self.args.background),
             confidences: folder("confidence", self.args.confidence),
         }
     }
 
-    /// What a window's trajectories give.
-    fn write_window(&self, found: &Found<'_>) -> Result<()> {
-        let (place, results) = (self.place, found.results()?);
+    /// Writes the trajectories of a window.
+    fn write_window(&self, window: &WindowResult<'_>) -> Result<()> {
+        let (place, results) = (self.place, window.results()?);
         if self.wants(Format::Tracks) {
             create_folder(&place.file("tracks"))?;
             let text = tracks::write(results.tracks, results.clusters)?;
-            write(&place.file(format!("tracks/{:05}.dat", found.index)), text)?;
+            write(&place.file(format!("tracks/{:05}.dat", window.index)), text)?;
         }
         if self.wants(Format::Overlay) {
-            overlay::write_window(found, place.file("overlay"))?;
+            overlay::write_window(window, place.file("overlay"))?;
         }
         if self.args.dump {
-            dump::write_all(&place.file(format!("dump/{:05}", found.index)), found.session)?;
+            dump::write_all(&place.file(format!("dump/{:05}", window.index)), window.session)?;
         }
         Ok(())
     }
 
-    /// Writes what is of the whole clip, the report last, and puts all where it was asked for.
-    fn finish(&self, input: &Input, outcome: &Outcome<'_>, parts: &[Part], clock: Clock) -> Result<Done> {
-        let report = Report::of(self.name.to_owned(), input.names(), outcome, parts);
+    /// Writes the results of the whole clip, the report last, and renames the folder.
+    fn finish(
+        &self,
+        input: &Input,
+        summary: &ClipSummary<'_>,
+        parts: &[WindowPart],
+        clock: Clock,
+    ) -> Result<ClipOutcome> {
+        let report = Report::new(self.name.to_owned(), input.names(), summary, parts);
         let mut report = report.ok_or_else(|| Failure::new("there is no window: please report this"))?;
         if parts.len() == 1 {
-            self.name_as_of_one_window()?;
+            self.rename_single_window()?;
         }
         if let Some(rows) = rows(parts) {
             write(&self.place.file("objects.csv"), masks::table_heading() + &rows)?;
@@ -316,7 +321,7 @@ impl Job<'_> {
         let line = serde_json::to_string(&report).map_err(bad)?;
         self.place.finish()?;
         let (frames, summary) = (report.frames.into(), report.summary(self.place));
-        Ok(Done { frames, report: line, summary, truncated: report.truncated })
+        Ok(ClipOutcome { frames, report: line, summary, truncated: report.truncated })
     }
 
     fn write_masks(&self, report: &Report<'_>) -> Result<()> {
@@ -335,8 +340,8 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// Of one window, files have no number.
-    fn name_as_of_one_window(&self) -> Result<()> {
+    /// Removes the number from the files of a single window.
+    fn rename_single_window(&self) -> Result<()> {
         let file = |name: &str| self.place.file(name);
         let rename = |from: &Path, to: &Path| fs::rename(from, to).map_err(|e| crate::failure::cannot_write(to, &e));
         if self.wants(Format::Tracks) {

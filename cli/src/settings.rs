@@ -11,14 +11,13 @@ pub struct Settings {
     /// JSON file of parameters, e.g. {"clip": {"maxSide": 960}}; `tracecut params` lists them
     #[arg(long, value_name = "FILE")]
     params: Option<PathBuf>,
-    /// Set one parameter, after those of the file; may be repeated. preset=paper sets all to the paper's saliency,
-    /// connectedness and dense half
+    /// Set one parameter, after the file; may be repeated. preset=paper chooses the parameters of the paper
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_setting)]
     settings: Vec<(String, ParamValue)>,
 }
 
 impl Settings {
-    /// The defaults, changed by the file, then by each `--set` in turn.
+    /// Returns the defaults changed by the file, then by each `--set` in order.
     pub fn params(&self) -> Result<Params> {
         let mut params = Params::default();
         if let Some(path) = &self.params {
@@ -31,41 +30,41 @@ impl Settings {
     }
 }
 
-/// Changes `params` as the JSON says that stands in `path`.
+/// Applies the JSON of file `path` to `params`.
 pub(crate) fn apply(params: &mut Params, path: &Path, json: &str) -> Result<()> {
     let tree: ParamTree = serde_json::from_str(json)
-        .map_err(|e| Failure::usage(format!("is not a JSON object of parameters: {e}")).of(path.display()))?;
-    params.apply(&tree).map_err(|e| Failure::from(e).of(path.display()))
+        .map_err(|e| Failure::usage(format!("is not a JSON object of parameters: {e}")).with_subject(path.display()))?;
+    params.apply(&tree).map_err(|e| Failure::from(e).with_subject(path.display()))
 }
 
-/// `key=value`: true and false, then numbers, then text (the name of a preset or of a choice).
+/// Parses `key=value`: true and false, numbers, or text (the name of a preset or a choice).
 pub(crate) fn parse_setting(text: &str) -> std::result::Result<(String, ParamValue), String> {
     let (name, value) =
         text.split_once('=').ok_or_else(|| "expected KEY=VALUE, such as flow.patchStride=5".to_owned())?;
     let value = match value.trim() {
         "true" => ParamValue::Bool(true),
         "false" => ParamValue::Bool(false),
-        other => other.parse().map_or_else(|_| ParamValue::Text(other.to_owned()), ParamValue::Number),
+        text => text.parse().map_or_else(|_| ParamValue::Text(text.to_owned()), ParamValue::Number),
     };
     Ok((name.trim().to_owned(), value))
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct ParamsArgs {
-    /// List the parameters of research in their place; all of them can be set
+    /// List the parameters for research instead; all parameters can be set
     #[arg(long)]
     expert: bool,
 }
 
 /// Prints the parameters with range, default and meaning.
 pub(crate) fn list(args: &ParamsArgs) -> Result<()> {
-    let (mut lines, mut others) = (Vec::new(), 0);
+    let (mut lines, mut num_hidden) = (Vec::new(), 0);
     Params::default().for_each(&mut |field| {
         if field.expert != args.expert {
-            others += 1;
+            num_hidden += 1;
             return;
         }
-        let (low, high) = field.range;
+        let (low, high) = (field.min, field.max);
         let form = match field.kind() {
             "choice" => {
                 let names = field.choices();
@@ -79,7 +78,7 @@ pub(crate) fn list(args: &ParamsArgs) -> Result<()> {
         lines.extend(field.doc.lines().map(|l| format!("    {}", l.trim())));
     });
     if !args.expert {
-        lines.push(format!("\n{others} more, which only research changes: tracecut params --expert"));
+        lines.push(format!("\n{num_hidden} more parameters, for research: tracecut params --expert"));
     }
     print(lines.join("\n"))
 }

@@ -1,4 +1,4 @@
-//! What shells and `man` want to know of the program.
+//! Shell completions and man pages.
 
 use crate::failure::{Failure, Result, print};
 use clap::{Args, Command};
@@ -29,8 +29,8 @@ pub(crate) fn man(args: &ManArgs, mut program: Command) -> Result<()> {
     let command = match &args.command {
         None => program,
         Some(name) => {
-            let found = program.find_subcommand(name).cloned();
-            found
+            let subcommand = program.find_subcommand(name).cloned();
+            subcommand
                 .ok_or_else(|| Failure::usage(format!("there is no command \"{name}\" (tracecut --help lists them)")))?
         }
     };

@@ -1,4 +1,4 @@
-//! `tracecut boundaries` and `tracecut superpixels`: what is seen in a single image.
+//! `tracecut boundaries` and `tracecut superpixels`: results of single images.
 
 use crate::clock::Clock;
 use crate::failure::{Failure, Result, create_folder, print};
@@ -17,7 +17,7 @@ use tracecut::superpixel::{Edge, EdgeKind, Superpixels, superpixels_of};
 pub(crate) struct BoundariesArgs {
     /// Image: PNG, JPEG or PPM
     image: PathBuf,
-    /// Where to write: a file ending in .png takes the thin map (with --embedding the combined one); a folder takes
+    /// Output: a file ending in .png for the thin map (with --embedding the combined one); a folder for
     /// pb.png and thin.png, with --embedding also discontinuity.png, spectral.png, combined.png and combined_thin.png
     #[arg(long, value_name = "DIR|FILE")]
     out: PathBuf,
@@ -25,7 +25,7 @@ pub(crate) struct BoundariesArgs {
     /// discontinuities
     #[arg(long)]
     embedding: bool,
-    /// Runs; the fastest counts
+    /// Number of runs; the time of the fastest is printed
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     repeat: u32,
     #[command(flatten)]
@@ -37,12 +37,12 @@ pub(crate) fn boundaries(args: &BoundariesArgs) -> Result<()> {
     let params = args.settings.params()?;
     let frame = decode_within(&args.image, params.clip.max_pixels as usize)?;
     let mut fastest = f64::INFINITY;
-    let (mut map, mut found) = Default::default();
+    let (mut map, mut discontinuities) = Default::default();
     for _ in 0..args.repeat {
         let clock = Clock::start();
         if args.embedding {
-            found = image_discontinuities(&frame, &params.still, params.clip.seed);
-            map = found.pb.clone();
+            discontinuities = image_discontinuities(&frame, &params.still, params.clip.seed);
+            map = discontinuities.pb.clone();
         } else {
             map = boundary_map(&frame);
         }
@@ -50,13 +50,19 @@ pub(crate) fn boundaries(args: &BoundariesArgs) -> Result<()> {
     }
     let one_file = args.out.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
     if one_file {
-        write_grey(&args.out, if args.embedding { &found.combined.thin } else { &map.thin })?;
+        write_grey(&args.out, if args.embedding { &discontinuities.combined.thin } else { &map.thin })?;
     } else {
         create_folder(&args.out)?;
         let mut maps = vec![("pb", &map.pb), ("thin", &map.thin)];
         if args.embedding {
-            maps.extend([("discontinuity", &found.d.strength), ("spectral", &found.spectral.strength)]);
-            maps.extend([("combined", &found.combined.pb), ("combined_thin", &found.combined.thin)]);
+            maps.extend([
+                ("discontinuity", &discontinuities.d.strength),
+                ("spectral", &discontinuities.spectral.strength),
+            ]);
+            maps.extend([
+                ("combined", &discontinuities.combined.pb),
+                ("combined_thin", &discontinuities.combined.thin),
+            ]);
         }
         for (name, plane) in maps {
             write_grey(&args.out.join(name).with_extension("png"), plane)?;
@@ -70,11 +76,11 @@ fn write_grey(path: &Path, plane: &Plane<f32>) -> Result<()> {
     write_png(path, &grey, (plane.width(), plane.height()), ExtendedColorType::L8)
 }
 
-/// Pictures are enlarged by a whole number, until a side has about this number of pixels: lines would hide the
-/// image otherwise.
-const PICTURE_SIDE: usize = 1280;
-/// Colours as in Figure 8 of the paper.
+/// Pictures are enlarged by an integer factor up to about this side, so that lines do not hide the image; chosen by eye.
+const PICTURE_SIDE_PX: usize = 1280;
+/// Colour of contours, as in Figure 8 of the paper.
 const CONTOUR: [u8; 3] = [255, 40, 40];
+/// Colour of Gabriel edges, as in Figure 8 of the paper.
 const BRIDGE: [u8; 3] = [60, 230, 60];
 
 #[derive(Args, Debug)]
@@ -85,7 +91,7 @@ pub(crate) struct SuperpixelArgs {
     /// NAME_edges.png, the image with contours red and the Gabriel edges that bridge their gaps green
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Number of superpixels; without it, as many as the contours above the thresholds give
+    /// Number of superpixels; by default that of the contours above the thresholds
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     count: Option<u16>,
     #[command(flatten)]
@@ -95,28 +101,28 @@ pub(crate) struct SuperpixelArgs {
 pub(crate) fn superpixels(args: &SuperpixelArgs) -> Result<()> {
     let params = args.settings.params()?;
     let frame = decode_within(&args.image, params.clip.max_pixels as usize)?;
-    let found = superpixels_of(&frame, args.count.map(usize::from), &params.contour, &params.superpixel);
+    let superpixels = superpixels_of(&frame, args.count.map(usize::from), &params.contour, &params.superpixel);
     create_folder(&args.out)?;
     let stem = args.image.file_stem().unwrap_or_default().to_string_lossy();
-    write_labels(&args.out.join(format!("{stem}_superpixels.png")), &found)?;
-    let (picture, width, height) = draw(&frame, &found.edges);
+    write_labels(&args.out.join(format!("{stem}_superpixels.png")), &superpixels)?;
+    let (picture, width, height) = draw(&frame, &superpixels.edges);
     write_png(&args.out.join(format!("{stem}_edges.png")), &picture, (width, height), ExtendedColorType::Rgb8)?;
-    print(format_args!("{} superpixels", found.count))
+    print(format_args!("{} superpixels", superpixels.count))
 }
 
-fn write_labels(path: &Path, found: &Superpixels) -> Result<()> {
-    if found.count > 1 << 16 {
-        let reason = format!("cannot hold {} superpixels (at most 65536; --count asks for fewer)", found.count);
+fn write_labels(path: &Path, superpixels: &Superpixels) -> Result<()> {
+    if superpixels.count > 1 << 16 {
+        let reason = format!("cannot hold {} superpixels (expected at most 65536, see --count)", superpixels.count);
         return Err(Failure::about(path.display(), reason));
     }
-    let label = found.label();
+    let label = superpixels.label();
     let bytes: Vec<u8> = label.data().iter().flat_map(|&l| (l as u16).to_ne_bytes()).collect();
     write_png(path, &bytes, (label.width(), label.height()), ExtendedColorType::L16)
 }
 
-/// The enlarged image with the edges that separate something; RGB, width, height.
+/// Draws the edges over the enlarged image; returns RGB, width and height.
 fn draw(frame: &Frame, edges: &[Edge]) -> (Vec<u8>, usize, usize) {
-    let scale = (PICTURE_SIDE / frame.width().max(frame.height())).max(1);
+    let scale = (PICTURE_SIDE_PX / frame.width().max(frame.height())).max(1);
     let (width, height) = (frame.width() * scale, frame.height() * scale);
     let pixel = |i: usize| {
         let (x, y) = (i % width / scale, i / width / scale);
@@ -124,7 +130,7 @@ fn draw(frame: &Frame, edges: &[Edge]) -> (Vec<u8>, usize, usize) {
         [frame.rgb()[at], frame.rgb()[at + 1], frame.rgb()[at + 2]]
     };
     let mut picture = Plane::from_fn(width, height, |x, y| pixel(y * width + x));
-    // Contours last: they go over bridges where both meet.
+    // Contours last, to cover bridges.
     for (kind, colour) in [(EdgeKind::Gabriel, BRIDGE), (EdgeKind::Constraint, CONTOUR)] {
         for edge in edges.iter().filter(|e| e.kind == kind) {
             line(&mut picture, edge, scale as f32, colour);

@@ -1,13 +1,13 @@
-//! Presentation times: mends those that are missing or do not increase, and gives each picture its duration.
+//! Presentation times: repairs times that are missing or do not increase, and computes the duration of each picture.
 
 use crate::clip_frame::{ClipFrame, FrameTiming};
 use crate::failure::{Failure, Result};
 use tracecut::image::Frame;
 
-/// Seconds that a picture is shown where its file does not say.
+/// Duration of a picture without one in its file.
 const DEFAULT_DURATION_S: f64 = 1.0 / 25.0;
 
-/// A decoded picture, with what its file says of its time in seconds.
+/// A decoded picture with its time in the file, in seconds.
 #[derive(Debug)]
 pub(crate) struct Picture {
     pub(crate) frame: Frame,
@@ -17,30 +17,30 @@ pub(crate) struct Picture {
 
 /// Ends a source of pictures before the end of its file.
 #[derive(Debug)]
-pub(crate) enum Stop {
-    /// The file is damaged or cut off; the cause in words.
+pub(crate) enum StreamEnd {
+    /// The file is damaged or cut off, with the cause.
     Damage(String),
     Failure(Failure),
 }
 
-/// The pictures of a file with their times, as `docs/frames.md` tells. Looks one picture ahead.
+/// The pictures of a file with their times, as defined in `docs/frames.md`. Reads one picture ahead.
 pub(crate) struct Timeline<S> {
     name: String,
     source: Option<S>,
-    /// The picture after the one that was given last.
+    /// The picture after the last one returned.
     next: Option<Picture>,
-    stop: Option<Stop>,
+    stop: Option<StreamEnd>,
     num_given: usize,
     last: Option<FrameTiming>,
 }
 
-impl<S: Iterator<Item = std::result::Result<Picture, Stop>>> Timeline<S> {
-    /// Takes the pictures of `source`, which errors call `name`.
+impl<S: Iterator<Item = std::result::Result<Picture, StreamEnd>>> Timeline<S> {
+    /// Reads the pictures of `source`, which is called `name` in errors.
     pub(crate) fn new(name: impl Into<String>, source: S) -> Self {
         Self { name: name.into(), source: Some(source), next: None, stop: None, num_given: 0, last: None }
     }
 
-    /// Reads a picture. At the end, or after what ends it, the source is dropped.
+    /// Reads a picture. The source is dropped at its end.
     fn read_picture(&mut self) -> Option<Picture> {
         match self.source.as_mut()?.next() {
             Some(Ok(picture)) => return Some(picture),
@@ -53,8 +53,8 @@ impl<S: Iterator<Item = std::result::Result<Picture, Stop>>> Timeline<S> {
 
     fn take_failure(&mut self) -> Option<Failure> {
         Some(match self.stop.take()? {
-            Stop::Damage(reason) => Failure::damaged(&self.name, self.num_given, reason),
-            Stop::Failure(failure) => failure,
+            StreamEnd::Damage(reason) => Failure::damaged(&self.name, self.num_given, reason),
+            StreamEnd::Failure(failure) => failure,
         })
     }
 
@@ -72,13 +72,13 @@ impl<S: Iterator<Item = std::result::Result<Picture, Stop>>> Timeline<S> {
             (_, Some(last)) => last.time + last.duration,
             (None, None) => 0.0,
         };
-        let said = picture.duration.filter(|&duration| duration > 0.0).or(self.last.map(|last| last.duration));
+        let duration = picture.duration.filter(|&duration| duration > 0.0).or(self.last.map(|last| last.duration));
         let next = self.next.as_ref().and_then(|next| next.time).filter(|&next| next > time);
-        FrameTiming { time, duration: next.map_or(said.unwrap_or(DEFAULT_DURATION_S), |next| next - time) }
+        FrameTiming { time, duration: next.map_or(duration.unwrap_or(DEFAULT_DURATION_S), |next| next - time) }
     }
 }
 
-impl<S: Iterator<Item = std::result::Result<Picture, Stop>>> Iterator for Timeline<S> {
+impl<S: Iterator<Item = std::result::Result<Picture, StreamEnd>>> Iterator for Timeline<S> {
     type Item = Result<ClipFrame>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -142,7 +142,7 @@ mod tests {
         let frame = Frame::from_rgb(vec![0; 3], 1, 1).unwrap();
         let source = (0..4).map(|k| {
             let picture = Picture { frame: frame.clone(), time: Some(f64::from(k)), duration: None };
-            if k == 2 { Err(Stop::Damage("is cut off".to_owned())) } else { Ok(picture) }
+            if k == 2 { Err(StreamEnd::Damage("is cut off".to_owned())) } else { Ok(picture) }
         });
         let frames: Vec<_> = Timeline::new("clip", source).collect();
         assert_eq!(frames.len(), 3);

@@ -1,12 +1,12 @@
-//! A clip window by window: frames in, files of each window out, and where a run can go on.
+//! Runs of a clip window by window: frames in, files of each window out, and a checkpoint after each.
 
 use crate::clock::{Clock, Seconds};
-use crate::ending::whole;
+use crate::ending::uninterrupted;
 use crate::failure::{Damage, Failure, MIN_FRAMES, Result};
 use crate::input::{ClipFrame, FrameTiming, Input};
 use crate::log::Log;
-use crate::output::Place;
-use crate::provenance::{Origin, Provenance, Recipe, Saved};
+use crate::output::OutputFolder;
+use crate::provenance::{Origin, Provenance, Recipe, SavedRun};
 use crate::run::Timing;
 use serde_json::json;
 use std::cell::{OnceCell, RefCell};
@@ -21,20 +21,20 @@ use tracecut::image::Frame;
 use tracecut::trajectory::Trajectories;
 use tracecut::{Error, Session, Window, Windows};
 
-/// A window that was run, with what of its frames files are made from.
+/// A finished window with the frames that its files are made from.
 #[derive(Debug)]
-pub(crate) struct Found<'a> {
+pub(crate) struct WindowResult<'a> {
     pub(crate) session: &'a Session,
     pub(crate) index: usize,
     pub(crate) shot: usize,
     /// The clip's number of its first frame.
     pub(crate) first: usize,
-    /// The frames, counted from its first, whose files it makes.
+    /// The frames, counted from its first, whose files are written now.
     pub(crate) settled: Range<usize>,
-    kept: &'a Kept,
+    buffer: &'a FrameBuffer,
 }
 
-/// What a finished session holds.
+/// The results of a finished session.
 #[derive(Debug)]
 pub(crate) struct Results<'a> {
     pub(crate) tracks: &'a Trajectories,
@@ -42,72 +42,72 @@ pub(crate) struct Results<'a> {
     pub(crate) embedding: &'a Embedding,
 }
 
-impl<'a> Found<'a> {
-    /// Frame `t` of the window, as it came.
+impl<'a> WindowResult<'a> {
+    /// Returns frame `t` of the window at input size.
     pub(crate) fn frame(&self, t: usize) -> Result<&'a Frame> {
-        let frame = self.kept(t).and_then(|kept| kept.frame.as_ref());
-        frame.ok_or_else(|| Failure::new(format!("frame {} was not kept: please report this", self.first + t)))
+        let frame = self.buffered(t).and_then(|buffered| buffered.frame.as_ref());
+        frame.ok_or_else(|| Failure::new(format!("frame {} was lost: please report this", self.first + t)))
     }
 
     /// Returns the timing of frame `t` of the window; `None` if the input has no times.
     pub(crate) fn timing(&self, t: usize) -> Option<FrameTiming> {
-        self.kept(t)?.timing
+        self.buffered(t)?.timing
     }
 
-    fn kept(&self, t: usize) -> Option<&'a KeptFrame> {
-        self.kept.frames.get((self.first + t).checked_sub(self.kept.first)?)
+    fn buffered(&self, t: usize) -> Option<&'a BufferedFrame> {
+        self.buffer.frames.get((self.first + t).checked_sub(self.buffer.first)?)
     }
 
     pub(crate) fn results(&self) -> Result<Results<'a>> {
         Ok(Results {
-            tracks: self.session.trajectories().ok_or_else(Failure::lost)?,
-            clusters: self.session.clusters().ok_or_else(Failure::lost)?,
-            embedding: self.session.embedding().ok_or_else(Failure::lost)?,
+            tracks: self.session.trajectories().ok_or_else(Failure::missing_result)?,
+            clusters: self.session.clusters().ok_or_else(Failure::missing_result)?,
+            embedding: self.session.embedding().ok_or_else(Failure::missing_result)?,
         })
     }
 }
 
-/// Frames whose files are still to be made.
+/// Frames whose files are not written yet.
 #[derive(Debug, Default)]
-struct Kept {
-    /// The clip's number of the first of them.
+struct FrameBuffer {
+    /// The clip's number of the first frame in the buffer.
     first: usize,
-    frames: VecDeque<KeptFrame>,
+    frames: VecDeque<BufferedFrame>,
 }
 
 #[derive(Debug)]
-struct KeptFrame {
-    /// The frame as it came; `None` if no file is made from its pixels.
+struct BufferedFrame {
+    /// The frame at input size; `None` if no file is made from its pixels.
     frame: Option<Frame>,
     timing: Option<FrameTiming>,
 }
 
-impl Kept {
-    /// Drops those before frame `settled` of the clip.
-    fn drop_before(&mut self, settled: usize) {
-        let count = settled.saturating_sub(self.first).min(self.frames.len());
+impl FrameBuffer {
+    /// Drops the frames before frame `end` of the clip.
+    fn drop_before(&mut self, end: usize) {
+        let count = end.saturating_sub(self.first).min(self.frames.len());
         self.frames.drain(..count);
         self.first += count;
     }
 }
 
-/// How a clip is run.
+/// A clip to be run.
 #[derive(Debug)]
-pub(crate) struct Run<'a> {
+pub(crate) struct ClipRun<'a> {
     pub(crate) path: &'a Path,
     pub(crate) recipe: &'a Recipe<'a>,
     /// Frames of a window.
     pub(crate) window: usize,
     pub(crate) threads: usize,
-    /// Trajectories to use, for which all frames make one window.
+    /// Trajectories of another tracker, with which all frames are one window.
     pub(crate) tracks: Option<Trajectories>,
-    /// Whether files are made from the frames themselves.
+    /// True if files are made from the frames themselves.
     pub(crate) needs_frames: bool,
 }
 
-/// A clip that was run.
+/// The summary of a finished run.
 #[derive(Debug)]
-pub(crate) struct Outcome<'a> {
+pub(crate) struct ClipSummary<'a> {
     /// Number of windows.
     pub(crate) windows: usize,
     pub(crate) provenance: Provenance<'a>,
@@ -115,18 +115,18 @@ pub(crate) struct Outcome<'a> {
     pub(crate) damage: Option<Damage>,
 }
 
-/// Frames that are checked, counted and kept as they are read. They end where the input is damaged.
-struct Source {
+/// Reads, checks, counts and buffers frames. It ends where the input is damaged.
+struct FrameReader {
     frames: Box<dyn Iterator<Item = Result<ClipFrame>>>,
     size: (usize, usize),
     number: usize,
-    keeps: bool,
-    kept: Rc<RefCell<Kept>>,
-    reading: Rc<RefCell<Seconds>>,
+    keeps_pixels: bool,
+    buffer: Rc<RefCell<FrameBuffer>>,
+    seconds: Rc<RefCell<Seconds>>,
     damage: Rc<OnceCell<Failure>>,
 }
 
-impl Iterator for Source {
+impl Iterator for FrameReader {
     type Item = Result<Frame>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -135,12 +135,12 @@ impl Iterator for Source {
         }
         let clock = Clock::start();
         let frame = self.frames.next()?.and_then(|frame| self.check_size(frame));
-        self.reading.borrow_mut().add(clock.seconds());
+        self.seconds.borrow_mut().add(clock.seconds());
         match frame {
             Ok(ClipFrame { frame, timing, .. }) => {
                 self.number += 1;
-                let kept = KeptFrame { frame: self.keeps.then(|| frame.clone()), timing };
-                self.kept.borrow_mut().frames.push_back(kept);
+                let buffered = BufferedFrame { frame: self.keeps_pixels.then(|| frame.clone()), timing };
+                self.buffer.borrow_mut().frames.push_back(buffered);
                 Some(Ok(frame))
             }
             Err(failure) if failure.is_after_clip() => {
@@ -152,51 +152,51 @@ impl Iterator for Source {
     }
 }
 
-impl Source {
+impl FrameReader {
     fn check_size(&self, clip_frame: ClipFrame) -> Result<ClipFrame> {
         let ClipFrame { name, frame, .. } = &clip_frame;
         let (expected, actual) = (self.size, (frame.width(), frame.height()));
         if actual == expected {
             return Ok(clip_frame);
         }
-        Err(Failure::from(Error::FrameSizeChanged { index: self.number, expected, actual }).of(name))
+        Err(Failure::from(Error::FrameSizeChanged { index: self.number, expected, actual }).with_subject(name))
     }
 }
 
-/// A clip that is read, and what is known of its reading.
-struct Reading<'a> {
-    source: Source,
-    kept: Rc<RefCell<Kept>>,
+/// An opened clip.
+struct OpenClip<'a> {
+    reader: FrameReader,
+    buffer: Rc<RefCell<FrameBuffer>>,
     seconds: Rc<RefCell<Seconds>>,
     damage: Rc<OnceCell<Failure>>,
     provenance: Provenance<'a>,
 }
 
-impl<'a> Run<'a> {
-    /// Runs the clip from where `saved` was made, calls `write` for each window, and saves where it is.
-    pub(crate) fn all(
+impl<'a> ClipRun<'a> {
+    /// Runs the clip, from the checkpoint of `saved_run` if there is one. Calls `write` for each window and saves a checkpoint after it.
+    pub(crate) fn run(
         mut self,
         input: &Input,
-        place: &Place,
-        saved: Option<Saved>,
+        place: &OutputFolder,
+        saved_run: Option<SavedRun>,
         log: &Log,
-        mut write: impl FnMut(&Found<'_>, Timing) -> Result<()>,
-    ) -> Result<Outcome<'a>> {
-        let Reading { source, kept, seconds, damage, provenance } = self.open(input, saved.as_ref(), place)?;
-        let outcome = |windows| Outcome {
+        mut write: impl FnMut(&WindowResult<'_>, Timing) -> Result<()>,
+    ) -> Result<ClipSummary<'a>> {
+        let OpenClip { reader, buffer, seconds, damage, provenance } = self.open(input, saved_run.as_ref(), place)?;
+        let summary = |windows| ClipSummary {
             windows,
             provenance: provenance.clone(),
             damage: damage.get().and_then(|failure| failure.damage.clone()),
         };
         if let Some(tracks) = self.tracks.take() {
-            self.at_once(tracks, source, &kept, log, write)?;
-            return Ok(outcome(1));
+            self.run_with_tracks(tracks, reader, &buffer, log, write)?;
+            return Ok(summary(1));
         }
         let overlap = Window::overlap(self.window);
-        let windows = Windows::new(self.recipe.params.clone(), source)?.with_window(self.window, overlap)?;
+        let windows = Windows::new(self.recipe.params.clone(), reader)?.with_window(self.window, overlap)?;
         let windows = windows.with_threads(self.threads).with_look_ahead();
-        let mut windows = match saved {
-            Some(saved) => windows.resume(saved.checkpoint)?,
+        let mut windows = match saved_run {
+            Some(run) => windows.resume(run.checkpoint)?,
             None => windows,
         };
         loop {
@@ -208,29 +208,29 @@ impl<'a> Run<'a> {
                 log.step(progress);
             });
             let Some(window) = next.transpose()? else { return Err(too_few(self.path, 0)) };
-            let settled = window.first_frame + window.settled.end;
+            let num_settled = window.first_frame + window.settled.end;
             {
-                let kept = &kept.borrow();
+                let buffer = &buffer.borrow();
                 let (session, first) = (windows.session(), window.first_frame);
                 let Window { index, shot, settled, .. } = window.clone();
-                whole(|| write(&Found { session, index, shot, first, settled, kept }, timing))?;
+                uninterrupted(|| write(&WindowResult { session, index, shot, first, settled, buffer }, timing))?;
             }
-            log.event("window", json!({ "index": window.index, "shot": window.shot, "settled": settled }));
+            log.event("window", json!({ "index": window.index, "shot": window.shot, "settled": num_settled }));
             let Some(checkpoint) = windows.checkpoint()? else {
-                return if settled < MIN_FRAMES {
-                    Err(too_few(self.path, settled))
+                return if num_settled < MIN_FRAMES {
+                    Err(too_few(self.path, num_settled))
                 } else {
-                    Ok(outcome(window.index + 1))
+                    Ok(summary(window.index + 1))
                 };
             };
-            kept.borrow_mut().drop_before(settled);
-            let saved = Saved { provenance: provenance.to_json()?, checkpoint };
-            whole(|| saved.write(place))?;
+            buffer.borrow_mut().drop_before(num_settled);
+            let saved_run = SavedRun { provenance: provenance.to_json()?, checkpoint };
+            uninterrupted(|| saved_run.write(place))?;
         }
     }
 
-    /// Begins to read where `saved` was made, of the input that it was made of.
-    fn open(&self, input: &Input, saved: Option<&Saved>, place: &Place) -> Result<Reading<'a>> {
+    /// Opens the clip at the checkpoint of `saved_run`, which must be of the same input.
+    fn open(&self, input: &Input, saved_run: Option<&SavedRun>, place: &OutputFolder) -> Result<OpenClip<'a>> {
         let clock = Clock::start();
         let mut frames = input.frames()?;
         let first = frames.next().ok_or_else(|| too_few(self.path, 0))??;
@@ -238,37 +238,37 @@ impl<'a> Run<'a> {
         let size = (first.frame.width(), first.frame.height());
         let source = Origin::new(self.path, input.num_frames(), &first.frame);
         let provenance = Provenance { recipe: self.recipe, source };
-        saved.map_or(Ok(()), |saved| saved.check(&provenance, place))?;
-        let begin = saved.map_or(0, |saved| saved.checkpoint.first_frame());
+        saved_run.map_or(Ok(()), |run| run.check(&provenance, place))?;
+        let begin = saved_run.map_or(0, |run| run.checkpoint.first_frame());
         let frames: Box<dyn Iterator<Item = Result<ClipFrame>>> =
             if begin == 0 { Box::new(once(Ok(first)).chain(frames)) } else { Box::new(frames.skip(begin - 1)) };
-        let kept = Rc::new(RefCell::new(Kept { first: begin, ..Kept::default() }));
+        let buffer = Rc::new(RefCell::new(FrameBuffer { first: begin, ..FrameBuffer::default() }));
         let damage = Rc::<OnceCell<Failure>>::default();
-        let source = Source {
+        let reader = FrameReader {
             frames,
             size,
             number: begin,
-            keeps: self.needs_frames || size.0.max(size.1) > self.recipe.params.clip.max_side as usize,
-            kept: Rc::clone(&kept),
-            reading: Rc::clone(&seconds),
+            keeps_pixels: self.needs_frames || size.0.max(size.1) > self.recipe.params.clip.max_side as usize,
+            buffer: Rc::clone(&buffer),
+            seconds: Rc::clone(&seconds),
             damage: Rc::clone(&damage),
         };
-        Ok(Reading { source, kept, seconds, damage, provenance })
+        Ok(OpenClip { reader, buffer, seconds, damage, provenance })
     }
 
-    /// Runs the whole clip as one window, with trajectories from outside.
-    fn at_once(
+    /// Runs the whole clip as one window, with trajectories of another tracker.
+    fn run_with_tracks(
         self,
         mut tracks: Trajectories,
-        source: Source,
-        kept: &RefCell<Kept>,
+        reader: FrameReader,
+        buffer: &RefCell<FrameBuffer>,
         log: &Log,
-        mut write: impl FnMut(&Found<'_>, Timing) -> Result<()>,
+        mut write: impl FnMut(&WindowResult<'_>, Timing) -> Result<()>,
     ) -> Result<()> {
         let (mut timing, mut clock) = (Timing::default(), Clock::start());
         let mut session = Session::new(self.recipe.params.clone())?;
-        tracks.size = source.size;
-        for frame in source {
+        tracks.size = reader.size;
+        for frame in reader {
             session.push_frame(frame?)?;
         }
         session.set_trajectories(tracks)?;
@@ -277,12 +277,19 @@ impl<'a> Run<'a> {
             timing.count(progress.stage, clock.lap());
             log.step(progress);
         })?;
-        let settled = 0..session.num_frames();
-        let found = Found { session: &session, index: 0, shot: 0, first: 0, settled, kept: &kept.borrow() };
-        whole(|| write(&found, timing))
+        let all_frames = 0..session.num_frames();
+        let window = WindowResult {
+            session: &session,
+            index: 0,
+            shot: 0,
+            first: 0,
+            settled: all_frames,
+            buffer: &buffer.borrow(),
+        };
+        uninterrupted(|| write(&window, timing))
     }
 }
 
 pub(crate) fn too_few(path: &Path, got: usize) -> Failure {
-    Failure::from(Error::TooFewFrames { got, needed: MIN_FRAMES }).of(path.display())
+    Failure::from(Error::TooFewFrames { got, needed: MIN_FRAMES }).with_subject(path.display())
 }

@@ -8,23 +8,23 @@ use crate::failure::Failure;
 use std::io::{BufRead, Read};
 use tracecut::image::{Frame, MAX_SIDE};
 
-/// Seconds of a frame where the header gives no rate.
+/// Duration of a frame if the header has no rate.
 const DEFAULT_DURATION_S: f64 = 1.0 / 25.0;
 
-/// Longest header line accepted, in bytes: real ones are below 200.
-const MAX_LINE: u64 = 4096;
+/// Longest header line accepted: real ones are below 200 bytes.
+const MAX_LINE_BYTES: u64 = 4096;
 
 /// The frames of a stream, one after the other. After an error it ends.
 #[derive(Debug)]
 pub(crate) struct Y4m<R> {
     reader: R,
-    format: Format,
+    format: StreamFormat,
     num_read: usize,
     ended: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Format {
+struct StreamFormat {
     width: usize,
     height: usize,
     /// Pixels per chroma sample across and down; `None` without chroma.
@@ -38,16 +38,16 @@ impl<R: BufRead> Y4m<R> {
     /// Reads the header.
     ///
     /// # Errors
-    /// When it is not a Y4M header, of a kind not supported, or of more than `most` pixels.
-    pub(crate) fn new(mut reader: R, most: usize) -> Result<Self, Failure> {
+    /// If it is not a Y4M header, of a kind not supported, or of more than `max_pixels` pixels.
+    pub(crate) fn new(mut reader: R, max_pixels: usize) -> Result<Self, Failure> {
         let header =
             read_line(&mut reader).and_then(|line| line.ok_or("is empty (expected a YUV4MPEG2 header)".into()));
         let format = header.and_then(|header| parse_header(&header)).map_err(Failure::input)?;
-        check(format.width, format.height, most)?;
+        check(format.width, format.height, max_pixels)?;
         Ok(Self { reader, format, num_read: 0, ended: false })
     }
 
-    /// Seconds that each frame is shown.
+    /// Returns the duration of each frame in seconds.
     pub(crate) fn frame_duration(&self) -> f64 {
         self.format.duration
     }
@@ -58,7 +58,7 @@ impl<R: BufRead> Y4m<R> {
             return Err(format!("frame {} does not start with FRAME", self.num_read));
         }
         let expected = self.format.frame_bytes();
-        // As much memory as there are bytes, whatever the header says.
+        // Allocates only as much memory as there are bytes.
         let mut bytes = Vec::new();
         self.reader.by_ref().take(expected as u64).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
         if bytes.len() < expected {
@@ -83,10 +83,10 @@ impl<R: BufRead> Iterator for Y4m<R> {
     }
 }
 
-/// A line without its end; `None` at the end of the stream.
+/// Reads a line without its end; `None` at the end of the stream.
 fn read_line(reader: &mut impl BufRead) -> Result<Option<String>, String> {
     let mut line = Vec::new();
-    reader.by_ref().take(MAX_LINE).read_until(b'\n', &mut line).map_err(|e| e.to_string())?;
+    reader.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut line).map_err(|e| e.to_string())?;
     if line.is_empty() {
         return Ok(None);
     }
@@ -96,15 +96,15 @@ fn read_line(reader: &mut impl BufRead) -> Result<Option<String>, String> {
     Ok(Some(String::from_utf8_lossy(&line).into_owned()))
 }
 
-fn parse_header(header: &str) -> Result<Format, String> {
-    let mut words = header.trim_end().split(' ');
-    if words.next() != Some("YUV4MPEG2") {
+fn parse_header(header: &str) -> Result<StreamFormat, String> {
+    let mut fields = header.trim_end().split(' ');
+    if fields.next() != Some("YUV4MPEG2") {
         return Err("is not Y4M (expected it to start with YUV4MPEG2)".to_owned());
     }
     let mut format =
-        Format { width: 0, height: 0, chroma: Some((2, 2)), full_range: false, duration: DEFAULT_DURATION_S };
-    for word in words.filter(|w| !w.is_empty()) {
-        let (tag, value) = word.split_at(word.chars().next().map_or(0, char::len_utf8));
+        StreamFormat { width: 0, height: 0, chroma: Some((2, 2)), full_range: false, duration: DEFAULT_DURATION_S };
+    for field in fields.filter(|field| !field.is_empty()) {
+        let (tag, value) = field.split_at(field.chars().next().map_or(0, char::len_utf8));
         match tag {
             "W" => format.width = parse_side(value, "width")?,
             "H" => format.height = parse_side(value, "height")?,
@@ -122,7 +122,7 @@ fn parse_side(text: &str, name: &str) -> Result<usize, String> {
     side.ok_or_else(|| format!("has {name} \"{text}\" (expected 1..={MAX_SIDE})"))
 }
 
-/// Seconds of a frame at a rate such as `30000:1001`; `0:0` says that it is not known.
+/// Returns the duration of a frame at a rate such as `30000:1001`; `None` for the unknown rate `0:0`.
 fn parse_duration(rate: &str) -> Option<f64> {
     let (frames, seconds) = rate.split_once(':')?;
     let (frames, seconds): (u32, u32) = (frames.parse().ok()?, seconds.parse().ok()?);
@@ -141,7 +141,7 @@ fn parse_chroma(text: &str) -> Result<Option<(usize, usize)>, String> {
     }
 }
 
-impl Format {
+impl StreamFormat {
     fn chroma_size(&self) -> (usize, usize) {
         self.chroma.map_or((0, 0), |(across, down)| (self.width.div_ceil(across), self.height.div_ceil(down)))
     }

@@ -140,9 +140,9 @@ fn standard_input_gives_what_the_file_gives_and_leaves_no_copy() {
 #[test]
 fn missing_and_empty_folders_are_refused() {
     let (input, out) = (folder("empty-in"), folder("empty-out"));
-    assert_refused(&segment(&input, &out, &[]), 3, &["holds no images"]);
+    assert_refused(&segment(&input, &out, &[]), 3, &["has no images"]);
     fs::write(input.join("masks.pgm"), "P5").unwrap();
-    assert_refused(&segment(&input, &out, &[]), 3, &["holds no images"]);
+    assert_refused(&segment(&input, &out, &[]), 3, &["has no images"]);
     assert_refused(&segment(&input.join("nowhere"), &out, &[]), 1, &["nowhere", "cannot be read"]);
     fs::write(input.join("film.mp4"), [0; 64]).unwrap();
     assert_refused(&segment(&input.join("film.mp4"), &out, &[]), 3, &["film.mp4", "ffmpeg"]);
@@ -277,7 +277,7 @@ fn parameters_are_listed_with_range_default_and_meaning() {
     };
     let (shown, expert) = (listed(&["params"]), listed(&["params", "--expert"]));
     assert!(shown.contains("shot.maxUnmatched  (number, 0..=1, default 0.72)"), "{shown}");
-    assert!(shown.ends_with("more, which only research changes: tracecut params --expert\n"), "{shown}");
+    assert!(shown.ends_with("more parameters, for research: tracecut params --expert\n"), "{shown}");
     assert!(
         expert.contains("flow.patchStride  (whole number, 1..=8, default ") && !expert.contains("shot.maxUnmatched")
     );

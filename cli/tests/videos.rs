@@ -287,7 +287,7 @@ fn the_pipe_that_is_told_where_there_is_no_ffmpeg_gives_the_same_colours() {
     let without = Command::new(program).args(["segment", "--out", "out"]).arg(&file).env("PATH", "").output().unwrap();
     let words = text(&without.stderr);
     assert_eq!(without.status.code(), Some(1), "{words}");
-    let command = words.split_once("one type: ").unwrap().1.split_once(" | tracecut segment -").unwrap().0;
+    let command = words.split_once("machine that has it: ").unwrap().1.split_once(" | tracecut segment -").unwrap().0;
     let arguments = command.strip_prefix("ffmpeg ").unwrap().split(' ');
     let y4m = Command::new("ffmpeg").args(["-v", "error"]).args(arguments).output().unwrap();
     fs::write(folder.join("piped.y4m"), y4m.stdout).unwrap();

@@ -1,5 +1,5 @@
-// Masks of a folder of frames: `node masks.mjs FRAMES MASKS`. Frames are PNG or JPEG files, taken in name order; each
-// gets a palette PNG whose pixel values are the labels. Frames are read as they are needed, so the clip may be long.
+// Segments a folder of frames: `node masks.mjs FRAMES MASKS`. Frames are PNG or JPEG files, taken in name order; each
+// gets a palette PNG whose pixel values are the labels. Frames are read on demand, so the clip may be long.
 
 import { mkdir, readFile, readdir, writeFile } from 'node:fs/promises';
 import { join, parse } from 'node:path';

@@ -1,8 +1,8 @@
-// Segments the video that is chosen, then plays it with each object in a colour of its own.
+// Segments the chosen video, then plays it with each object in its own colour.
 
 import { drawLabels, segmentVideo, videoFrames } from 'tracecut';
 
-const SIZE = 480; // the long side, in pixels, at which frames are decoded and masks made
+const SIZE = 480; // the long side of frames and masks, in pixels
 
 const input = document.querySelector('input');
 const status = document.querySelector('[role=status]');
@@ -17,7 +17,7 @@ input.addEventListener('change', async () => {
     status.textContent = `${masks.objects.length} objects in ${masks.numFrames} frames`;
     await play(source, masks);
   } catch (error) {
-    status.textContent = error.message; // says what is wrong and what would be right
+    status.textContent = error.message; // says what is wrong and what is allowed
   }
   input.disabled = false;
 });
@@ -31,6 +31,6 @@ async function play(source, masks) {
   for await (const { frame, index } of videoFrames(source, { size: SIZE })) {
     context.drawImage(frame, 0, 0);
     drawLabels(context, masks, index);
-    await new Promise((shown) => setTimeout(shown, 40));
+    await new Promise((resolve) => setTimeout(resolve, 40));
   }
 }

@@ -1,5 +1,5 @@
-// A clip whose objects a click turns into background, and its masks as a ZIP archive. Nothing in the project is made
-// ready for the package: Vite finds its wasm files and its worker by itself.
+// Turns clicked objects of a clip into background, and saves the masks as a ZIP archive. The project needs no
+// configuration: Vite finds the package's wasm files and its worker.
 
 import { createSession, drawLabels, masksZip, synthClip } from 'tracecut';
 
@@ -12,7 +12,7 @@ const clip = await synthClip({ width: 480, height: 270, frames: 10, seed: 1 });
 const session = await createSession();
 for (let t = 0; t < clip.numFrames; t += 1) await session.push(clip.frame(t));
 
-/** What is shown. */
+/** The result on the canvas. */
 let result;
 show(await session.run());
 

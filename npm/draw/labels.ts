@@ -13,6 +13,7 @@ import {
 } from './canvas.js';
 import { type LabelColors, toColorFunction, parseColor } from './palette.js';
 
+/** Options of `drawLabels`. */
 export interface DrawLabelsOptions {
   /** Opacity of the fill, 0 to 1; 0.5 if not given. */
   opacity?: number;

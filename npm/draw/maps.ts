@@ -15,6 +15,7 @@ import { FramePoints, type TrajectorySource, toObjectFilter } from './trajectori
 /** The grid of a map; `scaleX` and `scaleY` are 1 if not given. */
 export type MapGrid = { width: number; height: number; scaleX?: number; scaleY?: number };
 
+/** Options of `drawBoundaries`. */
 export interface DrawBoundariesOptions {
   /** Array of the map to draw; `pb` if not given. */
   of?: 'pb' | 'thin' | 'discontinuity' | 'spectral' | 'combined';
@@ -151,13 +152,16 @@ export function drawCells(
 /** Pairs of trajectories, and the discontinuity between each two. */
 export type EdgeEnds = { i: ArrayLike<number>; j: ArrayLike<number>; d: ArrayLike<number> };
 
+/** The edges of frames: a result is one. */
 export interface FrameEdges {
+  /** Returns the edges of frame `t`. */
   edges: (t: number) => EdgeEnds;
 }
 
 /** Source of discontinuities: a result. */
 export type EdgeSource = TrajectorySource & FrameEdges;
 
+/** Options of `drawDiscontinuities`. */
 export interface DrawDiscontinuitiesOptions {
   /** Discontinuity from which an edge is drawn, 0 to 1; 0.6 if not given. */
   threshold?: number;

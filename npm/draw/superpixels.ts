@@ -28,6 +28,7 @@ export type SuperpixelPicture = MapGrid & {
   };
 };
 
+/** Options of `drawSuperpixels`. */
 export interface DrawSuperpixelsOptions {
   /** The mean colours of `image`, random colours, or nothing; `mean` if there is an image, else `random`. */
   fill?: 'mean' | 'random' | 'none';

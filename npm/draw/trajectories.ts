@@ -27,6 +27,7 @@ export interface TrajectorySource {
   clusters?: { label: ArrayLike<number>; object?: ArrayLike<number> | null };
 }
 
+/** Options of `drawTrajectories`. */
 export interface DrawTrajectoriesOptions {
   /** Frames of its path drawn behind a point; 8 if not given. */
   tail?: number;

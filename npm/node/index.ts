@@ -4,12 +4,13 @@ import { readFile, readdir } from 'node:fs/promises';
 import { basename, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { TraceCutError } from '../check/errors.js';
-import { sortFrameNames, readFrames as framesOfFiles } from '../video/frame-list.js';
+import { type FrameFile, readFrames as framesOfFiles, sortFrameNames } from '../video/frame-list.js';
 import './platform.js';
 
 export * from '../index.js';
 
-export async function* readFrames(folder: Parameters<typeof framesOfFiles>[0]): ReturnType<typeof framesOfFiles> {
+/** Reads the PNG and JPEG files of a folder, given by its path or its files, as frames in the order of their names. */
+export async function* readFrames(folder: string | URL | Iterable<File>): AsyncGenerator<FrameFile, void, undefined> {
   if (typeof folder !== 'string' && !(folder instanceof URL)) {
     yield* framesOfFiles(folder);
     return;

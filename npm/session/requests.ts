@@ -61,8 +61,8 @@ export interface Requests {
   planWindows: RequestSpec<[window: number, overlap: number | undefined], SessionInfo>;
   /** Returns the number of frames that the next window shares; `remaining` are still to come. */
   shared: RequestSpec<[remaining: number | undefined], number>;
-  /** Ends a window, of which `kept` frames are shared with the next one of its shot. */
-  closeWindow: RequestSpec<[frames: number, kept: number | undefined], WindowPlace>;
+  /** Ends a window, of which `overlap` frames are shared with the next one of its shot. */
+  closeWindow: RequestSpec<[frames: number, overlap: number | undefined], WindowPlace>;
   setTrajectories: RequestSpec<[trajectories: RawTrajectories], SessionInfo>;
   /** Registers a correction; `run` then applies it. */
   correct: RequestSpec<[correction: RawCorrection], SessionInfo>;
@@ -98,8 +98,8 @@ export const REQUESTS: Requests = {
   planWindows: { work: (window, overlap) => change((session) => session.planWindows(window, overlap)) },
   shared: { work: (remaining) => (session) => session.shared(remaining) },
   closeWindow: {
-    work: (frames, kept) => (session) => {
-      const place = session.closeWindow(frames, kept);
+    work: (frames, overlap) => (session) => {
+      const place = session.closeWindow(frames, overlap);
       const [index, shot, firstFrame, from, to] = [...place] as [number, number, number, number, number];
       return { index, shot, firstFrame, settled: { from, to } };
     },

@@ -7,6 +7,7 @@ import type { WasmSource } from '../check/options.js';
 import type { FlowField } from '../session/engine.js';
 import type { Scene } from '../tracecut.js';
 
+/** Options of `synthClip`. */
 export interface ClipOptions {
   /** Width in pixels, 320 if not given. */
   width?: number;

@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use tracecut::contour::BoundaryMap;
 use tracecut::flow::FlowField;
 use tracecut::image::{Frame, Plane};
-use tracecut::superpixel::{Border, Edge, EdgeKind, Superpixels};
+use tracecut::superpixel::{Edge, EdgeKind, SuperpixelBorder, Superpixels};
 use tracecut::trajectory::Trajectories;
 
 /// Rows of values as a matrix, without a copy.
@@ -77,19 +77,19 @@ pub(crate) fn trajectories<'py>(py: Python<'py>, t: &Trajectories, numbers: &[u3
 pub(crate) fn superpixels<'py>(py: Python<'py>, s: &Superpixels) -> Result<Bound<'py, PyDict>> {
     let sides = s.borders.iter().flat_map(|b| [b.a, b.b]).collect();
     let ends = s.edges.iter().flat_map(|e| [e.from.0, e.from.1, e.to.0, e.to.1]).collect();
-    let along = |of: fn(&Border) -> f32| list(py, s.borders.iter().map(of).collect());
+    let column = |field: fn(&SuperpixelBorder) -> f32| list(py, s.borders.iter().map(field).collect());
     let fields = PyDict::new(py);
     fields.set_item("count", s.count)?;
     fields.set_item("label", plane(py, s.label()))?;
     fields.set_item("border_pair", matrix::<u32>(py, s.borders.len(), 2, sides))?;
-    fields.set_item("border_length", along(|b| b.length))?;
-    fields.set_item("border_pb", along(|b| b.pb))?;
+    fields.set_item("border_length", column(|b| b.length))?;
+    fields.set_item("border_pb", column(|b| b.pb))?;
     fields.set_item("edge", matrix::<f32>(py, s.edges.len(), 4, ends))?;
     fields.set_item("edge_kind", list::<u8>(py, s.edges.iter().map(kind_number).collect()))?;
     Ok(fields)
 }
 
-/// The numbers of `tracecut.EdgeKind`, which are those of the npm package.
+/// Returns the numbers of `tracecut.EdgeKind`, as in the npm package.
 fn kind_number(edge: &Edge) -> u8 {
     match edge.kind {
         EdgeKind::Constraint => 0,

@@ -49,21 +49,21 @@ impl From<Failure> for PyErr {
     }
 }
 
-/// `tracecut.TraceCutError` with the code of `error` and its message.
+/// Returns a `tracecut.TraceCutError` with the code and the message of `error`.
 fn exception(py: Python<'_>, error: &Error) -> PyErr {
     static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
-    let made =
-        CLASS.import(py, "tracecut._errors", "TraceCutError").and_then(|c| c.call1((error.code(), words(error))));
-    match made {
+    let exception =
+        CLASS.import(py, "tracecut._errors", "TraceCutError").and_then(|c| c.call1((error.code(), message(error))));
+    match exception {
         Ok(value) => PyErr::from_value(value),
         Err(_) => PyRuntimeError::new_err(error.to_string()),
     }
 }
 
-/// The message, with parameters named as in Python.
-fn words(error: &Error) -> String {
+/// Returns the message with the Python names of parameters.
+fn message(error: &Error) -> String {
     let Error::Param { name, value, expected } = error else { return error.to_string() };
-    // Of all that can be expected, only names of parameters are spelt in another way here.
+    // Only names of parameters differ in Python.
     let expected = if expected.starts_with("a known parameter") { snake(expected) } else { expected.clone() };
     format!("{} = {value} (expected {expected})", snake(name))
 }

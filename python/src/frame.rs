@@ -50,7 +50,7 @@ fn check(width: usize, height: usize, limit: usize) -> std::result::Result<(), E
     Ok(())
 }
 
-/// What was given instead of a frame.
+/// Describes an argument that is not a frame.
 fn describe(array: &Bound<'_, PyAny>) -> String {
     match array.cast::<PyUntypedArray>() {
         Ok(array) => {

@@ -36,8 +36,8 @@ pub(crate) fn superpixels<'py>(
 ) -> Result<Bound<'py, PyDict>> {
     let params = params_from(params)?;
     let frame = image_from(image, &params)?;
-    let found = py.detach(|| superpixels_of(&frame, count, &params.contour, &params.superpixel));
-    arrays::superpixels(py, &found)
+    let superpixels = py.detach(|| superpixels_of(&frame, count, &params.contour, &params.superpixel));
+    arrays::superpixels(py, &superpixels)
 }
 
 /// `{pb, discontinuity, spectral, combined, eigenvalues}`.
@@ -49,13 +49,13 @@ pub(crate) fn image_discontinuities<'py>(
 ) -> Result<Bound<'py, PyDict>> {
     let params = params_from(params)?;
     let frame = image_from(image, &params)?;
-    let found = py.detach(|| still::image_discontinuities(&frame, &params.still, params.clip.seed));
+    let image = py.detach(|| still::image_discontinuities(&frame, &params.still, params.clip.seed));
     let fields = PyDict::new(py);
-    fields.set_item("pb", plane(py, found.pb.pb))?;
-    fields.set_item("discontinuity", plane(py, found.d.strength))?;
-    fields.set_item("spectral", plane(py, found.spectral.strength))?;
-    fields.set_item("combined", plane(py, found.combined.pb))?;
-    fields.set_item("eigenvalues", arrays::list(py, found.eigenvalues))?;
+    fields.set_item("pb", plane(py, image.pb.pb))?;
+    fields.set_item("discontinuity", plane(py, image.d.strength))?;
+    fields.set_item("spectral", plane(py, image.spectral.strength))?;
+    fields.set_item("combined", plane(py, image.combined.pb))?;
+    fields.set_item("eigenvalues", arrays::list(py, image.eigenvalues))?;
     Ok(fields)
 }
 
@@ -90,6 +90,6 @@ pub(crate) fn enlarge<'py>(
     picture: Image<'_, 'py>,
 ) -> Result<(Bound<'py, PyArray2<u8>>, Bound<'py, PyArray2<u8>>)> {
     let (mask, picture) = (mask_from(mask)?, frame_from(picture)?);
-    let found = py.detach(|| tracecut::mask::enlarge(&mask, &picture, |label| label > 0))?;
-    Ok((plane(py, found.labels), plane(py, found.alpha)))
+    let enlarged = py.detach(|| tracecut::mask::enlarge(&mask, &picture, |label| label > 0))?;
+    Ok((plane(py, enlarged.labels), plane(py, enlarged.alpha)))
 }

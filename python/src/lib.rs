@@ -1,8 +1,8 @@
-//! The Python module `tracecut._tracecut`: what the Python files of the package `tracecut` are made of.
+//! The Python module `tracecut._tracecut`, on which the Python files of the package `tracecut` are built.
 //!
-//! Every function converts, makes a call of the library without the interpreter's lock, and converts back. Names, types
-//! and defaults that users see are those of the Python files. What the library computes for the call becomes an array
-//! without a copy; what a session keeps is copied once, as it may change under the array.
+//! Every function converts, makes a call of the library without the interpreter's lock, and converts back. Public
+//! names, types and defaults are in the Python files. Results computed for the call become arrays without a copy; results kept
+//! by a session are copied once, as they may change under the array.
 
 mod arrays;
 mod error;

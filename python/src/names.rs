@@ -1,18 +1,18 @@
 //! Names of parameters: snake_case in Python, camelCase in the library.
 
-/// `patch_stride` as `patchStride`; other text stays as it is.
+/// Converts `patch_stride` to `patchStride`; other text stays as it is.
 pub(crate) fn camel(name: &str) -> String {
-    let mut words = name.split('_');
-    let mut out = words.next().unwrap_or_default().to_owned();
-    for word in words {
-        let mut letters = word.chars();
+    let mut parts = name.split('_');
+    let mut out = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let mut letters = part.chars();
         out.extend(letters.next().map(|c| c.to_ascii_uppercase()));
         out.push_str(letters.as_str());
     }
     out
 }
 
-/// `patchStride` as `patch_stride`, anywhere in a text.
+/// Converts `patchStride` to `patch_stride` anywhere in a text.
 pub(crate) fn snake(text: &str) -> String {
     let mut out = String::with_capacity(text.len() + 8);
     for letter in text.chars() {

@@ -1,4 +1,4 @@
-//! Parameters from keyword arguments and dictionaries: names in snake_case, those of the library are in camelCase.
+//! Parameters from keyword arguments and dictionaries: names in snake_case here, in camelCase in the library.
 
 use crate::error::Result;
 use crate::names::{camel, snake};
@@ -48,7 +48,7 @@ type Parameter = (String, &'static str, &'static str, f64, f64, f64, &'static [&
 pub(crate) fn parameters(expert: bool) -> Vec<Parameter> {
     let mut list = Vec::new();
     Params::default().for_each(&mut |field| {
-        let (low, high) = field.range;
+        let (low, high) = (field.min, field.max);
         let (doc, kind, default, choices) = (field.doc.trim(), field.kind(), field.get(), field.choices());
         if field.expert == expert {
             list.push((snake(&field.name), doc, kind, low, high, default, choices));

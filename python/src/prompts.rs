@@ -11,7 +11,7 @@ use tracecut::mask;
 #[pyclass(module = "tracecut._tracecut")]
 #[derive(Default)]
 pub(crate) struct Prompts {
-    found: mask::Prompts,
+    prompts: mask::Prompts,
     count: usize,
 }
 
@@ -24,16 +24,16 @@ impl Prompts {
 
     fn add(&mut self, py: Python<'_>, mask: &Bound<'_, PyAny>) -> Result<()> {
         let mask = mask_from(mask)?;
-        py.detach(|| self.found.add(self.count, &mask));
+        py.detach(|| self.prompts.add(self.count, &mask));
         self.count += 1;
         Ok(())
     }
 
-    /// `{object, frame, bounds, inside, outside, mask}` of each object; nothing was looked at then.
+    /// Returns `{object, frame, bounds, inside, outside, mask}` of each object, and starts again.
     fn finish<'py>(&mut self, py: Python<'py>) -> Result<Bound<'py, PyList>> {
-        let found = std::mem::take(self).found;
+        let prompts = std::mem::take(self).prompts;
         let list = PyList::empty(py);
-        for prompt in py.detach(|| found.finish()) {
+        for prompt in py.detach(|| prompts.finish()) {
             let fields = PyDict::new(py);
             fields.set_item("object", prompt.object)?;
             fields.set_item("frame", prompt.frame)?;

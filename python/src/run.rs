@@ -94,31 +94,31 @@ impl Iterator for Frames {
 pub(crate) struct Sources {
     max_side: usize,
     /// The clip's number of the first, and the frames.
-    kept: Arc<Mutex<(usize, VecDeque<Frame>)>>,
+    frames: Arc<Mutex<(usize, VecDeque<Frame>)>>,
 }
 
 impl Sources {
     pub(crate) fn new(max_side: usize) -> Self {
-        Self { max_side, kept: Arc::default() }
+        Self { max_side, frames: Arc::default() }
     }
 
     fn push(&self, frame: &Frame) {
         if frame.width().max(frame.height()) > self.max_side {
-            self.kept.lock().unwrap_or_else(PoisonError::into_inner).1.push_back(frame.clone());
+            self.frames.lock().unwrap_or_else(PoisonError::into_inner).1.push_back(frame.clone());
         }
     }
 
-    /// Drops all before frame `first` of the clip.
+    /// Drops the frames before frame `first` of the clip.
     pub(crate) fn drop_before(&self, first: usize) {
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        while kept.0 < first && kept.1.pop_front().is_some() {
-            kept.0 += 1;
+        let mut frames = self.frames.lock().unwrap_or_else(PoisonError::into_inner);
+        while frames.0 < first && frames.1.pop_front().is_some() {
+            frames.0 += 1;
         }
     }
 
     /// Frame `index` of the clip.
     pub(crate) fn get(&self, index: usize) -> Option<Frame> {
-        let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        kept.1.get(index.checked_sub(kept.0)?).cloned()
+        let frames = self.frames.lock().unwrap_or_else(PoisonError::into_inner);
+        frames.1.get(index.checked_sub(frames.0)?).cloned()
     }
 }

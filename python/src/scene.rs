@@ -6,15 +6,15 @@ use numpy::{PyArray2, PyArray3};
 use pyo3::prelude::*;
 use tracecut::synth;
 
-/// A made clip.
+/// A synthetic clip.
 #[pyclass(frozen, module = "tracecut._tracecut")]
 pub(crate) struct Scene(synth::Scene);
 
 impl Scene {
-    fn known(&self, t: usize) -> Result<usize> {
+    fn check_frame(&self, t: usize) -> Result<usize> {
         let frames = self.0.num_frames();
-        let wrong = || Failure::data(format!("t = {t} (expected a frame in 0..{frames})"));
-        if t < frames { Ok(t) } else { Err(wrong()) }
+        let failure = || Failure::data(format!("t = {t} (expected a frame in 0..{frames})"));
+        if t < frames { Ok(t) } else { Err(failure()) }
     }
 }
 
@@ -45,17 +45,17 @@ impl Scene {
     }
 
     fn frame<'py>(&self, py: Python<'py>, t: usize) -> Result<Bound<'py, PyArray3<u8>>> {
-        let t = self.known(t)?;
+        let t = self.check_frame(t)?;
         Ok(rgb(py, &py.detach(|| self.0.frame(t))))
     }
 
     fn mask<'py>(&self, py: Python<'py>, t: usize) -> Result<Bound<'py, PyArray2<u8>>> {
-        let t = self.known(t)?;
+        let t = self.check_frame(t)?;
         Ok(plane(py, py.detach(|| self.0.mask(t))))
     }
 
     fn flow<'py>(&self, py: Python<'py>, t: usize) -> Result<FlowArrays<'py>> {
-        let t = self.known(t)?;
+        let t = self.check_frame(t)?;
         Ok(arrays::flow(py, py.detach(|| self.0.flow(t))))
     }
 }

@@ -160,7 +160,7 @@ impl Session {
             Stroke { t, points, radius }
         };
         let strokes = strokes.into_iter().map(stroke).collect();
-        self.correct(py, if apart { Correction::Apart(strokes) } else { Correction::Together(strokes) })
+        self.correct(py, if apart { Correction::SplitStrokes(strokes) } else { Correction::JoinStrokes(strokes) })
     }
 
     fn undo_correction(&self, py: Python<'_>) -> Result<()> {
@@ -225,14 +225,14 @@ impl Session {
 
     fn discontinuities<'py>(&self, py: Python<'py>) -> Result<Option<Bound<'py, PyDict>>> {
         self.read(|session| {
-            let Some(found) = session.discontinuities() else { return Ok(None) };
-            let near = &found.neighborhoods;
-            let pairs = near.pairs.iter().flat_map(|&(i, j)| [i, j]).collect();
+            let Some(discontinuities) = session.discontinuities() else { return Ok(None) };
+            let neighborhoods = &discontinuities.neighborhoods;
+            let pairs = neighborhoods.pairs.iter().flat_map(|&(i, j)| [i, j]).collect();
             let fields = PyDict::new(py);
-            fields.set_item("pair", matrix::<u32>(py, near.pairs.len(), 2, pairs))?;
-            fields.set_item("d", copy(py, &found.d))?;
-            fields.set_item("frame_offset", copy(py, &near.frame_offset))?;
-            fields.set_item("frame_edge", copy(py, &near.frame_edges))?;
+            fields.set_item("pair", matrix::<u32>(py, neighborhoods.pairs.len(), 2, pairs))?;
+            fields.set_item("d", copy(py, &discontinuities.d))?;
+            fields.set_item("frame_offset", copy(py, &neighborhoods.frame_offset))?;
+            fields.set_item("frame_edge", copy(py, &neighborhoods.frame_edges))?;
             Ok(Some(fields))
         })
     }
@@ -252,13 +252,13 @@ impl Session {
         Ok(plane(py, self.compute(py, |session| session.saliency_map(t))?))
     }
 
-    /// How many components each frame has, and which of them each point is in, -1 for none.
+    /// Returns the number of components of each frame, and the component of each point, -1 for none.
     #[allow(clippy::type_complexity, reason = "two arrays")]
     fn components<'py>(
         &self,
         py: Python<'py>,
     ) -> Result<Option<(Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<i32>>)>> {
-        let number = |&of: &u32| if of == NO_COMPONENT { -1 } else { of as i32 };
+        let number = |&component: &u32| if component == NO_COMPONENT { -1 } else { component as i32 };
         self.read(|session| {
             Ok(session.components().map(|c| (copy(py, &c.count), list(py, c.of_point.iter().map(number).collect()))))
         })
@@ -269,16 +269,16 @@ impl Session {
     }
 
     fn threshold_clusters<'py>(&self, py: Python<'py>) -> Result<Option<(usize, Bound<'py, PyArray1<u32>>)>> {
-        let found = self.compute(py, |session| Ok(session.threshold_clusters()))?;
-        Ok(found.map(|c| (c.count, list(py, c.label))))
+        let clusters = self.compute(py, |session| Ok(session.threshold_clusters()))?;
+        Ok(clusters.map(|c| (c.count, list(py, c.label))))
     }
 
     fn motion_clusters<'py>(&self, py: Python<'py>) -> Result<Option<(usize, Bound<'py, PyArray1<u32>>)>> {
-        let found = self.compute(py, tracecut::Session::motion_clusters)?;
-        Ok(found.map(|c| (c.count, list(py, c.label))))
+        let clusters = self.compute(py, tracecut::Session::motion_clusters)?;
+        Ok(clusters.map(|c| (c.count, list(py, c.label))))
     }
 
-    /// By the method's name; the count is one that is legal.
+    /// `method` is a name; `count` must be legal.
     fn clusters_by<'py>(
         &self,
         py: Python<'py>,
@@ -286,8 +286,8 @@ impl Session {
         count: usize,
     ) -> Result<Option<(usize, Bound<'py, PyArray1<u32>>)>> {
         let method = method_of(method)?;
-        let found = self.compute(py, |session| Ok(session.clusters_by(method, count)))?;
-        Ok(found.map(|c| (c.count, list(py, c.label))))
+        let clusters = self.compute(py, |session| Ok(session.clusters_by(method, count)))?;
+        Ok(clusters.map(|c| (c.count, list(py, c.label))))
     }
 
     fn explain<'py>(&self, py: Python<'py>, t: usize, x: usize, y: usize) -> Result<Bound<'py, PyDict>> {
@@ -314,9 +314,9 @@ impl Session {
         t: usize,
         picture: Option<&Bound<'py, PyAny>>,
     ) -> Result<Bound<'py, PyArray2<u8>>> {
-        let given = picture.map(frame_from).transpose()?;
-        let kept = || self.sources.as_ref().and_then(|(sources, first)| sources.get(first + t));
-        let mask = self.compute(py, |session| match given.or_else(kept) {
+        let picture = picture.map(frame_from).transpose()?;
+        let source = || self.sources.as_ref().and_then(|(sources, first)| sources.get(first + t));
+        let mask = self.compute(py, |session| match picture.or_else(source) {
             Some(picture) if session.working_size() != session.input_size() => {
                 Ok(enlarge(session.working_labels(t)?, &picture, |_| false)?.labels)
             }
@@ -353,8 +353,8 @@ impl Session {
             let mut rows = Vec::new();
             if let Some(tracks) = session.trajectories() {
                 for t in 0..session.num_frames() {
-                    let found = object_rows(&session.labels(t)?, tracks, t).into_iter();
-                    rows.extend(found.map(|row| ObjectRow { time: time_of(t), ..row }));
+                    let frame_rows = object_rows(&session.labels(t)?, tracks, t).into_iter();
+                    rows.extend(frame_rows.map(|row| ObjectRow { time: time_of(t), ..row }));
                 }
             }
             Ok(object_table(&rows))
@@ -364,7 +364,7 @@ impl Session {
 
 fn method_of(name: &str) -> Result<DiscretizeMethod> {
     let names = DiscretizeMethod::NAMES;
-    let Some(index) = names.iter().position(|&known| known == name) else {
+    let Some(index) = names.iter().position(|&method| method == name) else {
         let expected = format!("one of {}", names.join(", "));
         return Err(Error::Param { name: "method".to_owned(), value: format!("{name:?}"), expected }.into());
     };

@@ -4,14 +4,14 @@ use crate::error::Result;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tracecut::session::{LabelCost, SuperpixelLink, Voter};
-use tracecut::{Explanation, Source};
+use tracecut::{Explanation, LabelSource};
 
 /// The fields of `tracecut.Explanation` by their names; of lists of classes the fields in order.
 pub(crate) fn explanation<'py>(py: Python<'py>, why: &Explanation) -> Result<Bound<'py, PyDict>> {
     let source = match why.source {
-        Source::Superpixel => "superpixel",
-        Source::Border => "border",
-        Source::Stroke => "stroke",
+        LabelSource::Superpixel => "superpixel",
+        LabelSource::Border => "border",
+        LabelSource::Stroke => "stroke",
     };
     let cost = |c: &LabelCost| {
         (c.cluster, c.label, c.votes, c.trajectories, c.colours, c.evidence, c.links, c.forbidden, c.total)
@@ -29,8 +29,8 @@ pub(crate) fn explanation<'py>(py: Python<'py>, why: &Explanation) -> Result<Bou
     fields.set_item("links", why.links.iter().map(link).collect::<Vec<_>>())?;
     fields.set_item("voters", why.voters.iter().map(voter).collect::<Vec<_>>())?;
     fields.set_item("nearest", why.nearest)?;
-    fields.set_item("affinities", why.affinities.iter().map(|near| (near.to, near.affinity)).collect::<Vec<_>>())?;
-    fields.set_item("flip", why.flip.map(|other| (other.cluster, other.margin, other.votes)))?;
+    fields.set_item("affinities", why.affinities.iter().map(|entry| (entry.to, entry.affinity)).collect::<Vec<_>>())?;
+    fields.set_item("flip", why.flip.map(|flip| (flip.cluster, flip.margin, flip.votes)))?;
     fields.set_item("border", why.border.map(|border| (border.edges, border.mean, border.i, border.j, border.d)))?;
     Ok(fields)
 }

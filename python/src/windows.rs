@@ -44,7 +44,7 @@ impl Windows {
         Ok(Self { run: Shared::new(Run::Windows(Box::new(windows), usize::MAX)), sources, listener })
     }
 
-    /// Where the next window is, once it was run, and a session to read its results from; `None` after the last.
+    /// Runs the next window. Returns its position and a session to read its results from; `None` after the last.
     fn next(&self, py: Python<'_>) -> Result<Option<(Place, Session)>> {
         let Some(window) = py.detach(|| self.run.write(|run| self.run_next(run)))? else { return Ok(None) };
         let sources = Some((self.sources.clone(), window.first_frame));
@@ -58,9 +58,9 @@ impl Windows {
     fn run_next(&self, run: &mut Run) -> Result<Option<tracecut::Window>> {
         let Run::Windows(windows, at) = run else { return Err(Failure::state("this is no iterator of windows")) };
         let before = std::mem::replace(at, usize::MAX);
-        let found = windows.try_next_window(|progress| report(self.listener.as_ref(), progress));
-        let Some(window) = found.transpose()? else {
-            // The last window's results are still there.
+        let window = windows.try_next_window(|progress| report(self.listener.as_ref(), progress));
+        let Some(window) = window.transpose()? else {
+            // The results of the last window remain.
             *at = before;
             return Ok(None);
         };

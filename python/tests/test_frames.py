@@ -133,7 +133,7 @@ def test_what_is_no_frame_is_named(frames: object, code: str, message: str) -> N
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match="nowhere"):
         tracecut.segment(tmp_path / "nowhere")
-    with pytest.raises(tracecut.TraceCutError, match="holds no images"):
+    with pytest.raises(tracecut.TraceCutError, match="has no images"):
         tracecut.segment(tmp_path)
     (tmp_path / "0.png").write_bytes(b"\x89PNG\r\n\x1a\nbroken")
     with pytest.raises(tracecut.TraceCutError, match=r"0\.png: image cannot be decoded"):

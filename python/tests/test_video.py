@@ -461,7 +461,7 @@ def test_the_program_keeps_results_and_tells_what_failed(frames: list[np.ndarray
     other.mkdir()
     (other / "notes.txt").write_text("mine")
     refused = program(clip, "--out", other, "--overwrite")
-    assert refused.returncode == 2 and "holds no result of this program" in refused.stderr
+    assert refused.returncode == 2 and "has no results of this program" in refused.stderr
     assert list(contents(other)) == [("notes.txt", b"mine")]
 
 

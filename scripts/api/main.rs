@@ -1,5 +1,5 @@
-//! Prints the public items of a crate, as rustdoc's JSON has them. That form is not stable, so rustdoc has to be told to
-//! act as a nightly one; cargo calls it through this program, or it would build all dependencies anew.
+//! Prints the public items of a crate from rustdoc's JSON. That format is unstable, so rustdoc must act as a nightly one;
+//! cargo calls it through this program, or it would build all dependencies again.
 //! `scripts/tools.mjs` compiles it.
 
 use std::process::{Command, exit};

@@ -1,5 +1,4 @@
-//! wasm-bindgen for the build alone: the library of its command line tool, without the test runner and the network that
-//! come with that. `scripts/tools.mjs` compiles it.
+//! wasm-bindgen for the build: the library of its command line tool, without the tool's test runner and network code. `scripts/tools.mjs` compiles it.
 
 use wasm_bindgen_cli_support::Bindgen;
 
@@ -12,7 +11,7 @@ fn main() {
         [wasm, folder, name] => {
             let mut bindgen = Bindgen::new();
             bindgen.input_path(wasm).out_name(name).typescript(true).omit_default_module_path(false);
-            // The reset function lets the package start afresh after a panic.
+            // The reset function lets the package start again after a panic.
             let made = bindgen.reset_state_function(true).web(true).and_then(|bindgen| bindgen.generate(folder));
             if let Err(error) = made {
                 eprintln!("{error:?}");

@@ -1,10 +1,10 @@
-// The package in one file, with its wasm files and its worker inside. Nothing is unpacked before it is wanted.
+// The package in one file, with its wasm files and its worker inside. Nothing is unpacked before it is needed.
 
 import { createScriptBlob, places } from '../../dist/places.js';
 import { unzlibSync } from '../../dist/vendor/zip.js';
 import { DECODER, ENGINE, WORKER } from 'packed';
 
-/** Bytes of what the build packed: base64 of zlib. */
+/** Unpacks bytes that the build packed: base64 of zlib. */
 const unpacked = (text) => unzlibSync(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)));
 
 let address;

@@ -1,21 +1,21 @@
-// What `npm run test:fast` does: an answer within a minute of an edit in `src`, within ten seconds of one in JavaScript.
+// The tasks of `npm run test:fast`: within a minute after an edit in `src`, within ten seconds after one in JavaScript.
 
 import { readdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { output, root } from '../tools.mjs';
 import { PARTS, tasksOf } from './tasks.mjs';
 
-/** Without a pattern: what fails for most mistakes, of those that are soon done. */
+/** Without a pattern: fast tests that fail for most mistakes. */
 const OF_SRC = ['src, unit tests', 'tests/node/golden.test.mjs'];
-/** Of the unit tests the slowest module, which other tests mostly fail with. */
+/** The slowest module of unit tests; other tests mostly fail together with it. */
 const SLOWEST = 'session::drive::windows_tests';
 const OF_SCRIPTS = ['session', 'video-driver', 'export', 'edit', 'repository'].map(
   (name) => `tests/node/${name}.test.mjs`,
 );
 
 /**
- * @param {string[]} words the pattern: parts of names of files, of Rust modules or tests; what has changed since the last
- *   commit decides where there is none
+ * @param {string[]} words the pattern: part of the name of a file, Rust module or test; without one, the changes since the
+ *   last commit decide
  * @returns {import('./pool.mjs').Task[]}
  */
 export function fastTasks([pattern]) {
@@ -33,14 +33,14 @@ const matching =
   ({ name, part }) =>
     part !== 'build' && (name.includes(pattern) || (name === 'src, unit tests' && namesModule(pattern)));
 
-/** Whether Rust's unit tests have it in their names: in a module's, or in a test's. */
+/** Returns whether the name of a Rust module or unit test contains the pattern. */
 function namesModule(pattern) {
   const modules = readdirSync(join(root, 'src'), { recursive: true }).map((name) => name.replace(/\.rs$/, ''));
   const path = pattern.replaceAll('::', '/');
   return modules.some((name) => name.includes(path)) || output('git', ['grep', '-l', `fn ${pattern}`, 'src']) !== null;
 }
 
-/** Of the library's unit tests those alone that the arguments choose. */
+/** Restricts the library's unit tests to the ones that the arguments choose. */
 function unitTests(task, which) {
   if (task.name !== 'src, unit tests') return task;
   const start = async () => {
@@ -57,7 +57,7 @@ function usual() {
   return [...(inRust || !inScripts ? OF_SRC : []), ...(inScripts || !inRust ? OF_SCRIPTS : [])];
 }
 
-/** The files that `git status --porcelain` names, also where the space before its first row is cut off. */
+/** Returns the files that `git status --porcelain` names, even if the space before its first row is cut off. */
 export function changedFiles(status) {
   return status
     .split('\n')

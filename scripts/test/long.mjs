@@ -1,4 +1,4 @@
-// What `npm run test:long` does: whatever is too slow for every time.
+// The tasks of `npm run test:long`: the slow tests.
 
 import { basename, join } from 'node:path';
 import { output, root } from '../tools.mjs';
@@ -6,7 +6,7 @@ import { PARTS, RUST_PROGRAMS, hasLongTests, runFile, runProgram, tasksOf, testF
 
 const node = (...args) => ({ command: process.execPath, args });
 const cargo = (...args) => ({ command: 'cargo', args });
-/** Clips, windows and sessions of a soak that belongs to every long run; `npm run soak` takes more. */
+/** Sizes of the soak test in every long run; `npm run soak` does more. */
 const SOAK = ['sessions=200', 'crowd=5', 'windows=600', 'page=400'];
 
 /**
@@ -42,7 +42,7 @@ function ignored() {
   }));
 }
 
-/** Native tests with every access of memory checked: our code has no `unsafe`, the crates that it calls have. */
+/** Native tests with the address sanitizer: our code has no `unsafe`, but crates that it calls do. */
 function sanitized() {
   if (process.platform !== 'linux' || output('rustc', ['+nightly', '--version']) === null) {
     console.log(
@@ -63,7 +63,7 @@ function sanitized() {
     ...names,
   ];
   const tests = {
-    // Of the unit tests all, which have no names of these; the command line's start programs of their own.
+    // No unit test has one of these names; the command line's tests start their own programs.
     library: named('tracecut', ['--features', 'pnm'], ['--skip', 'crate_files', '--skip', 'examples']),
     readers: named('tracecut-cli', [], ['--skip', 'cli::', '--skip', 'long::']),
     measures: named('tracecut-bench', [], ['--skip', 'bench::', '--skip', 'benchmark::']),
@@ -91,7 +91,7 @@ function scripts() {
   ];
 }
 
-/** Files of their own, and those of `npm test` that have tests which are passed over otherwise. */
+/** The long test files, and the files of `npm test` with tests that it skips. */
 function inJavaScript() {
   const own = ['tests/long', 'tests/engines'].flatMap(testFiles);
   const shared = ['node', 'browser'].flatMap((part) => PARTS[part].flatMap(testFiles)).filter(hasLongTests);

@@ -1,4 +1,4 @@
-// Runs tasks side by side, as many as the processor has cores for, and says what it does.
+// Runs tasks in parallel, as many as there are cores for, and reports progress.
 
 import { spawn } from 'node:child_process';
 import { mkdirSync, writeFileSync } from 'node:fs';
@@ -8,23 +8,23 @@ import { environment, root } from '../tools.mjs';
 /**
  * @typedef {object} Task
  * @property {string} name
- * @property {string} part what it belongs to
- * @property {number} cores how many cores it keeps busy
- * @property {string} [lock] of tasks with the same lock one runs at a time
- * @property {string[]} after names of tasks that have to be done before
+ * @property {string} part the part of the tests it belongs to
+ * @property {number} cores number of cores it keeps busy
+ * @property {string} [lock] tasks with the same lock run one at a time
+ * @property {string[]} after names of tasks that must be done before
  * @property {() => Command | Promise<unknown>} start its command, or its work
  * @typedef {{command: string, args: string[], cwd?: string, env?: Record<string, string>}} Command
  * @typedef {{task: Task, seconds: number, failed: boolean, output: string, counts: Counts}} Outcome
  * @typedef {{passed: number, failed: number, skipped: number}} Counts
  */
 
-/** Silence of this length is broken by a line on what is running. */
+/** After this long without output, a line lists the running tasks. */
 const SILENCE_MS = 15_000;
 const LONGEST_LINE = 300;
 const LOGS = join(root, 'out', 'tests');
 
 /**
- * Runs all tasks. One that fails shows its output at once; what waits for it is left out.
+ * Runs all tasks. A failed task shows its output at once; tasks that depend on it are skipped.
  *
  * @param {Task[]} tasks
  * @param {number} cores
@@ -78,7 +78,7 @@ export async function runAll(tasks, cores) {
   return outcomes;
 }
 
-/** Returns the length of the longest chain of tasks that wait for this one, each for the one before: it begins first. */
+/** Returns the length of the longest chain of tasks that depend on this one; long chains start first. */
 function chainAfter({ name }, tasks) {
   const followers = tasks.filter(({ after }) => after.includes(name));
   return Math.max(0, ...followers.map((follower) => 1 + chainAfter(follower, tasks)));
@@ -100,7 +100,7 @@ async function attempt(task) {
   }
 }
 
-/** Runs a command and gives what it printed. @param {Command} command */
+/** Runs a command and returns its output. @param {Command} command */
 export function execute({ command, args, cwd = root, env = {} }) {
   return new Promise((resolve) => {
     const child = spawn(command, args, { cwd, env: environment(env), stdio: ['ignore', 'pipe', 'pipe'] });
@@ -111,7 +111,7 @@ export function execute({ command, args, cwd = root, env = {} }) {
   });
 }
 
-/** How many tests an output tells of: by Node's runner, Cargo's or pytest. @returns {Counts} */
+/** Counts the tests in the output of Node's runner, Cargo or pytest. @returns {Counts} */
 export function countsIn(output) {
   const sum = (...patterns) =>
     patterns.flatMap((pattern) => [...output.matchAll(pattern)]).reduce((total, [, count]) => total + Number(count), 0);
@@ -144,13 +144,13 @@ function line({ task, seconds, failed, counts }, place) {
   return `${place} ${failed ? 'FAILED' : 'ok'} ${task.name}, ${seconds.toFixed(1)} s${said.length > 0 ? ` (${said.join(', ')})` : ''}`;
 }
 
-/** Lines as long as one reads; the whole of them is in `out/tests/`. */
+/** Shortens long lines; `out/tests/` has the full output. */
 function shortened(output) {
   const lines = output.trimEnd().split('\n');
   return lines.map((one) => (one.length > LONGEST_LINE ? `${one.slice(0, LONGEST_LINE)} …` : one)).join('\n');
 }
 
-/** Minutes and seconds. */
+/** Formats minutes and seconds. */
 export function clock(ms) {
   const seconds = Math.round(ms / 1000);
   return `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, '0')}`;

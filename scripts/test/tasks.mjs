@@ -1,4 +1,4 @@
-// What there is to test: a task for each file of tests, and those that have to be built before.
+// Lists the test tasks: one per test file, and the builds they need.
 
 import { existsSync, readFileSync, readdirSync } from 'node:fs';
 import { join } from 'node:path';
@@ -7,7 +7,7 @@ import { execute } from './pool.mjs';
 
 /** @typedef {import('./pool.mjs').Task} Task */
 
-/** The parts of `npm test`, and the folders that those in JavaScript read. */
+/** The parts of `npm test`, and the folders of the JavaScript parts. */
 export const PARTS = {
   rust: [],
   wasm: [],
@@ -16,17 +16,17 @@ export const PARTS = {
   python: [],
 };
 
-/** The Python module is compiled with them, where Python is there: alone, it would have most of its crates compiled again. */
+/** If Python is installed, its module is compiled with them: alone, most of its crates would be compiled again. */
 const CRATES = ['tracecut', 'tracecut-cli', 'tracecut-bench', ...(hasPython() ? ['tracecut-python'] : [])];
 const FEATURES = [...CRATES.flatMap((name) => ['--package', name]), '--features', 'tracecut/pnm'];
 const TARGETS = ['--lib', '--bins', '--tests', '--examples'];
 const node = (...args) => ({ command: process.execPath, args });
 
-/** A page waits for its workers, its frames and its network: more than two fit two cores. */
-const CORES_OF_A_PAGE = 0.5;
-/** These have a service worker keep the page, whose files one of them changes: one at a time. */
+/** A page often waits for its workers, frames and network: more than two fit on two cores. */
+const CORES_PER_PAGE = 0.5;
+/** These use a service worker, and one of them changes the page's files: they run one at a time. */
 const WITH_SERVICE_WORKER = ['offline', 'service-worker'].map((name) => `tests/browser/${name}.test.mjs`);
-/** Tests that run what Cargo built. */
+/** Tests that run programs built by Cargo. */
 const WITH_NATIVE = ['differ', 'cluster', 'intake'].map((name) => `tests/node/${name}.test.mjs`);
 
 /**
@@ -41,7 +41,7 @@ export function tasksOf(parts, { fast = false } = {}) {
     rust: rustTasks,
     wasm: wasmTasks,
     node: () => files('node'),
-    browser: () => files('browser', { cores: CORES_OF_A_PAGE }),
+    browser: () => files('browser', { cores: CORES_PER_PAGE }),
     python: pythonTasks,
   };
   const needs = parts.some((part) => ['node', 'browser'].includes(part)) ? [packageTask(fast)] : [];
@@ -52,7 +52,7 @@ export function tasksOf(parts, { fast = false } = {}) {
   }));
 }
 
-/** The tests in a folder. */
+/** Lists the test files of a folder. */
 export function testFiles(folder) {
   if (!existsSync(join(root, folder))) throw new Error(`${folder} is missing.`);
   return readdirSync(join(root, folder))
@@ -61,7 +61,7 @@ export function testFiles(folder) {
     .map((name) => `${folder}/${name}`);
 }
 
-/** A file of tests in a process of its own; its tests one after the other. */
+/** Runs a test file in its own process, its tests one after the other. */
 export function runFile(file, env = {}) {
   return { ...node('--test-reporter=spec', file), env };
 }
@@ -83,12 +83,12 @@ function files(part, { cores = 1 } = {}) {
   }));
 }
 
-/** Where Cargo put its test programs, by `package target`, and the Python module. */
+/** Paths of Cargo's test programs, by `package target`, and of the Python module. */
 let programs = new Map();
-/** For tests that run what Cargo has built: the integration tests' program. */
+/** For tests that run programs built by Cargo: the program of the integration tests. */
 const built = () => ({ TRACECUT_BUILT: programs.get('tracecut integration') });
 
-/** The test programs of the crates; within one its tests run side by side. */
+/** The test programs of the crates; the tests of a program run in parallel. */
 export const RUST_PROGRAMS = [
   { name: 'src, unit tests', crate: 'tracecut', target: 'tracecut' },
   { name: 'tests/rust', crate: 'tracecut', target: 'integration' },
@@ -98,14 +98,14 @@ export const RUST_PROGRAMS = [
   { name: 'bench/tests', crate: 'tracecut-bench', target: 'integration' },
 ];
 
-/** Where the crates lie. */
-const FOLDER_OF = { tracecut: '.', 'tracecut-cli': 'cli', 'tracecut-bench': 'bench' };
+/** Folders of the crates. */
+const CRATE_FOLDERS = { tracecut: '.', 'tracecut-cli': 'cli', 'tracecut-bench': 'bench' };
 
-/** Runs one of these, once it is compiled. */
+/** Runs a compiled test program. */
 export function runProgram({ name, crate, target }, args = []) {
   const command = programs.get(`${crate} ${target}`);
   if (!command) throw new Error(`Cargo made no test program for ${name}.`);
-  return { command, args, cwd: join(root, FOLDER_OF[crate]), env: built() };
+  return { command, args, cwd: join(root, CRATE_FOLDERS[crate]), env: built() };
 }
 
 function rustTasks() {
@@ -134,27 +134,27 @@ function rustTasks() {
     after: [compile.name],
     start: () => ({
       command: 'cargo',
-      // With the features of the others: with its own, all that we use would be compiled again.
+      // With the same features as the others: otherwise all dependencies would be compiled again.
       args: ['test', '--locked', '--doc', ...FEATURES],
     }),
   };
   return [compile, ...tests, examples];
 }
 
-/** The crate that Cargo's name of a package means. */
+/** Returns the crate for Cargo's package ID. */
 function crateOf(id) {
   const folder = /\/(cli|bench)[#@]/.exec(id)?.[1];
   return folder ? `tracecut-${folder}` : 'tracecut';
 }
 
-/** The test programs and the Python module that Cargo's messages name. */
+/** Finds the test programs and the Python module in Cargo's messages. */
 function programsIn(messages) {
-  const made = messages
+  const artifacts = messages
     .split('\n')
     .filter((line) => line.startsWith('{"reason":"compiler-artifact"'))
     .map((line) => JSON.parse(line));
-  const tests = made.filter(({ executable, profile }) => executable && profile.test);
-  const modules = made.filter(({ target }) => target.kind.includes('cdylib') && target.name === '_tracecut');
+  const tests = artifacts.filter(({ executable, profile }) => executable && profile.test);
+  const modules = artifacts.filter(({ target }) => target.kind.includes('cdylib') && target.name === '_tracecut');
   return new Map([
     ...tests.map(({ package_id, target, executable }) => [`${crateOf(package_id)} ${target.name}`, executable]),
     ...modules.map(({ filenames }) => ['tracecut-python', filenames.find((name) => /\.(so|dylib|dll)$/.test(name))]),
@@ -167,19 +167,19 @@ function wasmTasks() {
     part: 'build',
     start: () => node('scripts/tools.mjs', 'wasm-bindgen', 'wasm-pack'),
   };
-  // wasm-pack takes the wasm-bindgen test runner from PATH and downloads nothing.
-  // Compiling takes longer than running: optimised less than other tests.
+  // wasm-pack uses the wasm-bindgen test runner on PATH and downloads nothing.
+  // Compiling takes longer than running, so these are optimised less than other tests.
   const env = { CARGO_PROFILE_DEV_OPT_LEVEL: '1', CARGO_PROFILE_DEV_DEBUG: 'false' };
   const start = () => ({ command: 'wasm-pack', args: ['test', '--node', '--mode', 'no-install', 'tests/wasm'], env });
   return [tools, { name: 'tests/wasm', part: 'wasm', after: [tools.name], start }];
 }
 
-/** Whether there is a Python of 3.9 or later, with what makes environments. */
+/** Returns whether Python 3.9 or later with venv is installed. */
 function hasPython() {
   return output('python3', ['-c', 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 9))']) !== null;
 }
 
-/** The Python package, where Python is there. */
+/** The tasks of the Python package, if Python is installed. */
 function pythonTasks() {
   if (!CRATES.includes('tracecut-python')) {
     console.log('!!! SKIPPED: the Python package and its tests need python3 (3.9 or later) with venv');
@@ -191,7 +191,7 @@ function pythonTasks() {
     part: 'build',
     start: () => python('--prepare'),
   };
-  // Masks are compared with those of the command line, which is built by then; and one folder has one Cargo at a time.
+  // The tests compare masks with the command line's, so it must be built; and Cargo locks its folder.
   const build = {
     name: 'build the Python module',
     part: 'build',
@@ -209,7 +209,7 @@ function pythonTasks() {
   return [prepare, build, ...tests];
 }
 
-/** Whether a file has tests that `npm test` passes over, or does less of. */
+/** Returns whether a file has tests that `npm test` skips or shortens. */
 export function hasLongTests(file) {
   return /onlyLong|TRACECUT_LONG/.test(readFileSync(join(root, file), 'utf8'));
 }

@@ -1,4 +1,4 @@
-// What the package takes of mediabunny: demuxing and muxing; decoding and encoding are the browser's own.
+// The parts of mediabunny that the package uses: demuxing and muxing; the browser decodes and encodes.
 export {
   ALL_FORMATS,
   BlobSource,
@@ -26,6 +26,5 @@ export {
 
 import { LogLevel, Logging } from 'mediabunny';
 
-// What is wrong with a file is said by the error that the caller gets, not on the console; a frame that nobody closed
-// still is.
+// Faults of files are reported by the caller's error, not on the console; unclosed frames still are.
 Logging.level = LogLevel.Errors;

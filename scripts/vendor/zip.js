@@ -1,2 +1,2 @@
-// What the package takes of fflate: deflate for PNG files, and ZIP archives.
+// The parts of fflate that the package uses: deflate for PNG files, and ZIP archives.
 export { Zip, ZipPassThrough, unzipSync, unzlibSync, zipSync, zlibSync } from 'fflate';

@@ -24,7 +24,7 @@ type Spade = ConstrainedDelaunayTriangulation<Site>;
 
 /// A triangulation of the convex hull of some points.
 ///
-/// Law: every edge has a triangle on one side at least, every triangle has three edges in `edges`; edges are sorted by
+/// Invariants: every edge has a triangle on one side at least, every triangle has three edges in `edges`; edges are sorted by
 /// `ends`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Triangulation {
@@ -41,37 +41,37 @@ pub(crate) struct TriangulationEdge {
     pub ends: [u32; 2],
     /// The triangles beside it; one only on the hull.
     pub triangles: [Option<u32>; 2],
-    /// Whether it is one of the lines given, or a piece of one.
-    pub constraint: bool,
+    /// True for a given line or a piece of one.
+    pub is_constraint: bool,
 }
 
-/// The Delaunay edges of `points`, each `(i, j)` with `i < j`, sorted.
+/// Computes the Delaunay edges of `points`, each `(i, j)` with `i < j`, sorted.
 ///
 /// Points on a line are joined in their order; a point at the very place of an earlier one is joined to that one only,
 /// so that no point is left without a neighbour. Coordinates must be finite. O(n log n).
 pub(crate) fn delaunay_edges(points: &[(f32, f32)]) -> Vec<(u32, u32)> {
-    let (sites, mut edges) = distinct(points);
+    let (sites, mut edges) = distinct_sites(points);
     if let Ok(triangulation) = Spade::bulk_load(sites) {
         for edge in triangulation.undirected_edges() {
             let [a, b] = edge.vertices().map(|v| v.data().index);
             edges.push((a.min(b), a.max(b)));
         }
     }
-    order::sort_by_key(&mut edges, |&(a, b)| order::pair(a, b));
+    order::sort_by_key(&mut edges, |&(a, b)| order::pair_key(a, b));
     edges
 }
 
-/// The constrained Delaunay triangulation of `points` in which the `lines` between them are kept (Chew, "Constrained
-/// Delaunay Triangulations", 1989).
+/// Computes the constrained Delaunay triangulation of `points` that contains the `lines` between them (Chew,
+/// "Constrained Delaunay Triangulations", 1989).
 ///
 /// Of points at the same place the first stands for all; a line through further points is kept in pieces; a line that
 /// crosses an earlier one is left out. Coordinates must be finite and indices in range; points on one line only give no
 /// triangle and no edge.
 pub(crate) fn constrained_delaunay(points: &[(f32, f32)], lines: &[(u32, u32)]) -> Triangulation {
-    let (sites, duplicates) = distinct(points);
-    let mut stands_for: Vec<u32> = (0..points.len() as u32).collect();
-    for (first, other) in duplicates {
-        stands_for[other as usize] = stands_for[first as usize];
+    let (sites, duplicates) = distinct_sites(points);
+    let mut representative: Vec<u32> = (0..points.len() as u32).collect();
+    for (first, duplicate) in duplicates {
+        representative[duplicate as usize] = representative[first as usize];
     }
     let Ok(mut spade) = Spade::bulk_load(sites) else {
         return Triangulation::default();
@@ -81,57 +81,62 @@ pub(crate) fn constrained_delaunay(points: &[(f32, f32)], lines: &[(u32, u32)]) 
         handles[vertex.data().index as usize] = vertex.fix();
     }
     for &(a, b) in lines {
-        let [a, b] = [a, b].map(|i| handles[stands_for[i as usize] as usize]);
+        let [a, b] = [a, b].map(|i| handles[representative[i as usize] as usize]);
         if a != b {
             spade.try_add_constraint(a, b);
         }
     }
-    plain(&spade)
+    to_triangulation(&spade)
 }
 
-/// What `spade` found, as indices.
-fn plain(spade: &Spade) -> Triangulation {
+/// Converts spade's triangulation to indices.
+fn to_triangulation(spade: &Spade) -> Triangulation {
     let triangles = spade.inner_faces().map(|face| face.vertices().map(|v| v.data().index)).collect();
     let mut edges = Vec::with_capacity(spade.num_undirected_edges());
     for edge in spade.undirected_edges() {
         let directed = edge.as_directed();
         let [a, b] = edge.vertices().map(|v| v.data().index);
         // The outer face has index 0.
-        let beside = [directed.face(), directed.rev().face()].map(|f| (f.fix().index() as u32).checked_sub(1));
-        if beside != [None, None] {
+        let sides = [directed.face(), directed.rev().face()].map(|f| (f.fix().index() as u32).checked_sub(1));
+        if sides != [None, None] {
             edges.push(TriangulationEdge {
                 ends: [a.min(b), a.max(b)],
-                triangles: beside,
-                constraint: edge.is_constraint_edge(),
+                triangles: sides,
+                is_constraint: edge.is_constraint_edge(),
             });
         }
     }
-    order::sort_by_key(&mut edges, |edge| order::pair(edge.ends[0], edge.ends[1]));
+    order::sort_by_key(&mut edges, |edge| order::pair_key(edge.ends[0], edge.ends[1]));
     Triangulation { triangles, edges }
 }
 
-/// The points in an order of their own, each place once, and pairs of points at the same place: one of those kept,
-/// another one.
-fn distinct(points: &[(f32, f32)]) -> (Vec<Site>, Vec<(u32, u32)>) {
-    let mut ordered: Vec<Site> =
-        (0..).zip(points).map(|(index, &(x, y))| Site { position: Point2::new(settle(x), settle(y)), index }).collect();
-    // Coordinates came as single floats, so that two of them fit into a key.
-    let key = |v: f64| order::single(v as f32);
-    order::sort_by_key(&mut ordered, |site| order::pair(key(site.position.x), key(site.position.y)));
-    let mut same = Vec::with_capacity(3 * points.len());
+/// Returns one site for each place, sorted by x, then y, and pairs of points at the same place: the site's point and
+/// its duplicate.
+fn distinct_sites(points: &[(f32, f32)]) -> (Vec<Site>, Vec<(u32, u32)>) {
+    let mut ordered: Vec<Site> = (0..)
+        .zip(points)
+        .map(|(index, &(x, y))| Site { position: Point2::new(flush_to_zero(x), flush_to_zero(y)), index })
+        .collect();
+    // Coordinates were given as `f32`, so that two of them fit into a key.
+    let key = |v: f64| order::f32_key(v as f32);
+    order::sort_by_key(&mut ordered, |site| order::pair_key(key(site.position.x), key(site.position.y)));
+    let mut duplicates = Vec::with_capacity(3 * points.len());
     let mut sites: Vec<Site> = Vec::with_capacity(points.len());
     for site in ordered {
         match sites.last() {
-            Some(last) if last.position == site.position => same.push((last.index, site.index)),
+            Some(last) if last.position == site.position => duplicates.push((last.index, site.index)),
             _ => sites.push(site),
         }
     }
-    (sites, same)
+    (sites, duplicates)
 }
 
-/// The coordinate as `spade` accepts it: magnitudes below 2^-142 are too small for its predicates and count as zero.
-fn settle(coordinate: f32) -> f64 {
-    if coordinate.abs() < 1e-30 { 0.0 } else { f64::from(coordinate) }
+/// Smallest coordinate that is not rounded to zero. Spade's predicates refuse magnitudes below 2^-142 (2e-43).
+const MIN_COORDINATE_PX: f32 = 1e-30;
+
+/// Rounds coordinates that are too small for spade to zero.
+fn flush_to_zero(coordinate: f32) -> f64 {
+    if coordinate.abs() < MIN_COORDINATE_PX { 0.0 } else { f64::from(coordinate) }
 }
 
 #[cfg(test)]
@@ -139,7 +144,7 @@ mod tests {
     use super::*;
     use crate::rng::Rng;
 
-    /// Every edge that some circle through its ends shows to be Delaunay, by trying all third points: O(n³).
+    /// Finds every edge that some circle through its ends shows to be Delaunay, by trying all third points: O(n³).
     fn naive_edges(points: &[(f32, f32)]) -> Vec<(u32, u32)> {
         let n = points.len();
         let p = |i: usize| (f64::from(points[i].0), f64::from(points[i].1));
@@ -189,7 +194,7 @@ mod tests {
         let points = [(0.0, 0.0), (10.0, 0.0), (10.0, 1.0), (0.0, 1.0), (5.0, 0.5), (0.0, 0.0)];
         let constraints = |lines: &[(u32, u32)]| -> Vec<[u32; 2]> {
             let edges = constrained_delaunay(&points, lines).edges;
-            edges.iter().filter(|e| e.constraint).map(|e| e.ends).collect()
+            edges.iter().filter(|e| e.is_constraint).map(|e| e.ends).collect()
         };
         // A line through a point is kept in two pieces, one from a second point at the same place begins in the first.
         assert_eq!(constraints(&[(5, 2)]), [[0, 4], [2, 4]]);
@@ -197,7 +202,7 @@ mod tests {
         // They meet in the point in the middle; without it the second crosses the first.
         assert_eq!(constraints(&[(0, 2), (1, 3)]), [[0, 4], [1, 4], [2, 4], [3, 4]]);
         let edges = constrained_delaunay(&points[..4], &[(0, 2), (1, 3)]).edges;
-        assert!(edges.iter().any(|e| e.ends == [0, 2] && e.constraint) && edges.iter().all(|e| e.ends != [1, 3]));
+        assert!(edges.iter().any(|e| e.ends == [0, 2] && e.is_constraint) && edges.iter().all(|e| e.ends != [1, 3]));
     }
 
     #[test]

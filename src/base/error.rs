@@ -2,12 +2,12 @@
 
 use std::fmt;
 
-/// Longest side of a frame that is accepted, in pixels.
+/// Longest accepted side of a frame, in pixels: twice the width of an 8K frame, rounded up to a power of two.
 pub const MAX_SIDE: usize = 16_384;
-/// Most pixels of one frame, unless `clip.maxPixels` says otherwise: twice those of 8K.
+/// Largest accepted number of pixels of one frame unless `clip.maxPixels` sets another: twice an 8K frame.
 pub const MAX_PIXELS: usize = 1 << 26;
 
-/// What can go wrong, grouped by whose fault it is: the input, a parameter, or the order of calls.
+/// The errors of this crate, grouped by cause: the input, a parameter, or the order of calls.
 ///
 /// Degenerate but legal input (a still video, a black frame) is never an error.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,13 +20,13 @@ pub enum Error {
         /// Height in pixels.
         height: usize,
     },
-    /// The input is larger than a parameter allows. Looked at before memory is taken for it.
+    /// The input is larger than a parameter allows. Checked before memory is allocated for it.
     TooLarge {
-        /// What there is too much of, and where.
+        /// The thing counted, e.g. `pixels in a frame`.
         what: &'static str,
-        /// How much there is.
+        /// Its number.
         actual: usize,
-        /// How much there may be.
+        /// The largest number allowed.
         limit: usize,
         /// The parameter that sets this limit.
         name: &'static str,
@@ -56,7 +56,7 @@ pub enum Error {
     },
     /// An image file that cannot be decoded.
     Decode {
-        /// What the decoder said.
+        /// The decoder's message.
         reason: String,
     },
     /// A parameter is unknown, of the wrong type, or out of range.
@@ -65,34 +65,34 @@ pub enum Error {
         name: String,
         /// The value given.
         value: String,
-        /// What is legal.
+        /// The legal values.
         expected: String,
     },
     /// Data from outside (trajectories, files) that break their documented form.
     Data {
-        /// What is wrong, with the value and the legal range.
+        /// The breach, with the value and the legal range.
         reason: String,
     },
     /// A call that the session's present state does not allow.
     State {
-        /// What was asked, and what to do instead.
+        /// The call, and what to do instead.
         reason: String,
     },
 }
 
 impl Error {
-    /// Refuses more than the parameter `name` allows.
-    pub(crate) fn unless(actual: usize, limit: u32, what: &'static str, name: &'static str) -> Result<(), Self> {
+    /// Returns [`Error::TooLarge`] if `actual` exceeds the `limit` that the parameter `name` sets.
+    pub(crate) fn check_limit(actual: usize, limit: u32, what: &'static str, name: &'static str) -> Result<(), Self> {
         let limit = limit as usize;
         if actual > limit { Err(Self::TooLarge { what, actual, limit, name }) } else { Ok(()) }
     }
 
-    /// A call that the present state does not allow.
+    /// Returns an [`Error::State`] with this reason.
     pub(crate) fn state(reason: &str) -> Self {
         Self::State { reason: reason.to_owned() }
     }
 
-    /// A short stable code, the same in Rust, on the command line and in JavaScript.
+    /// Returns a short stable code, the same in Rust, on the command line and in JavaScript.
     pub fn code(&self) -> &'static str {
         match self {
             Self::FrameSize { .. } => "frame-size",
@@ -108,7 +108,7 @@ impl Error {
     }
 }
 
-/// Refuses sides that no frame has.
+/// Returns [`Error::FrameSize`] unless both sides are in `1..=`[`MAX_SIDE`].
 pub(crate) fn check_size(width: usize, height: usize) -> Result<(), Error> {
     let legal = 1..=MAX_SIDE;
     if legal.contains(&width) && legal.contains(&height) { Ok(()) } else { Err(Error::FrameSize { width, height }) }

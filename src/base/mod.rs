@@ -1,4 +1,4 @@
-//! What every other room may use: errors, parameters, images, matrices and small tools.
+//! Tools for all other rooms: errors, parameters, images, matrices, sorting and triangulation.
 
 pub(crate) mod delaunay;
 pub(crate) mod error;

@@ -1,41 +1,41 @@
-//! SplitMix64: the only source of pseudo-random numbers, seeded and platform-independent.
+//! The only source of pseudo-random numbers, seeded and platform-independent.
 
-/// A small deterministic generator (Steele, Lea, Flood: "Fast splittable pseudorandom number generators", 2014).
+/// SplitMix64, a small deterministic generator (Steele, Lea, Flood: "Fast splittable pseudorandom number generators", 2014).
 #[derive(Debug, Clone)]
 pub struct Rng(u64);
 
 impl Rng {
-    /// A generator with its own stream for `stage`, so that a draw more in one stage does not move another.
+    /// Creates a generator with a stream of its own for `stage`, so that one more draw in a stage does not change another.
     pub fn for_stage(seed: u64, stage: &str) -> Self {
-        // FNV-1a: any fixed hash will do, it only has to tell stage names apart.
+        // FNV-1a. Any fixed hash serves that differs between stage names.
         let name =
             stage.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
         Self(seed ^ name)
     }
 
-    /// The next 64 bits.
+    /// Draws 64 bits.
     pub fn next_u64(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         mix(self.0)
     }
 
-    /// Uniform in `[0, 1)`.
+    /// Draws a uniform number in `[0, 1)`.
     pub fn uniform(&mut self) -> f64 {
         (self.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Uniform in `[low, high)`.
+    /// Draws a uniform number in `[low, high)`.
     pub fn range(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.uniform()
     }
 
-    /// Uniform in `0..n`; `n` must be positive.
+    /// Draws a uniform index in `0..n`; `n` must be positive.
     pub fn below(&mut self, n: usize) -> usize {
         ((u128::from(self.next_u64()) * n as u128) >> 64) as usize
     }
 }
 
-/// SplitMix64's finaliser: a good hash of one integer.
+/// Hashes an integer by SplitMix64's finaliser.
 pub fn mix(z: u64) -> u64 {
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -5,17 +5,17 @@
 pub struct DisjointSets(Vec<u32>);
 
 impl DisjointSets {
-    /// Every number alone.
+    /// Creates `n` sets of one number each.
     pub fn new(n: usize) -> Self {
         Self((0..n as u32).collect())
     }
 
-    /// Puts `i` alone again. Sets stay sound only if all members of its set are reset.
+    /// Makes `i` a set of its own again. All members of its former set must be reset.
     pub(crate) fn reset(&mut self, i: usize) {
         self.0[i] = i as u32;
     }
 
-    /// The smallest member of the set of `i`.
+    /// Returns the smallest member of the set of `i`.
     pub fn root(&mut self, mut i: usize) -> usize {
         while self.0[i] as usize != i {
             self.0[i] = self.0[self.0[i] as usize];
@@ -24,7 +24,7 @@ impl DisjointSets {
         i
     }
 
-    /// Makes one set of those of `i` and `j`.
+    /// Merges the sets of `i` and `j`.
     pub fn join(&mut self, i: usize, j: usize) {
         let (a, b) = (self.root(i), self.root(j));
         self.0[a.max(b)] = a.min(b) as u32;

@@ -4,12 +4,12 @@ use crate::{Error, order};
 
 /// A symmetric `n × n` matrix in compressed rows.
 ///
-/// Law: row `i` has the entries `offset[i]..offset[i + 1]`; `offset.len() == n + 1`; the columns of a row increase;
+/// Invariants: row `i` has the entries `offset[i]..offset[i + 1]`; `offset.len() == n + 1`; the columns of a row increase;
 /// every entry `(i, j)` has its mirror `(j, i)` of the same value; all values are finite. Values are stored in single
-/// precision, which halves the time of a product (it waits for memory); all sums are made in double precision.
+/// precision, which halves the time of a product (it is bound by memory); sums are in double precision.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SymCsr {
-    /// Where each row begins; `n + 1` numbers.
+    /// Start of each row; `n + 1` numbers.
     pub offset: Vec<u32>,
     /// Column of each entry.
     pub column: Vec<u32>,
@@ -18,7 +18,7 @@ pub struct SymCsr {
 }
 
 impl SymCsr {
-    /// From the entries above the diagonal (`i < j`, in any order, no duplicates); mirrors are added.
+    /// Builds the matrix from its entries above the diagonal (`i < j`, in any order, no duplicates).
     pub fn from_upper(n: usize, entries: &[(u32, u32, f32)]) -> Self {
         let mut offset = vec![0_u32; n + 1];
         for &(i, j, _) in entries {
@@ -33,9 +33,9 @@ impl SymCsr {
         let mut value = vec![0.0; 2 * entries.len()];
         let mut sorted = std::borrow::Cow::Borrowed(entries);
         if !entries.is_sorted_by_key(|&(i, j, _)| (i, j)) {
-            order::sort_by_key(sorted.to_mut(), |&(i, j, _)| order::pair(i, j));
+            order::sort_by_key(sorted.to_mut(), |&(i, j, _)| order::pair_key(i, j));
         }
-        // Lower mirrors first: rows then receive their small columns before their large ones, each in order.
+        // Lower mirrors first: rows then receive their columns in increasing order.
         for (row, col, w) in sorted.iter().map(|e| (e.1, e.0, e.2)).chain(sorted.iter().map(|e| (e.0, e.1, e.2))) {
             let slot = next[row as usize] as usize;
             (column[slot], value[slot]) = (col, w);
@@ -44,63 +44,31 @@ impl SymCsr {
         Self { offset, column, value }
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn len(&self) -> usize {
         self.offset.len().saturating_sub(1)
     }
 
     #[doc(hidden)]
-    /// Whether the matrix has no rows.
+    /// Returns true if the matrix has no rows.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Columns and values of row `i`.
+    /// Returns columns and values of row `i`.
     pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let range = self.offset[i] as usize..self.offset[i + 1] as usize;
         self.column[range.clone()].iter().zip(&self.value[range]).map(|(&j, &w)| (j as usize, f64::from(w)))
     }
 
-    /// `out_r = scale_r Σ_j A_ij x_j` with `i = rows_r`, for `B` vectors at once, `x_j` being their entries `j`.
-    ///
-    /// Uses the widest instructions of the machine; the order of the sums does not depend on which those are.
-    pub(crate) fn multiply<const B: usize>(&self, rows: &[u32], scale: &[f64], x: &[[f64; B]], out: &mut [[f64; B]]) {
-        pulp::Arch::new().dispatch(Product { matrix: self, rows, scale, x, out });
-    }
-
     #[doc(hidden)]
-    /// Row sums: the degrees `D_ii` of the graph.
+    /// Computes the row sums, the degrees `D_ii` of the graph.
     pub fn degrees(&self) -> Vec<f64> {
         (0..self.len()).map(|i| self.row(i).map(|(_, w)| w).sum()).collect()
     }
 
-    /// The connected component of each node and their number; components are numbered by their first node.
-    pub(crate) fn components(&self) -> (Vec<u32>, usize) {
-        const UNSEEN: u32 = u32::MAX;
-        let mut component = vec![UNSEEN; self.len()];
-        let mut count = 0;
-        let mut stack = Vec::new();
-        for start in 0..self.len() {
-            if component[start] != UNSEEN {
-                continue;
-            }
-            component[start] = count;
-            stack.push(start);
-            while let Some(i) = stack.pop() {
-                for (j, _) in self.row(i) {
-                    if component[j] == UNSEEN {
-                        component[j] = count;
-                        stack.push(j);
-                    }
-                }
-            }
-            count += 1;
-        }
-        (component, count as usize)
-    }
-
     #[doc(hidden)]
-    /// Checks the law of the type.
+    /// Checks the invariants of the type.
     ///
     /// # Errors
     /// [`Error::Data`] naming the first breach.
@@ -130,44 +98,6 @@ impl SymCsr {
     }
 }
 
-/// The arguments of [`SymCsr::multiply`].
-struct Product<'a, const B: usize> {
-    matrix: &'a SymCsr,
-    rows: &'a [u32],
-    scale: &'a [f64],
-    x: &'a [[f64; B]],
-    out: &'a mut [[f64; B]],
-}
-
-impl<const B: usize> pulp::WithSimd for Product<'_, B> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let SymCsr { offset, column, value } = self.matrix;
-        for ((&i, &s), out) in self.rows.iter().zip(self.scale).zip(self.out) {
-            let row = offset[i as usize] as usize..offset[i as usize + 1] as usize;
-            // Two entries at a time, each into its own sum: additions to one sum would wait for each other. On wasm32,
-            // where one entry fills several registers, that has been measured to be slower.
-            let paired = if cfg!(target_arch = "wasm32") { 0 } else { row.len() & !1 };
-            let (columns, last_column) = column[row.clone()].split_at(paired);
-            let (values, last_value) = value[row].split_at(paired);
-            let (columns, values) = (columns.as_chunks::<2>().0, values.as_chunks::<2>().0);
-            let (mut even, mut odd) = ([0.0; B], [0.0; B]);
-            for (j, w) in columns.iter().zip(values) {
-                let (x, y) = (&self.x[j[0] as usize], &self.x[j[1] as usize]);
-                let (w, v) = (f64::from(w[0]), f64::from(w[1]));
-                (0..B).for_each(|c| even[c] += w * x[c]);
-                (0..B).for_each(|c| odd[c] += v * y[c]);
-            }
-            for (&j, &w) in last_column.iter().zip(last_value) {
-                (0..B).for_each(|c| even[c] += f64::from(w) * self.x[j as usize][c]);
-            }
-            (0..B).for_each(|c| out[c] = s * (even[c] + odd[c]));
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -178,27 +108,6 @@ mod tests {
         m.check().unwrap();
         assert_eq!(m.row(2).collect::<Vec<_>>(), [(0, 1.0), (1, 2.0)]);
         assert_eq!(m.degrees(), [4.0, 5.0, 3.0, 0.0]);
-        assert_eq!(m.components(), (vec![0, 0, 0, 1], 2));
-    }
-
-    #[test]
-    fn scalar_and_widest_instructions_give_the_same_bits() {
-        let mut rng = crate::rng::Rng::for_stage(3, "test");
-        let n = 61;
-        let pairs = (0..n as u32).flat_map(|i| (i + 1..n as u32).map(move |j| (i, j)));
-        let chosen: Vec<_> = pairs.filter(|_| rng.below(3) == 0).collect();
-        let entries: Vec<_> = chosen.into_iter().map(|(i, j)| (i, j, rng.range(-1.0, 1.0) as f32)).collect();
-        let matrix = SymCsr::from_upper(n, &entries);
-        let rows: Vec<u32> = (0..n as u32).collect();
-        let scale: Vec<f64> = (0..n).map(|_| rng.range(0.0, 1e3)).collect();
-        let x: Vec<[f64; 4]> = (0..n).map(|_| std::array::from_fn(|_| rng.range(-1e3, 1e3))).collect();
-        let (mut widest, mut scalar) = (vec![[0.0; 4]; n], vec![[0.0; 4]; n]);
-        matrix.multiply(&rows, &scale, &x, &mut widest);
-        let product = Product { matrix: &matrix, rows: &rows, scale: &scale, x: &x, out: &mut scalar };
-        pulp::Simd::vectorize(pulp::Scalar, product);
-        let bits = |v: &[[f64; 4]]| v.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>();
-        assert_eq!(bits(&widest), bits(&scalar));
-        assert!(widest.iter().flatten().any(|&v| v != 0.0));
     }
 
     #[test]
@@ -206,6 +115,5 @@ mod tests {
         let m = SymCsr::from_upper(0, &[]);
         m.check().unwrap();
         assert!(m.is_empty());
-        assert_eq!(m.components().1, 0);
     }
 }

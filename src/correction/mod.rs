@@ -1,81 +1,77 @@
-//! Corrections by the user: what to change in a finished segmentation, and what follows for its trajectories.
+//! Corrections of a finished segmentation by the user, and the labels of trajectories that follow from them.
 //!
-//! In: the trajectories with the mask label of each, their affinities, and a [`Correction`]. Out: another mask label
-//! for some of the trajectories. The session then makes clusters of them and cuts again what is concerned; nothing
-//! before the clusters is made anew.
+//! In: the trajectories with their mask labels and affinities, and a [`Correction`]. Out: new mask labels of some
+//! trajectories. The session then regroups the clusters and cuts the affected superpixels again; stages before the clusters
+//! do not run again.
 //!
-//! 1. [`Correction::Merge`] renames. [`Correction::Split`] parts an object into the clusters that it has, or else along
-//!    the weakest place of its own affinities (`halves`).
-//! 2. Strokes say of the trajectories and pixels under them that they are one thing, or several (`stroke`). They hold
-//!    for these as they stand; the others follow by random walks over the affinities (`decide`).
-//! 3. Trajectories of labels that a correction does not touch keep theirs, and labels keep their meaning: a new object
-//!    takes the lowest number that is free.
+//! 1. [`Correction::Merge`] renames. [`Correction::Split`] divides an object into its clusters, or if it has only one, along
+//!    the least normalised cut of its own affinities (`bisect`).
+//! 2. Strokes join or split the trajectories and pixels under them (`stroke`). The others follow by random walks over the
+//!    affinities (`decision`, `random_walk`).
+//! 3. Trajectories of labels that a correction does not affect keep them, and labels keep their meaning: a new object takes
+//!    the lowest free number.
 //!
-//! Both the weakest place and the walks are found in one graph: the affinities as far as the trajectories also stay
-//! near each other or take each other's place (`graph`). Motion alone did not part what the user wants parted, so that
-//! space has to say where.
+//! Cuts and walks use one graph: the affinities of trajectories that also stay near each other or succeed each other
+//! (`graph`). Motion alone did not separate what the user wants separated, so distance has to.
 //!
-//! **Why not embed again.** Constraints on affinities could go through the whole chain of embedding, discontinuities
-//! and clusters. A stroke has some dozen trajectories; the affinities between them weigh nothing among a million
-//! others, and the leading eigenvectors stay as they are. What did change could be anything anywhere. The walk is that
-//! whose eigenvectors the embedding consists of (`P = D⁻¹ A`), with the strokes as places where it ends: it takes a
-//! tenth of a second, and changes what the strokes speak of.
+//! **Why not embed again.** Constraints on affinities could go through embedding, discontinuities and clusters again. But a
+//! stroke has a few dozen trajectories, whose affinities are few among a million others: the leading eigenvectors would
+//! hardly change, or change anywhere. The walk is the one whose eigenvectors form the embedding (`P = D⁻¹ A`), with
+//! absorption at the strokes: it takes a tenth of a second and changes only what the strokes cover and its surroundings.
 //!
-//! In the cut, superpixels that a stroke lies over to a good part can have its label only, the denser trajectories
-//! there vote for it, and in the mask the pixels under the middle of the stroke have it (`session`'s `recut`).
+//! In the cut, superpixels of which a stroke covers a good part are fixed to its label, the mask trajectories there vote for
+//! it, and in the mask the pixels under the core of the stroke have it (`recut` of `session`).
 //!
-//! Limits: a part of a thing that neither moves nor lies apart from the rest, such as a rider on a horse, takes several
-//! strokes in several frames. Where trajectories are short, what a stroke says reaches only as far in time as they and
-//! those after them do.
+//! Limits: a part of an object that neither moves differently nor lies apart, such as a rider on a horse, takes several
+//! strokes in several frames. If trajectories are short, a stroke reaches only as far in time as they and their successors.
 
-mod decide;
+mod bisect;
+mod decision;
 mod graph;
-mod halves;
+mod random_walk;
 mod regroup;
 mod stroke;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use decide::{Painted, apart, distinct, free_labels, together};
-pub(crate) use graph::near_affinities;
-pub(crate) use halves::{halves, part_at};
+pub(crate) use bisect::{bisect, part_containing};
+pub(crate) use decision::{NO_FREE_LABEL, StrokeInput, distinct, free_labels, join_strokes, split_strokes};
+pub(crate) use graph::proximity_graph;
 pub(crate) use regroup::regroup;
 pub use stroke::Stroke;
-pub(crate) use stroke::{cores, under_strokes};
+pub(crate) use stroke::{core_pixels, strokes_over_tracks};
 
-/// What the user wants changed. Labels are those of the masks.
+/// A correction of the masks. Labels are mask labels.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Correction {
-    /// What is `from` becomes `into`; 0 makes it background.
+    /// Merges the object `from` into `into`; 0 makes it background.
     Merge {
-        /// The label that stays.
+        /// The label that remains.
         into: u8,
-        /// The label that goes.
+        /// The label that is replaced.
         from: u8,
     },
-    /// An object becomes two. The part at the point gets a new label, without a point the smaller part.
+    /// Splits an object in two. The part at the point gets a new label; without a point, the smaller part.
     Split {
-        /// The object; 0, which needs a point, makes an object of what is there in the background.
+        /// The object; 0, which needs a point, makes a part of the background an object.
         label: u8,
-        /// Frame, and place in input pixels.
+        /// Frame and position in input pixels.
         at: Option<(usize, f32, f32)>,
     },
-    /// All that these strokes touch is one thing.
-    Together(Vec<Stroke>),
-    /// Each of these strokes is a thing of its own.
-    Apart(Vec<Stroke>),
+    /// Joins everything under the strokes into one object.
+    JoinStrokes(Vec<Stroke>),
+    /// Makes each stroke an object of its own.
+    SplitStrokes(Vec<Stroke>),
 }
 
-/// Pixels of a frame that a stroke holds to a label.
+/// Pixels and trajectories whose label a stroke fixes.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Held {
-    /// The frame.
-    pub t: usize,
-    /// The pixels, increasing, row by row at working size.
-    pub pixels: Vec<u32>,
-    /// The trajectories under the stroke.
-    pub tracks: Vec<u32>,
-    /// Their label.
-    pub label: u8,
+pub(crate) struct StrokeConstraint {
+    pub(crate) t: usize,
+    /// Pixels at working size, row by row, increasing.
+    pub(crate) pixels: Vec<u32>,
+    /// Trajectories under the stroke.
+    pub(crate) tracks: Vec<u32>,
+    pub(crate) label: u8,
 }

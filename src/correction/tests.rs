@@ -1,6 +1,6 @@
-//! Laws of what strokes mean.
+//! Tests of the meaning of strokes.
 
-use super::decide::Decision;
+use super::decision::Decision;
 use super::*;
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;
@@ -31,7 +31,7 @@ fn decide(
     labels: &[u8],
     strokes: &[usize],
     over: &[&[u8]],
-    verb: fn(&Painted) -> Result<Decision, crate::Error>,
+    verb: fn(&StrokeInput) -> Result<Decision, crate::Error>,
 ) -> Result<Decision, crate::Error> {
     let (tracks, affinities) = blocks(columns);
     let label = of_blocks(labels);
@@ -40,15 +40,15 @@ fn decide(
         (0..4).for_each(|row| under[16 * block + 4 * row] = Some(k));
     }
     let over: Vec<Vec<u8>> = over.iter().map(|o| o.to_vec()).collect();
-    verb(&Painted {
+    verb(&StrokeInput {
         tracks: &tracks,
         spacing: 8.0,
         affinities: &affinities,
         label: &label,
-        used: &distinct(labels),
-        settled: &vec![false; tracks.len()],
-        under: &under,
-        over: &over,
+        used_labels: &distinct(labels),
+        is_fixed: &vec![false; tracks.len()],
+        stroke: &under,
+        core_labels: &over,
     })
 }
 
@@ -56,19 +56,19 @@ fn decide(
 fn strokes_over_one_object_divide_it_and_the_larger_part_keeps_the_label() {
     // Two figures that move alike, 24 pixels apart; the one on the right has two blocks.
     let columns = [0, 200, 248, 280];
-    let found = decide(&columns, &[0, 1, 1, 1], &[1, 2], &[&[1; 9], &[1; 9]], apart).unwrap();
-    assert_eq!(found.label, of_blocks(&[0, 2, 1, 1]));
-    assert_eq!((found.of_stroke, found.concerned), (vec![2, 1], vec![1, 2]));
+    let decision = decide(&columns, &[0, 1, 1, 1], &[1, 2], &[&[1; 9], &[1; 9]], split_strokes).unwrap();
+    assert_eq!(decision.label, of_blocks(&[0, 2, 1, 1]));
+    assert_eq!((decision.stroke_labels, decision.affected), (vec![2, 1], vec![1, 2]));
 }
 
 #[test]
 fn a_stroke_that_also_lies_over_background_takes_out_of_an_object_what_is_bound_to_it() {
     let columns = [0, 200, 300];
-    let found = decide(&columns, &[0, 1, 1], &[1, 2], &[&[1; 9], &[1, 1, 1, 0]], apart).unwrap();
-    assert_eq!(found.of_stroke, [1, 0]);
-    assert_eq!(found.label[16..32], [1; 16]);
-    assert!((0..4).all(|row| found.label[32 + 4 * row] == 0), "what is under the stroke");
-    assert_eq!(found.concerned, [0, 1]);
+    let decision = decide(&columns, &[0, 1, 1], &[1, 2], &[&[1; 9], &[1, 1, 1, 0]], split_strokes).unwrap();
+    assert_eq!(decision.stroke_labels, [1, 0]);
+    assert_eq!(decision.label[16..32], [1; 16]);
+    assert!((0..4).all(|row| decision.label[32 + 4 * row] == 0), "what is under the stroke");
+    assert_eq!(decision.affected, [0, 1]);
 }
 
 #[test]
@@ -78,72 +78,76 @@ fn a_stroke_over_no_trajectory_is_background_and_makes_no_object() {
     let mut under = vec![None; 32];
     under[16] = Some(0);
     let over = [vec![1; 5], vec![1; 5]];
-    let painted = Painted {
+    let input = StrokeInput {
         tracks: &tracks,
         spacing: 8.0,
         affinities: &affinities,
         label: &label,
-        used: &[0, 1],
-        settled: &[false; 32],
-        under: &under,
-        over: &over,
+        used_labels: &[0, 1],
+        is_fixed: &[false; 32],
+        stroke: &under,
+        core_labels: &over,
     };
-    let found = apart(&painted).unwrap();
-    assert_eq!((found.of_stroke, found.label), (vec![1, 0], label.clone()));
-    let nowhere = Painted { over: &[vec![0; 5], vec![0; 5]], ..painted };
-    assert!(apart(&nowhere).unwrap_err().to_string().contains("stroke 1 lies over no trajectory"));
+    let decision = split_strokes(&input).unwrap();
+    assert_eq!((decision.stroke_labels, decision.label), (vec![1, 0], label.clone()));
+    let nowhere = StrokeInput { core_labels: &[vec![0; 5], vec![0; 5]], ..input };
+    assert!(split_strokes(&nowhere).unwrap_err().to_string().contains("stroke 1 lies over no trajectory"));
     // Where no cluster is background, masks cannot have any either (found by the fuzzer).
-    let all_objects = Painted { used: &[1, 2], ..painted };
-    assert!(apart(&all_objects).unwrap_err().to_string().contains("stroke 1 lies over no trajectory"));
+    let all_objects = StrokeInput { used_labels: &[1, 2], ..input };
+    assert!(split_strokes(&all_objects).unwrap_err().to_string().contains("stroke 1 lies over no trajectory"));
 }
 
 #[test]
 fn strokes_over_different_labels_have_them_already() {
-    let found = decide(&[0, 200], &[0, 3], &[0, 1], &[&[0; 4], &[3; 4]], apart).unwrap();
-    assert_eq!((found.label, found.of_stroke), (of_blocks(&[0, 3]), vec![0, 3]));
+    let decision = decide(&[0, 200], &[0, 3], &[0, 1], &[&[0; 4], &[3; 4]], split_strokes).unwrap();
+    assert_eq!((decision.label, decision.stroke_labels), (of_blocks(&[0, 3]), vec![0, 3]));
 }
 
 #[test]
 fn of_the_background_a_new_object_takes_only_what_is_bound_to_its_stroke() {
     let columns = [0, 40, 80, 120, 300];
-    let found = decide(&columns, &[0; 5], &[4, 1], &[&[0; 9], &[0; 9]], apart).unwrap();
-    assert_eq!(found.of_stroke, [1, 0]);
-    assert_eq!(found.label[..64], [0; 64]);
-    assert!((0..4).all(|row| found.label[64 + 4 * row] == 1));
+    let decision = decide(&columns, &[0; 5], &[4, 1], &[&[0; 9], &[0; 9]], split_strokes).unwrap();
+    assert_eq!(decision.stroke_labels, [1, 0]);
+    assert_eq!(decision.label[..64], [0; 64]);
+    assert!((0..4).all(|row| decision.label[64 + 4 * row] == 1));
 }
 
 #[test]
-fn together_joins_objects_to_the_lowest_and_background_under_the_stroke() {
+fn joining_joins_objects_to_the_lowest_and_background_under_the_stroke() {
     let columns = [0, 100, 200, 300];
-    let found = decide(&columns, &[0, 5, 2, 7], &[1, 2], &[&[5; 9], &[2, 2, 5]], together).unwrap();
-    assert_eq!((found.label, found.concerned), (of_blocks(&[0, 2, 2, 7]), vec![2, 5]));
-    let found = decide(&columns, &[0, 5, 2, 7], &[1, 0], &[&[5; 9], &[0; 9]], together).unwrap();
-    assert_eq!(found.of_stroke, [5, 5]);
-    assert!((0..4).all(|row| found.label[4 * row] == 5 && found.label[4 * row + 3] == 0), "{:?}", &found.label[..16]);
-    assert_eq!(found.label[16..], of_blocks(&[5, 2, 7]));
+    let decision = decide(&columns, &[0, 5, 2, 7], &[1, 2], &[&[5; 9], &[2, 2, 5]], join_strokes).unwrap();
+    assert_eq!((decision.label, decision.affected), (of_blocks(&[0, 2, 2, 7]), vec![2, 5]));
+    let decision = decide(&columns, &[0, 5, 2, 7], &[1, 0], &[&[5; 9], &[0; 9]], join_strokes).unwrap();
+    assert_eq!(decision.stroke_labels, [5, 5]);
+    assert!(
+        (0..4).all(|row| decision.label[4 * row] == 5 && decision.label[4 * row + 3] == 0),
+        "{:?}",
+        &decision.label[..16]
+    );
+    assert_eq!(decision.label[16..], of_blocks(&[5, 2, 7]));
     // A corner of an object is enough where there is no more of any.
-    let found = decide(&columns, &[0, 5, 2, 7], &[0], &[&[0, 0, 0, 0, 0, 0, 0, 0, 7]], together).unwrap();
-    assert_eq!(found.of_stroke, [7]);
+    let decision = decide(&columns, &[0, 5, 2, 7], &[0], &[&[0, 0, 0, 0, 0, 0, 0, 0, 7]], join_strokes).unwrap();
+    assert_eq!(decision.stroke_labels, [7]);
 }
 
 #[test]
-fn together_needs_an_object_and_leaves_some_background() {
-    let nothing = decide(&[0, 100], &[0, 1], &[0], &[&[0; 9]], together).unwrap_err();
+fn joining_needs_an_object_and_leaves_some_background() {
+    let nothing = decide(&[0, 100], &[0, 1], &[0], &[&[0; 9]], join_strokes).unwrap_err();
     assert!(nothing.to_string().contains("over no object"), "{nothing}");
     let (tracks, affinities) = blocks(&[0]);
-    let painted = Painted {
+    let input = StrokeInput {
         tracks: &tracks,
         spacing: 8.0,
         affinities: &affinities,
         label: &[0; 16],
-        used: &[0, 1],
-        settled: &[false; 16],
-        under: &[Some(0); 16],
-        over: &[vec![1; 3]],
+        used_labels: &[0, 1],
+        is_fixed: &[false; 16],
+        stroke: &[Some(0); 16],
+        core_labels: &[vec![1; 3]],
     };
-    assert!(together(&painted).unwrap_err().to_string().contains("nothing would be left"));
-    let none = Painted { label: &[], under: &[], settled: &[], tracks: &Trajectories::default(), ..painted };
-    assert_eq!(together(&none).unwrap(), Decision { label: vec![], of_stroke: vec![1], concerned: vec![1] });
+    assert!(join_strokes(&input).unwrap_err().to_string().contains("no background would be left"));
+    let none = StrokeInput { label: &[], stroke: &[], is_fixed: &[], tracks: &Trajectories::default(), ..input };
+    assert_eq!(join_strokes(&none).unwrap(), Decision { label: vec![], stroke_labels: vec![1], affected: vec![1] });
 }
 
 #[test]
@@ -152,19 +156,19 @@ fn what_earlier_strokes_hold_stays() {
     let label = of_blocks(&[0, 1, 1]);
     let mut under = vec![None; 48];
     (under[16], under[47]) = (Some(0), Some(1));
-    let mut settled = vec![false; 48];
-    settled[46] = true;
+    let mut is_fixed = vec![false; 48];
+    is_fixed[46] = true;
     let over = [vec![1; 5], vec![1; 5]];
-    let painted = Painted {
+    let input = StrokeInput {
         tracks: &tracks,
         spacing: 8.0,
         affinities: &affinities,
         label: &label,
-        used: &[0, 1],
-        settled: &settled,
-        under: &under,
-        over: &over,
+        used_labels: &[0, 1],
+        is_fixed: &is_fixed,
+        stroke: &under,
+        core_labels: &over,
     };
-    let found = apart(&painted).unwrap();
-    assert_eq!((found.label[46], found.label[47], found.label[45]), (1, 2, 2));
+    let decision = split_strokes(&input).unwrap();
+    assert_eq!((decision.label[46], decision.label[47], decision.label[45]), (1, 2, 2));
 }

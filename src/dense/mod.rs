@@ -1,4 +1,4 @@
-//! From frames to superpixels, and from labelled trajectories to a label for each.
+//! Contours and superpixels of frames, and the labelling of superpixels.
 
 pub mod contour;
 pub mod cut;

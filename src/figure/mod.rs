@@ -1,12 +1,11 @@
-//! What is an object: what stands out before the camera's motion, in which pieces and clusters, and what the background
-//! says.
+//! Figure and ground: camera motion, saliency, clusters of trajectories, and the clusters that are objects.
 
 pub mod background;
 pub mod camera;
+pub(crate) mod classify;
 pub mod connectedness;
 pub mod discretize;
 #[doc(hidden)]
 pub mod evidence;
-pub(crate) mod judge;
 pub(crate) mod objects;
 pub mod saliency;

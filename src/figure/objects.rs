@@ -1,29 +1,30 @@
-//! Which clusters are objects, and which are the scene behind them.
+//! Classification of clusters as objects or scene, by the frame border.
 //!
-//! The scene runs on beyond the frame, objects mostly end inside of it. So clusters are told apart by how much of the
-//! frame's rim they hold. The frame is laid out in square cells, eight along its shorter side; the outermost are its
-//! rim. In each frame a cell counts for the clusters of the trajectories in it, in proportion, and as one whatever
-//! their number. What is known of a cluster is weighed ([`crate::evidence`]): its share of the rim over its share of all
-//! cells, and how far it is from the motion of the camera.
+//! The scene runs on beyond the frame, while objects mostly end inside of it. The frame is divided into square cells, eight
+//! along its shorter side; the outermost are its border. In each frame a cell counts for the clusters of its trajectories,
+//! in proportion. A cluster's border share is its part of all border cells over its part of all cells; that and its
+//! contrast to the camera's motion give its log-odds ([`crate::evidence`]).
 //!
-//! Far and near parts of the scene, which parallax makes different clusters, are both background by this rule. It looks
-//! at trajectories and not at the pixels of masks, since the cut gives what has no trajectories, such as a plain sky,
-//! to whatever lies beside it; and at cells, since trajectories are dense on one thing and sparse on another. Not in
-//! the paper, which leaves open what the background is.
+//! Near and far parts of the scene, which parallax makes different clusters, are both background by this rule. It counts
+//! trajectories and not the pixels of masks, since the cut gives areas without trajectories, such as a plain sky, to
+//! whatever lies beside them; and cells, since the density of trajectories varies. Not in the paper, which does not define
+//! the background. Cost: O(points). It fails where an object fills one side of the frame.
 
 use crate::discretize::Clusters;
-use crate::evidence::Signs;
+use crate::evidence::ClusterCues;
 use crate::order;
 use crate::trajectory::Trajectories;
 
-/// Cells along the shorter side of the frame.
-const CELLS: usize = 8;
+/// Cells along the shorter side of the frame. Chosen by eye.
+const CELLS_PER_SIDE: usize = 8;
+/// Most objects: masks have a byte a pixel.
+const MAX_OBJECTS: usize = 255;
 
-/// The mask label of each cluster.
+/// Mask label of each cluster.
 ///
 /// Law: 0 is the background; [`find_objects`] numbers objects 1, 2, ... by falling area, and all but the 255 largest
-/// count as background. In later windows of a long clip objects keep the labels that they had before, and so they do
-/// when the user corrects some, so that there may be gaps.
+/// count as background. Objects keep their labels in later windows of a long clip and when the user corrects some, so
+/// that there may be gaps.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Objects {
     /// The highest label.
@@ -33,16 +34,16 @@ pub struct Objects {
 }
 
 impl Objects {
-    /// The labels of all objects, lowest first.
+    /// Returns the labels of all objects, lowest first.
     pub fn labels(&self) -> Vec<u8> {
         (1..=255).filter(|label| self.of_cluster.contains(label)).collect()
     }
 }
 
-/// Tells objects from background; the cluster with most of the rim is background in any case.
+/// Classifies clusters by the frame border. The cluster with most of the border is always background.
 ///
 /// # Examples
-/// A trajectory for each digit, which is its cluster: what the rim encloses is an object.
+/// A trajectory for each digit, which is its cluster: one that the border encloses is an object.
 ///
 /// ```
 /// use tracecut::discretize::Clusters;
@@ -66,85 +67,82 @@ pub fn find_objects(tracks: &Trajectories, clusters: &Clusters) -> Objects {
     find_objects_above(tracks, clusters, 0.0)
 }
 
-/// The same where more than `least` must speak for an object.
-pub(crate) fn find_objects_above(tracks: &Trajectories, clusters: &Clusters, least: f64) -> Objects {
-    let census = Census::take(tracks, clusters);
-    let signs = census.signs(&[]);
-    let is_object = |&c: &usize| signs[c].is_some_and(|signs| signs.value() > least);
-    numbered(&census, (0..clusters.count).filter(is_object).collect())
+/// Same as [`find_objects`], for objects of more than `min_log_odds`.
+pub(crate) fn find_objects_above(tracks: &Trajectories, clusters: &Clusters, min_log_odds: f64) -> Objects {
+    let counts = CellCounts::new(tracks, clusters);
+    let cues = counts.cues(&[]);
+    let is_object = |&c: &usize| cues[c].is_some_and(|cues| cues.log_odds() > min_log_odds);
+    counts.number((0..clusters.count).filter(is_object).collect())
 }
 
-/// What clusters are judged by; `None` for the one that is background in any case. `strangeness` is how far each is from
-/// the camera's motion, empty where it is not known.
-pub(crate) fn signs(tracks: &Trajectories, clusters: &Clusters, strangeness: &[f64]) -> Vec<Option<Signs>> {
-    Census::take(tracks, clusters).signs(strangeness)
+/// Returns the cues of each cluster; `None` for the one that is always background. `contrasts` has each cluster's contrast
+/// to the camera's motion, and is empty if unknown.
+pub(crate) fn cluster_cues(tracks: &Trajectories, clusters: &Clusters, contrasts: &[f64]) -> Vec<Option<ClusterCues>> {
+    CellCounts::new(tracks, clusters).cues(contrasts)
 }
 
 /// Numbers the clusters that are objects by falling area; all but the 255 largest become background.
 #[must_use]
 pub fn number_objects(tracks: &Trajectories, clusters: &Clusters, is_object: &[bool]) -> Objects {
-    let census = Census::take(tracks, clusters);
-    numbered(&census, (0..clusters.count).filter(|&c| is_object[c]).collect())
+    CellCounts::new(tracks, clusters).number((0..clusters.count).filter(|&c| is_object[c]).collect())
 }
 
-/// Labels by falling area for the clusters `found`.
-fn numbered(census: &Census, mut found: Vec<usize>) -> Objects {
-    order::sort_by_key(&mut found, |&c| !order::double(census.cells[c]));
-    found.truncate(255);
-    let mut of_cluster = vec![0; census.cells.len()];
-    for (label, &c) in (1..=255).zip(&found) {
-        of_cluster[c] = label;
-    }
-    Objects { highest_label: found.len(), of_cluster }
-}
-
-/// What each cluster covers, summed over the frames.
-struct Census {
-    /// Cells, and parts of cells.
+/// Number of cells that each cluster covers, with fractions, summed over the frames.
+struct CellCounts {
     cells: Vec<f64>,
-    /// Those of them on the rim.
-    rim: Vec<f64>,
+    /// Cells at the frame border.
+    border_cells: Vec<f64>,
 }
 
-impl Census {
-    /// The cluster with most of the rim has none.
-    fn signs(&self, strangeness: &[f64]) -> Vec<Option<Signs>> {
-        let total = |counts: &[f64]| counts.iter().sum::<f64>();
-        let typical = total(&self.rim) / total(&self.cells).max(1.0);
-        let of = |c: usize| Signs::Moving {
-            rim: self.rim[c] / (typical * self.cells[c]).max(1e-9),
-            strangeness: strangeness.get(c).copied(),
-        };
-        let count = self.cells.len();
-        let surrounding = (0..count).rev().max_by(|&a, &b| self.rim[a].total_cmp(&self.rim[b]));
-        (0..count).map(|c| (Some(c) != surrounding).then(|| of(c))).collect()
-    }
-
-    fn take(tracks: &Trajectories, clusters: &Clusters) -> Self {
+impl CellCounts {
+    fn new(tracks: &Trajectories, clusters: &Clusters) -> Self {
         let count = clusters.count;
-        let (mut cells, mut rim) = (vec![0.0; count], vec![0.0; count]);
+        let (mut cells, mut border_cells) = (vec![0.0; count], vec![0.0; count]);
         let (w, h) = (tracks.size.0 as f32, tracks.size.1 as f32);
-        let cell = (w.min(h) / CELLS as f32).max(1.0);
-        let (columns, rows) = ((w / cell).ceil().max(1.0) as usize, (h / cell).ceil().max(1.0) as usize);
+        let side = (w.min(h) / CELLS_PER_SIDE as f32).max(1.0);
+        let (columns, rows) = ((w / side).ceil().max(1.0) as usize, (h / side).ceil().max(1.0) as usize);
         for t in 0..tracks.num_frames {
             let mut points = vec![0_u32; columns * rows * count];
             for (i, x, y) in tracks.alive(t) {
-                let column = ((x + 0.5).max(0.0) / cell) as usize;
-                let row = ((y + 0.5).max(0.0) / cell) as usize;
-                let place = row.min(rows - 1) * columns + column.min(columns - 1);
-                points[place * count + clusters.label[i] as usize] += 1;
+                let column = ((x + 0.5).max(0.0) / side) as usize;
+                let row = ((y + 0.5).max(0.0) / side) as usize;
+                let cell = row.min(rows - 1) * columns + column.min(columns - 1);
+                points[cell * count + clusters.label[i] as usize] += 1;
             }
-            for (place, points) in points.chunks_exact(count.max(1)).enumerate() {
-                let all = f64::from(points.iter().sum::<u32>().max(1));
-                let (column, row) = (place % columns, place / columns);
-                let outermost = column == 0 || row == 0 || column + 1 == columns || row + 1 == rows;
+            for (cell, points) in points.chunks_exact(count.max(1)).enumerate() {
+                let total = f64::from(points.iter().sum::<u32>().max(1));
+                let (column, row) = (cell % columns, cell / columns);
+                let is_at_border = column == 0 || row == 0 || column + 1 == columns || row + 1 == rows;
                 for (c, &n) in points.iter().enumerate() {
-                    cells[c] += f64::from(n) / all;
-                    rim[c] += if outermost { f64::from(n) / all } else { 0.0 };
+                    cells[c] += f64::from(n) / total;
+                    border_cells[c] += if is_at_border { f64::from(n) / total } else { 0.0 };
                 }
             }
         }
-        Self { cells, rim }
+        Self { cells, border_cells }
+    }
+
+    /// Cues of each cluster but the one with most of the border.
+    fn cues(&self, contrasts: &[f64]) -> Vec<Option<ClusterCues>> {
+        let Self { cells, border_cells } = self;
+        let mean_share = border_cells.iter().sum::<f64>() / cells.iter().sum::<f64>().max(1.0);
+        let cues = |c: usize| ClusterCues::Moving {
+            border_share: border_cells[c] / (mean_share * cells[c]).max(1e-9),
+            contrast: contrasts.get(c).copied(),
+        };
+        let surrounding = (0..cells.len()).rev().max_by(|&a, &b| border_cells[a].total_cmp(&border_cells[b]));
+        (0..cells.len()).map(|c| (Some(c) != surrounding).then(|| cues(c))).collect()
+    }
+
+    /// Numbers these clusters by falling area.
+    fn number(&self, mut objects: Vec<usize>) -> Objects {
+        order::sort_by_key(&mut objects, |&c| !order::f64_key(self.cells[c]));
+        objects.truncate(MAX_OBJECTS);
+        let mut of_cluster = vec![0; self.cells.len()];
+        for (label, &c) in (1..=255).zip(&objects) {
+            of_cluster[c] = label;
+        }
+        Objects { highest_label: objects.len(), of_cluster }
     }
 }
 
@@ -170,19 +168,19 @@ mod tests {
         ["11111111", "10011111", "11111111", "11112221", "11112221", "11111111", "11111111", "11111111"];
 
     #[test]
-    fn what_the_rim_encloses_is_an_object_and_the_largest_comes_first() {
+    fn clusters_inside_the_border_are_objects_and_the_largest_comes_first() {
         let (tracks, clusters) = frame(ENCLOSED, 3);
         let objects = find_objects(&tracks, &clusters);
         assert_eq!((objects.highest_label, objects.of_cluster), (2, vec![2, 0, 1]));
     }
 
     #[test]
-    fn what_differs_from_the_motion_of_the_camera_may_hold_more_of_the_rim_and_what_goes_with_it_less() {
+    fn contrast_to_the_camera_allows_more_of_the_border() {
         let corner = ["00000000", "00000000", "00000000", "00000000", "00001111", "00001111", "00001111", "00001111"];
         let (tracks, clusters) = frame(corner, 2);
         assert_eq!(find_objects(&tracks, &clusters).of_cluster, [0, 0]);
-        let value = |tracks: &Trajectories, clusters: &Clusters, strangeness: f64| {
-            signs(tracks, clusters, &[0.2, strangeness])[1].map(|signs| signs.value())
+        let value = |tracks: &Trajectories, clusters: &Clusters, contrast: f64| {
+            cluster_cues(tracks, clusters, &[0.2, contrast])[1].map(|cues| cues.log_odds())
         };
         assert!(value(&tracks, &clusters, 6.0) > Some(0.0));
         let side = ["00000000", "00000000", "00000000", "00001111", "00001111", "00000000", "00000000", "00000000"];
@@ -191,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn what_enters_through_one_side_is_an_object() {
+    fn a_cluster_that_enters_through_one_side_is_an_object() {
         let side = ["00000000", "00000000", "00000000", "00001111", "00001111", "00000000", "00000000", "00000000"];
         let (tracks, clusters) = frame(side, 2);
         assert_eq!(find_objects(&tracks, &clusters).of_cluster, [0, 1]);
@@ -205,10 +203,10 @@ mod tests {
     }
 
     #[test]
-    fn dense_trajectories_weigh_no_more_than_sparse_ones() {
+    fn the_density_of_trajectories_does_not_count() {
         let (mut tracks, mut clusters) = frame(ENCLOSED, 3);
         for k in 0..500 {
-            // Many more on one of the objects, which now also touches the rim.
+            // Many more on one of the objects, which now also touches the border.
             tracks.push(0, [(79.0 - 0.06 * k as f32, 35.0, 0.0)]);
             clusters.label.push(2);
         }

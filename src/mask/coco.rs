@@ -1,36 +1,36 @@
-//! Run lengths of masks as COCO has them: columns from left to right, each from top to bottom; first a run outside, which
-//! may be empty, then one inside, and so on.
+//! Run lengths of masks in the format of COCO: pixels in column order; runs outside and inside alternate, beginning with one
+//! outside, which may be empty.
 
 use crate::Error;
 use crate::image::Plane;
 
-/// A label's pixels in a mask as runs.
+/// The run lengths of one label in a mask.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct CocoRuns {
-    /// The label.
+    /// The label of the runs.
     pub label: u8,
-    /// Lengths of the runs outside and inside in turn; together they are the mask's pixels.
+    /// Lengths of the runs, outside and inside alternating; they sum to the pixels of the mask.
     pub counts: Vec<u32>,
     /// Number of the label's pixels.
     pub area: usize,
-    /// First column and first row with a pixel of it.
+    /// First column and first row of its bounding box.
     pub corner: (usize, usize),
-    /// Width and height of the box around it.
+    /// Width and height of its bounding box.
     pub size: (usize, usize),
 }
 
-/// The runs of every label that is in `mask`, 0 too, ascending: one pass over it.
+/// Returns the run lengths of every label in `mask`, including 0, ascending. Takes one pass over the mask.
 pub fn coco_runs(mask: &Plane<u8>) -> Vec<CocoRuns> {
     let (width, height) = (mask.width(), mask.height());
     let columns = (0..width).flat_map(|x| (0..height).map(move |y| mask[(x, y)]));
-    let mut found: Vec<(CocoRuns, usize)> =
+    let mut runs_by_label: Vec<(CocoRuns, usize)> =
         (0..=u8::MAX).map(|label| (CocoRuns { label, ..CocoRuns::default() }, 0)).collect();
     let mut run: Option<(u8, usize)> = None;
     for (k, label) in columns.chain([0]).enumerate() {
         match run {
-            Some((same, _)) if same == label && k < width * height => continue,
+            Some((current, _)) if current == label && k < width * height => continue,
             Some((last, start)) => {
-                let (runs, end) = &mut found[usize::from(last)];
+                let (runs, end) = &mut runs_by_label[usize::from(last)];
                 runs.add(start, k, *end, height);
                 *end = k;
             }
@@ -38,40 +38,40 @@ pub fn coco_runs(mask: &Plane<u8>) -> Vec<CocoRuns> {
         }
         run = Some((label, k));
     }
-    let rest = |(mut runs, end): (CocoRuns, usize)| {
+    let complete = |(mut runs, end): (CocoRuns, usize)| {
         runs.counts.extend((end < width * height).then_some((width * height - end) as u32));
         runs
     };
-    found.into_iter().filter(|(runs, _)| runs.area > 0).map(rest).collect()
+    runs_by_label.into_iter().filter(|(runs, _)| runs.area > 0).map(complete).collect()
 }
 
 impl CocoRuns {
-    /// Adds the run `start..end`; the last one ended at `before`.
-    fn add(&mut self, start: usize, end: usize, before: usize, height: usize) {
+    /// Adds the run `start..end`; the previous one ended at `previous_end`.
+    fn add(&mut self, start: usize, end: usize, previous_end: usize, height: usize) {
         let (left, right) = (start / height, (end - 1) / height + 1);
         // A run that goes on in the next column touches both edges.
         let (top, bottom) = if left + 1 == right { (start % height, (end - 1) % height + 1) } else { (0, height) };
         let ((l, t), (w, h)) = if self.area == 0 { ((left, top), (0, 0)) } else { (self.corner, self.size) };
         self.corner = (l.min(left), t.min(top));
         self.size = ((l + w).max(right) - self.corner.0, (t + h).max(bottom) - self.corner.1);
-        self.counts.extend([(start - before) as u32, (end - start) as u32]);
+        self.counts.extend([(start - previous_end) as u32, (end - start) as u32]);
         self.area += end - start;
     }
 }
 
-/// Run lengths as a string, which pycocotools reads: each is a signed number in groups of five bits, from the fourth on as
-/// its difference from the last but one.
+/// Encodes run lengths as a string that pycocotools reads. Each length is a signed number in groups of group bits; from the fourth
+/// on, its difference from the last but one is encoded.
 pub fn coco_text(counts: &[u32]) -> String {
     let mut text = String::new();
     for (i, &count) in counts.iter().enumerate() {
-        let mut rest = i64::from(count) - if i > 2 { i64::from(counts[i - 2]) } else { 0 };
+        let mut bits = i64::from(count) - if i > 2 { i64::from(counts[i - 2]) } else { 0 };
         loop {
-            let five = (rest & 31) as u8;
-            rest >>= 5;
-            // The fifth bit is the sign: what is left is over when it is nothing but that.
-            let more = rest != if five & 16 > 0 { -1 } else { 0 };
-            text.push(char::from(48 + five + if more { 32 } else { 0 }));
-            if !more {
+            let group = (bits & 31) as u8;
+            bits >>= 5;
+            // The fifth bit is the sign: the number ends when the remaining bits all equal it.
+            let is_more = bits != if group & 16 > 0 { -1 } else { 0 };
+            text.push(char::from(48 + group + if is_more { 32 } else { 0 }));
+            if !is_more {
                 break;
             }
         }
@@ -79,45 +79,45 @@ pub fn coco_text(counts: &[u32]) -> String {
     text
 }
 
-/// The run lengths of a string, the inverse of [`coco_text`].
+/// Decodes the run lengths of a string, the inverse of [`coco_text`].
 ///
 /// # Errors
-/// [`Error::Data`] where it is none.
+/// [`Error::Data`] if the string is not valid.
 pub fn coco_counts(text: &str) -> Result<Vec<u32>, Error> {
     let mut counts: Vec<u32> = Vec::new();
     let (mut value, mut shift) = (0_i64, 0);
     for byte in text.bytes() {
-        let five = byte.wrapping_sub(48);
-        if five > 63 || shift > 30 {
-            return Err(no_lengths(text));
+        let group = byte.wrapping_sub(48);
+        if group > 63 || shift > 30 {
+            return Err(invalid_counts(text));
         }
-        value |= i64::from(five & 31) << shift;
+        value |= i64::from(group & 31) << shift;
         shift += 5;
-        if five & 32 > 0 {
+        if group & 32 > 0 {
             continue;
         }
-        if five & 16 > 0 {
+        if group & 16 > 0 {
             value -= 1 << shift;
         }
         let i = counts.len();
         let count = value + if i > 2 { i64::from(counts[i - 2]) } else { 0 };
-        let wrong =
+        let illegal =
             |_| Error::Data { reason: format!("counts[{i}] = {count} (expected a whole number, 0..={})", u32::MAX) };
-        counts.push(u32::try_from(count).map_err(wrong)?);
+        counts.push(u32::try_from(count).map_err(illegal)?);
         (value, shift) = (0, 0);
     }
-    if shift > 0 { Err(no_lengths(text)) } else { Ok(counts) }
+    if shift > 0 { Err(invalid_counts(text)) } else { Ok(counts) }
 }
 
-fn no_lengths(text: &str) -> Error {
-    let begin: String = text.chars().take(40).collect();
-    Error::Data { reason: format!("counts = \"{begin}\" (expected run lengths as COCO writes them)") }
+fn invalid_counts(text: &str) -> Error {
+    let start: String = text.chars().take(40).collect();
+    Error::Data { reason: format!("counts = \"{start}\" (expected run lengths in the format of COCO)") }
 }
 
-/// The mask that run lengths are of, 1 inside and 0 outside.
+/// Decodes run lengths to a mask, 1 inside and 0 outside.
 ///
 /// # Errors
-/// [`Error::Data`] unless they cover its pixels.
+/// [`Error::Data`] unless they sum to the number of pixels.
 pub fn coco_mask(counts: &[u32], (width, height): (usize, usize)) -> Result<Plane<u8>, Error> {
     let covered: u64 = counts.iter().map(|&count| u64::from(count)).sum();
     let pixels = (width as u64).saturating_mul(height as u64);
@@ -125,13 +125,13 @@ pub fn coco_mask(counts: &[u32], (width, height): (usize, usize)) -> Result<Plan
         return Err(Error::Data { reason: format!("counts cover {covered} pixels (expected {pixels})") });
     }
     let mut mask = Plane::from_fn(width, height, |_, _| 0);
-    let mut at = 0;
+    let mut start = 0;
     for (i, &count) in counts.iter().enumerate() {
-        let end = at + count as usize;
+        let end = start + count as usize;
         if i % 2 == 1 {
-            (at..end).for_each(|k| mask[(k / height, k % height)] = 1);
+            (start..end).for_each(|k| mask[(k / height, k % height)] = 1);
         }
-        at = end;
+        start = end;
     }
     Ok(mask)
 }
@@ -182,7 +182,7 @@ mod tests {
         }
     }
 
-    /// Known strings of pycocotools.
+    /// EvidenceInput strings of pycocotools.
     #[test]
     fn lengths_are_compressed_as_pycocotools_does() {
         for (counts, text) in
@@ -194,12 +194,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_broken_is_refused() {
-        let said = |text| coco_counts(text).unwrap_err().to_string();
-        assert!(said("P").contains("counts = \"P\""));
-        assert!(said("~").contains("counts = \"~\""));
-        assert!(said("oooooooooo").contains("as COCO writes them"));
-        assert!(said("22O").contains("counts[2] = -1"));
+    fn invalid_counts_are_errors() {
+        let message = |text| coco_counts(text).unwrap_err().to_string();
+        assert!(message("P").contains("counts = \"P\""));
+        assert!(message("~").contains("counts = \"~\""));
+        assert!(message("oooooooooo").contains("in the format of COCO"));
+        assert!(message("22O").contains("counts[2] = -1"));
         assert!(coco_mask(&[1], (2, 2)).unwrap_err().to_string().contains("cover 1 pixels (expected 4)"));
     }
 }

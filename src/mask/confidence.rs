@@ -1,65 +1,83 @@
-//! How likely the label of a pixel is right, in that the pixel is on an object or is not.
+//! The probability that a pixel is correctly labelled as object or background.
 //!
-//! A logistic function of what is known of the pixel, fitted on clips with true masks (docs/confidence.md). For the
-//! background it is led by the margin of the cut: how much dearer another label of the pixel's superpixel would have
-//! been. For objects the margin tells nothing, for what is wrong there is wrong as a whole: what the background says
-//! for the object counts, and how much of the frame is held to be objects. Near borders all is less sure.
+//! It is a logistic function of features of the pixel, with weights fitted on clips with true masks (docs/confidence.md). In
+//! the background the main feature is the margin of the cut: the extra cost of the cheapest other label of the superpixel. In
+//! objects the margin is not informative, since wrong objects are wrong as a whole; there the features are the background
+//! evidence for the object and the share of the frame labelled as objects. Confidence falls near borders.
 
 use crate::image::Plane;
 
-/// Deeper in its label than this many pixels, a pixel is no surer.
-const DEEP: f32 = 12.0;
-/// Margins count up to this.
-const MOST_MARGIN: f32 = 20.0;
-/// What the background says for an object counts within this range.
-const CUES: (f32, f32) = (-1.0, 3.0);
-/// No label is held to be less likely than this: what is known of a pixel never says so much against it.
-const LEAST: f32 = 0.3;
+// Ranges of the features, chosen by eye from the clips of the fit.
+/// Depths count up to this many pixels.
+const MAX_DEPTH_PX: f32 = 12.0;
+/// Margins count up to this, in units of cost.
+const MAX_MARGIN: f32 = 20.0;
+/// Background evidence counts from this on, in units of cost.
+const MIN_CUE: f32 = -1.0;
+/// Background evidence counts up to this, in units of cost.
+const MAX_CUE: f32 = 3.0;
+/// Least confidence: no features are evidence for less.
+const MIN_CONFIDENCE: f32 = 0.3;
 
-/// Of a pixel of the background: base, ln(1 + margin), depth.
-const OF_BACKGROUND: [f32; 3] = [-0.27, 1.11, 1.15];
-/// Of a pixel of an object: base, what the background says for it, depth, root of the share of the frame.
-const OF_OBJECTS: [f32; 4] = [0.48, 0.72, 0.82, -2.96];
-
-/// What a frame's masks were made from.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Said<'a> {
-    /// The frame's mask.
-    pub mask: &'a Plane<u8>,
-    /// The margin of the cut at each pixel, in units of cost; 0 where the label comes from elsewhere.
-    pub margin: &'a Plane<f32>,
-    /// What the background says for each label on average, in units of cost.
-    pub cue: &'a [f32; 256],
+/// Weights of the logistic function for background pixels.
+struct BackgroundWeights {
+    bias: f32,
+    log_margin: f32,
+    depth: f32,
 }
 
-/// The probability of each pixel's label.
-pub(crate) fn confidence(said: Said) -> Plane<f32> {
-    let mask = said.mask;
-    let depth = depth(mask);
-    let labelled = mask.data().iter().filter(|&&label| label > 0).count() as f32;
-    let share = (labelled / mask.data().len().max(1) as f32).sqrt();
+/// Weights of the logistic function for object pixels.
+struct ObjectWeights {
+    bias: f32,
+    cue: f32,
+    depth: f32,
+    /// Weight of the square root of the share of the frame labelled as objects.
+    share: f32,
+}
+
+// Fitted on clips with true masks: docs/confidence.md.
+const BACKGROUND_WEIGHTS: BackgroundWeights = BackgroundWeights { bias: -0.27, log_margin: 1.11, depth: 1.15 };
+const OBJECT_WEIGHTS: ObjectWeights = ObjectWeights { bias: 0.48, cue: 0.72, depth: 0.82, share: -2.96 };
+
+/// The mask of a frame with the terms of its confidence.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ConfidenceInput<'a> {
+    pub(crate) mask: &'a Plane<u8>,
+    /// The margin of the cut at each pixel, in units of cost; 0 where the label is not the cut's.
+    pub(crate) margin: &'a Plane<f32>,
+    /// Mean background evidence for each label, in units of cost.
+    pub(crate) cues: &'a [f32; 256],
+}
+
+/// Computes the probability of each pixel's label.
+pub(crate) fn confidence(input: ConfidenceInput) -> Plane<f32> {
+    let mask = input.mask;
+    let depth = border_distance(mask);
+    let num_labelled = mask.data().iter().filter(|&&label| label > 0).count() as f32;
+    let share = (num_labelled / mask.data().len().max(1) as f32).sqrt();
     Plane::from_fn(mask.width(), mask.height(), |x, y| {
-        let (label, deep) = (mask[(x, y)], (f32::from(depth[(x, y)]) / DEEP).sqrt());
-        let odds = if label == 0 {
-            let [base, of_margin, of_depth] = OF_BACKGROUND;
-            base + of_margin * libm::logf(1.0 + said.margin[(x, y)].clamp(0.0, MOST_MARGIN)) + of_depth * deep
+        let (label, depth) = (mask[(x, y)], (f32::from(depth[(x, y)]) / MAX_DEPTH_PX).sqrt());
+        let log_odds = if label == 0 {
+            let weights = BACKGROUND_WEIGHTS;
+            let log_margin = libm::logf(1.0 + input.margin[(x, y)].clamp(0.0, MAX_MARGIN));
+            weights.bias + weights.log_margin * log_margin + weights.depth * depth
         } else {
-            let [base, of_cue, of_depth, of_share] = OF_OBJECTS;
-            let cue = said.cue[usize::from(label)].clamp(CUES.0, CUES.1);
-            base + of_cue * cue + of_depth * deep + of_share * share
+            let weights = OBJECT_WEIGHTS;
+            let cue = input.cues[usize::from(label)].clamp(MIN_CUE, MAX_CUE);
+            weights.bias + weights.cue * cue + weights.depth * depth + weights.share * share
         };
-        (1.0 / (1.0 + libm::expf(-odds))).max(LEAST)
+        (1.0 / (1.0 + libm::expf(-log_odds))).max(MIN_CONFIDENCE)
     })
 }
 
-/// Steps from each pixel to the nearest that has a neighbour of another label, along rows and columns, up to [`DEEP`].
-pub(super) fn depth(mask: &Plane<u8>) -> Plane<u8> {
+/// Computes the city-block distance of each pixel to the nearest border pixel of its label, up to [`MAX_DEPTH_PX`].
+pub(super) fn border_distance(mask: &Plane<u8>) -> Plane<u8> {
     let (w, h) = (mask.width(), mask.height());
     let differs = |x: usize, y: usize| {
-        let near = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];
-        near.into_iter().any(|(a, b)| a < w && b < h && mask[(a, b)] != mask[(x, y)])
+        let neighbours = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];
+        neighbours.into_iter().any(|(a, b)| a < w && b < h && mask[(a, b)] != mask[(x, y)])
     };
-    let mut depth = Plane::from_fn(w, h, |x, y| if differs(x, y) { 0 } else { DEEP as u8 });
+    let mut depth = Plane::from_fn(w, h, |x, y| if differs(x, y) { 0 } else { MAX_DEPTH_PX as u8 });
     let mut lower = |at: (usize, usize), from: (usize, usize)| depth[at] = depth[at].min(depth[from] + 1);
     for y in 0..h {
         (1..w).for_each(|x| lower((x, y), (x - 1, y)));
@@ -76,25 +94,25 @@ pub(super) fn depth(mask: &Plane<u8>) -> Plane<u8> {
 mod tests {
     use super::*;
 
-    fn said(mask: &Plane<u8>, margin: f32, cue: f32) -> Plane<f32> {
+    fn confidence_of(mask: &Plane<u8>, margin: f32, cue: f32) -> Plane<f32> {
         let margin = mask.map(|_| margin);
-        confidence(Said { mask, margin: &margin, cue: &[cue; 256] })
+        confidence(ConfidenceInput { mask, margin: &margin, cues: &[cue; 256] })
     }
 
     #[test]
-    fn depth_counts_steps_to_the_rim_as_a_naive_search_does() {
+    fn border_distances_are_those_of_an_exhaustive_search() {
         let mut rng = crate::rng::Rng::for_stage(1, "confidence");
         for _ in 0..10 {
             let seeds: Vec<(usize, usize)> = (0..3).map(|_| (rng.below(30), rng.below(20))).collect();
             let mask = Plane::from_fn(30, 20, |x, y| {
                 u8::from(seeds.iter().any(|s| s.0.abs_diff(x) < 4 && s.1.abs_diff(y) < 3))
             });
-            let found = depth(&mask);
+            let distance = border_distance(&mask);
             let all = || (0..600).map(|p| (p % 30, p / 30));
             for (x, y) in all() {
                 let away = |&(a, b): &(usize, usize)| a.abs_diff(x) + b.abs_diff(y);
                 let other = all().filter(|&at| mask[at] != mask[(x, y)]).map(|at| away(&at)).min();
-                assert_eq!(usize::from(found[(x, y)]), other.map_or(12, |steps| (steps - 1).min(12)));
+                assert_eq!(usize::from(distance[(x, y)]), other.map_or(12, |steps| (steps - 1).min(12)));
             }
         }
     }
@@ -103,11 +121,11 @@ mod tests {
     fn deep_pixels_large_margins_and_cues_are_surer_and_much_labelled_is_less_sure() {
         let half = |edge: usize| Plane::from_fn(80, 40, move |x, _| u8::from(x < edge));
         let (near, far) = ((60, 20), (79, 20));
-        let weak = said(&half(60), 0.2, 1.0);
-        let strong = said(&half(60), 5.0, 2.5);
+        let weak = confidence_of(&half(60), 0.2, 1.0);
+        let strong = confidence_of(&half(60), 5.0, 2.5);
         assert!(strong[far] > weak[far] && weak[far] > weak[near], "background");
         assert!(strong[(20, 20)] > weak[(20, 20)] && weak[(20, 20)] > weak[(59, 20)], "object");
-        assert!(said(&half(20), 0.2, 1.0)[(2, 20)] > weak[(2, 20)], "a smaller share");
+        assert!(confidence_of(&half(20), 0.2, 1.0)[(2, 20)] > weak[(2, 20)], "a smaller share");
         assert!(weak.data().iter().chain(strong.data()).all(|p| (0.3..1.0).contains(p)));
     }
 }

@@ -1,53 +1,52 @@
-//! Masks at the size of the source: borders to the pixel of a picture that is larger than the mask, and how opaque each
-//! of its pixels is.
+//! Enlargement of masks to the size of the source, with borders and opacity to the pixel.
 //!
-//! In: a mask, and the picture that it belongs to, larger than the mask or as large. Out: [`Enlarged`], a label and an
-//! opacity for each pixel of the picture.
+//! In: a mask and its picture, at least as large. Out: [`EnlargedMask`], a label and an opacity for each pixel of the picture.
 //!
-//! 1. From coarse to fine, doubling the size until it is the picture's: every pixel takes the label that weighs most
-//!    among its four neighbours in the smaller mask, as bilinear interpolation weighs them.
-//! 2. At each size the borders move to where the picture, reduced to that size, parts its colours: the energy of
-//!    [`super::refine`], in a narrow band. This is done block by block, so that memory goes with the block and not with
-//!    the picture.
-//! 3. Opacity, in a band around the borders of the chosen objects (`alpha`).
+//! 1. From coarse to fine, doubling the size until it is the picture's: every pixel takes the label with the largest bilinear
+//!    weight among its four neighbours in the smaller mask.
+//! 2. At each size borders move to colour edges of the picture reduced to that size: the energy of [`super::refine`], in a narrow
+//!    band. This is done block by block, which bounds memory.
+//! 3. Opacity, in a band around the borders of the chosen objects (`opacity`).
 //!
-//! Not in the paper.
+//! It fails where an object has the colours of its surroundings, and loses parts thinner than a pixel of the mask. Not in the
+//! paper.
 
 use super::RefineParams;
-use super::alpha::opacity;
-use super::border::{Part, TILE, changes};
+use super::opacity::opacity;
+use super::refine::{Crop, TILE_PX, label_changes};
 use crate::Error;
 use crate::image::{Frame, Plane};
 
-/// How borders move at each size. What doubling leaves open is one or two pixels, and the mask may be off by as much:
-/// further moves took good masks off their borders.
-const BORDERS: RefineParams = RefineParams { band: 4, colour_weight: 0.5, displacement_weight: 4.0, smoothness: 2.0 };
-/// σ² of the borders' contrast, in mean squares of the band: pictures at their own size have softer edges than reduced
-/// ones.
-const CONTRAST: f32 = 0.3;
-/// Side of the blocks that borders are moved in.
-const BLOCK: usize = 20 * TILE;
-/// How many pixels of the mask its shape may differ from the picture's: sizes are rounded when frames are reduced.
-const SHAPE_TOLERANCE: f64 = 2.0;
+/// Parameters of the refinement at each size; chosen by eye. Doubling leaves an error of one or two pixels, and masks may be off by
+/// as much; larger moves took good masks off their borders.
+const REFINE_PARAMS: RefineParams =
+    RefineParams { band: 4, colour_weight: 0.5, displacement_weight: 4.0, smoothness: 2.0 };
+/// σ² of the contrast term, in units of the mean squared difference in the band; chosen by eye, less than for frames, since pictures
+/// at their full size have softer edges than reduced ones.
+const CONTRAST_VARIANCE: f32 = 0.3;
+/// Side of the blocks that are refined at once; chosen by eye.
+const BLOCK_PX: usize = 20 * TILE_PX;
+/// Largest difference of the mask's sides from the picture's shape, in pixels of the mask: sizes are to_steps when frames are
+/// reduced.
+const SHAPE_TOLERANCE_PX: f64 = 2.0;
 
 /// A mask at the size of its picture.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Enlarged {
+pub struct EnlargedMask {
     /// The label of each pixel.
     pub labels: Plane<u8>,
-    /// How opaque the chosen objects are at each pixel: 0 not at all, 255 fully; from 128 on exactly where `labels` is
-    /// one of them.
+    /// The opacity of the chosen objects at each pixel, 0 to 255; at least 128 exactly where `labels` is one of them.
     pub alpha: Plane<u8>,
 }
 
-/// The mask at the size of `picture`, with its borders where the picture parts its colours. `chosen` says of which
-/// labels the opacity is wanted.
+/// Enlarges a mask to the size of `picture`, with borders at colour edges of the picture. The opacity is computed for the
+/// labels for which `is_chosen` returns true.
 ///
 /// # Errors
-/// [`Error::Param`] when the mask is empty, larger than the picture, or of another shape.
+/// [`Error::Param`] if the mask is empty, larger than the picture, or of another shape.
 ///
 /// # Examples
-/// A disc whose mask has a quarter of the picture's width comes out round.
+/// The mask of a disc, at a quarter of the picture's width, is enlarged to a round disc.
 ///
 /// ```
 /// use tracecut::image::{Frame, Plane};
@@ -62,7 +61,7 @@ pub struct Enlarged {
 /// assert_eq!((enlarged.alpha[(64, 48)], enlarged.alpha[(10, 10)]), (255, 0));
 /// # Ok::<(), tracecut::Error>(())
 /// ```
-pub fn enlarge(mask: &Plane<u8>, picture: &Frame, chosen: impl Fn(u8) -> bool) -> Result<Enlarged, Error> {
+pub fn enlarge(mask: &Plane<u8>, picture: &Frame, is_chosen: impl Fn(u8) -> bool) -> Result<EnlargedMask, Error> {
     let size = (picture.width(), picture.height());
     check((mask.width(), mask.height()), size)?;
     let mut labels = mask.clone();
@@ -71,32 +70,31 @@ pub fn enlarge(mask: &Plane<u8>, picture: &Frame, chosen: impl Fn(u8) -> bool) -
         let is_last = doubled.0 >= size.0 || doubled.1 >= size.1;
         let (width, height) = if is_last { size } else { doubled };
         let reduced = (!is_last).then(|| picture.resized(width, height));
-        labels = with_borders(&voted(&labels, width, height), reduced.as_ref().unwrap_or(picture));
+        labels = refine_borders(&upscale(&labels, width, height), reduced.as_ref().unwrap_or(picture));
     }
-    let alpha = opacity(&labels.map(chosen), picture);
-    Ok(Enlarged { labels, alpha })
+    let alpha = opacity(&labels.map(is_chosen), picture);
+    Ok(EnlargedMask { labels, alpha })
 }
 
 fn check((width, height): (usize, usize), size: (usize, usize)) -> Result<(), Error> {
-    let refused =
+    let illegal =
         |expected: String| Err(Error::Param { name: "mask".to_owned(), value: format!("{width}x{height}"), expected });
     if width == 0 || height == 0 {
-        return refused("at least one pixel".to_owned());
+        return illegal("at least one pixel".to_owned());
     }
     if width > size.0 || height > size.1 {
-        return refused(format!("at most the picture's size, {}x{}", size.0, size.1));
+        return illegal(format!("at most the picture's size, {}x{}", size.0, size.1));
     }
-    // How far each side is from what the other asks for; a long and narrow mask may be right in one of them only.
+    // The difference of each side from the shape of the picture; one of them may be large if the mask is long and narrow.
     let (w, h, pw, ph) = (width as f64, height as f64, size.0 as f64, size.1 as f64);
-    if (h - w * ph / pw).abs() > SHAPE_TOLERANCE && (w - h * pw / ph).abs() > SHAPE_TOLERANCE {
-        return refused(format!("the shape of the picture, {}x{}", size.0, size.1));
+    if (h - w * ph / pw).abs() > SHAPE_TOLERANCE_PX && (w - h * pw / ph).abs() > SHAPE_TOLERANCE_PX {
+        return illegal(format!("the shape of the picture, {}x{}", size.0, size.1));
     }
     Ok(())
 }
 
-/// Step 1. Weights are whole numbers: a mirrored mask gives the mirrored result. Of labels that weigh the same the lowest
-/// wins.
-fn voted(mask: &Plane<u8>, width: usize, height: usize) -> Plane<u8> {
+/// Step 1. Weights are integers, so that a mirrored mask gives the mirrored result. The lowest label of equal weight wins.
+fn upscale(mask: &Plane<u8>, width: usize, height: usize) -> Plane<u8> {
     let columns = neighbours(mask.width(), width);
     let mut data = Vec::with_capacity(width * height);
     for (top, bottom, down) in neighbours(mask.height(), height) {
@@ -106,56 +104,57 @@ fn voted(mask: &Plane<u8>, width: usize, height: usize) -> Plane<u8> {
             data.resize(data.len() + width, above[0]);
             continue;
         }
-        for &(left, right, of_right) in &columns {
-            let around = [above[left], above[right], below[left], below[right]];
-            if around == [around[0]; 4] {
-                data.push(around[0]);
+        for &(left, right, right_weight) in &columns {
+            let corners = [above[left], above[right], below[left], below[right]];
+            if corners == [corners[0]; 4] {
+                data.push(corners[0]);
                 continue;
             }
-            let of_left = 2 * width as u64 - of_right;
-            let weights = [up * of_left, up * of_right, down * of_left, down * of_right];
-            let weight = |label: u8| (0..4).filter(|&k| around[k] == label).map(|k| weights[k]).sum::<u64>();
-            let best = around.into_iter().max_by_key(|&label| (weight(label), std::cmp::Reverse(label)));
-            data.push(best.unwrap_or(around[0]));
+            let left_weight = 2 * width as u64 - right_weight;
+            let weights = [up * left_weight, up * right_weight, down * left_weight, down * right_weight];
+            let weight = |label: u8| (0..4).filter(|&k| corners[k] == label).map(|k| weights[k]).sum::<u64>();
+            let best = corners.into_iter().max_by_key(|&label| (weight(label), std::cmp::Reverse(label)));
+            data.push(best.unwrap_or(corners[0]));
         }
     }
     Plane::from_vec(width, height, data).unwrap_or_default()
 }
 
-/// For each of `to` pixels over `from`: the two that its centre lies between, and the weight of the second, of 2 `to` in
-/// all.
+/// For each of `to` pixels over `from` pixels: returns the two whose centres enclose its centre, and the weight of the second, of
+/// 2 `to` in total.
 fn neighbours(from: usize, to: usize) -> Vec<(usize, usize, u64)> {
-    let of = |pixel: usize| {
-        // The centre in 2 `to`-ths of a pixel, from the left edge of the pixel before the first on.
-        let place = (2 * pixel + 1) * from + to;
-        let (before, weight) = (place / (2 * to), place % (2 * to));
+    let neighbour = |pixel: usize| {
+        // The centre in units of 1 / (2 `to`) pixels, from the left edge of the pixel before the first.
+        let centre = (2 * pixel + 1) * from + to;
+        let (before, weight) = (centre / (2 * to), centre % (2 * to));
         (before.saturating_sub(1), before.min(from - 1), weight as u64)
     };
-    (0..to).map(of).collect()
+    (0..to).map(neighbour).collect()
 }
 
 /// Step 2.
-fn with_borders(mask: &Plane<u8>, picture: &Frame) -> Plane<u8> {
+fn refine_borders(mask: &Plane<u8>, picture: &Frame) -> Plane<u8> {
     let (w, h) = (mask.width(), mask.height());
-    let mut moved = mask.clone();
-    for top in (0..h).step_by(BLOCK) {
-        for left in (0..w).step_by(BLOCK) {
-            // A tile more on each side: what borders there look like is seen from both blocks.
-            let (x, y) = (left.saturating_sub(TILE), top.saturating_sub(TILE));
-            let (width, height) = ((left + BLOCK + TILE).min(w) - x, (top + BLOCK + TILE).min(h) - y);
-            let block = Part { left: x, top: y, width, height };
-            let Some(part) = block.around_borders(mask, BORDERS.band as usize) else { continue };
-            // Nothing was parted before, and every border may move.
-            let before = Plane::filled(part.width, part.height, 0);
-            for (p, label) in changes(&part.of(mask), &before, &part.of_frame(picture), &BORDERS, CONTRAST) {
-                let (u, v) = part.place(p);
-                if (left..left + BLOCK).contains(&u) && (top..top + BLOCK).contains(&v) {
-                    moved[(u, v)] = label;
+    let mut refined = mask.clone();
+    for top in (0..h).step_by(BLOCK_PX) {
+        for left in (0..w).step_by(BLOCK_PX) {
+            // One more tile on each side, so that neighbouring blocks see the same colours.
+            let (x, y) = (left.saturating_sub(TILE_PX), top.saturating_sub(TILE_PX));
+            let (width, height) = ((left + BLOCK_PX + TILE_PX).min(w) - x, (top + BLOCK_PX + TILE_PX).min(h) - y);
+            let block = Crop { left: x, top: y, width, height };
+            let Some(crop) = block.around_borders(mask, REFINE_PARAMS.band as usize) else { continue };
+            // Every border may move.
+            let before = Plane::filled(crop.width, crop.height, 0);
+            let (mask, picture) = (&crop.plane(mask), &crop.frame(picture));
+            for (p, label) in label_changes(mask, &before, picture, &REFINE_PARAMS, CONTRAST_VARIANCE) {
+                let (u, v) = crop.position(p);
+                if (left..left + BLOCK_PX).contains(&u) && (top..top + BLOCK_PX).contains(&v) {
+                    refined[(u, v)] = label;
                 }
             }
         }
     }
-    moved
+    refined
 }
 
 #[cfg(test)]
@@ -276,7 +275,7 @@ mod tests {
         let mut rng = Rng::for_stage(5, "enlarge");
         let mask = Plane::from_fn(11, 7, |_, _| rng.below(3) as u8);
         for (w, h) in [(22, 14), (19, 12), (60, 39), (11, 7)] {
-            let large = voted(&mask, w, h);
+            let large = upscale(&mask, w, h);
             for y in 0..h {
                 for x in 0..w {
                     let at = |v: usize, of: usize, to: usize| (v as f64 + 0.5) * of as f64 / to as f64 - 0.5;
@@ -295,17 +294,17 @@ mod tests {
                 let (w, h) = (plane.width(), plane.height());
                 Plane::from_fn(w, h, |x, y| plane[(w - 1 - x, h - 1 - y)])
             };
-            assert_eq!(voted(&mirrored(&mask), w, h), mirrored(&large));
+            assert_eq!(upscale(&mirrored(&mask), w, h), mirrored(&large));
         }
     }
 
     #[test]
     fn borders_that_run_through_several_blocks_are_those_of_the_whole_picture() {
-        let size = (BLOCK + 200, BLOCK + 120);
-        let share = |x: usize, y: usize| u8::from(x + y / 3 > BLOCK + 60) as f32;
+        let size = (BLOCK_PX + 200, BLOCK_PX + 120);
+        let share = |x: usize, y: usize| u8::from(x + y / 3 > BLOCK_PX + 60) as f32;
         let truth = Plane::from_fn(size.0, size.1, |x, y| share(x, y) as u8);
         let mask = Plane::from_fn(size.0, size.1, |x, y| truth[((x + 2).min(size.0 - 1), y)]);
-        let moved = with_borders(&mask, &mixed(size, 12, share));
+        let moved = refine_borders(&mask, &mixed(size, 12, share));
         assert!(wrong(&mask, &truth) > 1000);
         assert!(wrong(&moved, &truth) < 20, "{} wrong", wrong(&moved, &truth));
     }
@@ -332,13 +331,13 @@ mod tests {
     #[test]
     fn masks_that_cannot_belong_to_the_picture_are_refused_by_name_and_size() {
         let picture = mixed((40, 30), 0, |_, _| 0.0);
-        let refused = |w: usize, h: usize| enlarge(&Plane::filled(w, h, 0), &picture, |_| true).unwrap_err();
-        let words = |w: usize, h: usize| refused(w, h).to_string();
-        assert_eq!(words(41, 30), "mask = 41x30 (expected at most the picture's size, 40x30)");
-        assert_eq!(words(30, 40), "mask = 30x40 (expected at most the picture's size, 40x30)");
-        assert_eq!(words(20, 9), "mask = 20x9 (expected the shape of the picture, 40x30)");
-        assert_eq!(words(0, 0), "mask = 0x0 (expected at least one pixel)");
-        assert_eq!(refused(20, 9).code(), "param");
+        let illegal = |w: usize, h: usize| enlarge(&Plane::filled(w, h, 0), &picture, |_| true).unwrap_err();
+        let message = |w: usize, h: usize| illegal(w, h).to_string();
+        assert_eq!(message(41, 30), "mask = 41x30 (expected at most the picture's size, 40x30)");
+        assert_eq!(message(30, 40), "mask = 30x40 (expected at most the picture's size, 40x30)");
+        assert_eq!(message(20, 9), "mask = 20x9 (expected the shape of the picture, 40x30)");
+        assert_eq!(message(0, 0), "mask = 0x0 (expected at least one pixel)");
+        assert_eq!(illegal(20, 9).code(), "param");
         // Rounded sizes are none of these.
         for (w, h) in [(20, 15), (13, 10), (13, 9), (1, 1), (39, 30)] {
             let enlarged = enlarge(&Plane::filled(w, h, 3), &picture, |_| true).unwrap();

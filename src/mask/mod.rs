@@ -1,24 +1,24 @@
-//! Masks: where their borders run, how sure they are, how they are stored.
+//! Masks: their borders, confidence and file formats.
 //!
-//! The cut gives every superpixel a cluster; which clusters are objects ([`find_objects`]) is known before it. What a
-//! mask shows is decided here: where, between superpixels, a border really runs ([`refine`]).
+//! The cut gives every superpixel a cluster, after some clusters were selected as objects ([`find_objects`]). Borders of masks
+//! are then refined to the pixel ([`refine`]) and brought to the size of the source ([`enlarge`]).
 
-mod alpha;
-mod border;
 mod coco;
 mod confidence;
 mod enlarge;
+mod opacity;
 mod prompts;
+mod refine;
 mod table;
 
-pub use crate::judge::{Figure, Observations, cluster_doubts, judge_clusters};
+pub use crate::classify::{Classification, Observations, classify_clusters, cluster_penalties};
 pub use crate::objects::{Objects, find_objects, number_objects};
-pub(crate) use border::refine_since;
-pub use border::{RefineParams, refine};
 #[doc(hidden)] // For the command line, and the packages for Python and JavaScript.
 pub use coco::{CocoRuns, coco_counts, coco_mask, coco_runs, coco_text};
-pub(crate) use confidence::{Said, confidence};
-pub use enlarge::{Enlarged, enlarge};
+pub(crate) use confidence::{ConfidenceInput, confidence};
+pub use enlarge::{EnlargedMask, enlarge};
 #[doc(hidden)] // For the command line, and the packages for Python and JavaScript.
 pub use prompts::{Prompt, Prompts};
+pub(crate) use refine::refine_since;
+pub use refine::{RefineParams, refine};
 pub use table::{ObjectRow, object_rows, object_table};

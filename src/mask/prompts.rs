@@ -1,104 +1,101 @@
-//! Prompts for models that follow an object from a hint: for each object the frame that shows it best, its box, points
-//! on it and beside it.
+//! Prompts for promptable video models: for each object its best frame, its bounding box, and points inside and outside.
 //!
-//! Promptable models of video take boxes, clicks and masks that a user would draw (SAM 2, Ravi et al., 2024). Here the
-//! objects are known, so nobody has to. A click lies best far from every border (Xu et al., Deep Interactive Object
-//! Selection, CVPR 2016): each point is the pixel that is farthest from the border and from the points before it.
+//! Promptable models of video take boxes, clicks and masks drawn by a user (SAM 2, Ravi et al., 2024); known objects replace the
+//! user. Clicks are best far from every border (Xu et al., Deep Interactive Object Selection, CVPR 2016): each point is the
+//! pixel farthest from the border and from the points before it.
 
-use super::confidence::depth;
+use super::confidence::border_distance;
 use crate::image::Plane;
 use crate::sets::DisjointSets;
 use std::collections::BTreeMap;
 
-/// Points on an object, and points beside it.
-const CLICKS: usize = 3;
+/// Number of points inside an object, and of points outside; chosen by eye.
+const NUM_POINTS: usize = 3;
 
-/// What tells a model which object is meant. Places are whole pixels of the mask.
+/// The prompt for one object, in pixels of the mask.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prompt {
     /// The object's label in the masks.
     pub object: u8,
-    /// The frame that shows it best.
+    /// The frame in which it is largest and farthest from its border.
     pub frame: usize,
-    /// Left, top, right and bottom of the box around `mask`; the latter two are its last column and row.
+    /// Left, top, right and bottom of the bounding box of `mask`; the latter two are its last column and row.
     pub bounds: [usize; 4],
-    /// Up to three pixels on the object, the deepest first.
+    /// Up to three pixels of the object, the one farthest from its border first.
     pub inside: Vec<(usize, usize)>,
-    /// Up to three pixels that are none of the object's, in its box widened by half to each side.
+    /// Up to three pixels outside the object, in its box extended by half on each side.
     pub outside: Vec<(usize, usize)>,
     /// 1 in the largest connected part of the object in this frame, 0 elsewhere.
     pub mask: Plane<u8>,
 }
 
-/// Looks for prompts frame by frame; holds one mask for each object.
+/// Finds prompts frame by frame; holds one mask for each object.
 #[derive(Debug, Default)]
 pub struct Prompts {
-    best: BTreeMap<u8, Best>,
+    best: BTreeMap<u8, BestFrame>,
 }
 
-/// The frame that shows an object best so far.
+/// The best frame of an object so far.
 #[derive(Debug)]
-struct Best {
+struct BestFrame {
     frame: usize,
     score: u64,
     mask: Plane<u8>,
 }
 
 impl Prompts {
-    /// Looks at the mask of frame `frame`. A frame is the better the larger the object is and the deeper its pixels lie
-    /// in it, for these are the surest.
+    /// Adds the mask of frame `frame`. Its score for an object is the sum of the border distances of the object's pixels.
     pub fn add(&mut self, frame: usize, mask: &Plane<u8>) {
         let mut scores = [0_u64; 256];
-        for (&label, &depth) in mask.data().iter().zip(depth(mask).data()) {
+        for (&label, &depth) in mask.data().iter().zip(border_distance(mask).data()) {
             scores[usize::from(label)] += 1 + u64::from(depth);
         }
         for object in (1..=255).filter(|&label| scores[usize::from(label)] > 0) {
             let score = scores[usize::from(object)];
             if self.best.get(&object).is_none_or(|best| score > best.score) {
                 let mask = mask.map(|label| u8::from(label == object));
-                self.best.insert(object, Best { frame, score, mask });
+                self.best.insert(object, BestFrame { frame, score, mask });
             }
         }
     }
 
-    /// A prompt for each object, ascending.
+    /// Returns the prompt for each object, ascending.
     #[must_use]
     pub fn finish(self) -> Vec<Prompt> {
         self.best.into_iter().map(|(object, best)| prompt(object, best)).collect()
     }
 }
 
-fn prompt(object: u8, Best { frame, mask, .. }: Best) -> Prompt {
-    let whole = mask;
-    let mask = largest_part(&whole);
+fn prompt(object: u8, BestFrame { frame, mask: object_mask, .. }: BestFrame) -> Prompt {
+    let mask = largest_component(&object_mask);
     let bounds @ [left, top, right, bottom] = bounds(&mask);
     let (width, height) = (right - left + 1, bottom - top + 1);
     let (x, y) = (left.saturating_sub(width / 2), top.saturating_sub(height / 2));
-    let around = (x, y, (right + width / 2 + 1).min(mask.width()), (bottom + height / 2 + 1).min(mask.height()));
-    let inside = farthest(&mask, 1, (left, top, right + 1, bottom + 1));
-    let outside = farthest(&whole, 0, around);
+    let extended = [x, y, (right + width / 2 + 1).min(mask.width()), (bottom + height / 2 + 1).min(mask.height())];
+    let inside = farthest_points(&mask, 1, [left, top, right + 1, bottom + 1]);
+    let outside = farthest_points(&object_mask, 0, extended);
     Prompt { object, frame, bounds, inside, outside, mask }
 }
 
-/// The largest connected part of the pixels that are 1: what lies apart is more often wrong than hidden in between.
-fn largest_part(mask: &Plane<u8>) -> Plane<u8> {
+/// Returns the largest connected component of the pixels that are 1. Smaller ones are more often errors than occluded parts.
+fn largest_component(mask: &Plane<u8>) -> Plane<u8> {
     let width = mask.width();
-    let is_on = |k: usize| mask.data()[k] == 1;
+    let is_inside = |k: usize| mask.data()[k] == 1;
     let mut sets = DisjointSets::new(mask.data().len());
     let mut sizes = vec![0_u32; mask.data().len()];
-    for k in (0..sizes.len()).filter(|&k| is_on(k)) {
+    for k in (0..sizes.len()).filter(|&k| is_inside(k)) {
         let (left, above) = ((k % width > 0).then(|| k - 1), k.checked_sub(width));
-        [left, above].into_iter().flatten().filter(|&j| is_on(j)).for_each(|j| sets.join(j, k));
+        [left, above].into_iter().flatten().filter(|&j| is_inside(j)).for_each(|j| sets.join(j, k));
     }
-    (0..sizes.len()).filter(|&k| is_on(k)).for_each(|k| sizes[sets.root(k)] += 1);
+    (0..sizes.len()).filter(|&k| is_inside(k)).for_each(|k| sizes[sets.root(k)] += 1);
     let largest = (0..sizes.len()).rev().max_by_key(|&k| sizes[k]);
     Plane::from_fn(width, mask.height(), |x, y| {
         let k = y * width + x;
-        u8::from(is_on(k) && Some(sets.root(k)) == largest)
+        u8::from(is_inside(k) && Some(sets.root(k)) == largest)
     })
 }
 
-/// The box around the pixels that are 1.
+/// Returns the bounding box of the pixels that are 1.
 fn bounds(mask: &Plane<u8>) -> [usize; 4] {
     let mut bounds = [usize::MAX, usize::MAX, 0, 0];
     for (k, _) in mask.data().iter().enumerate().filter(|(_, pixel)| **pixel == 1) {
@@ -108,28 +105,24 @@ fn bounds(mask: &Plane<u8>) -> [usize; 4] {
     bounds
 }
 
-/// Pixels of `mask` with this `value` in the part from `(left, top)` to before `(right, bottom)`: one after the other
-/// the farthest from all that have another value or lie outside of the part, and from those before it.
-fn farthest(
-    mask: &Plane<u8>,
-    value: u8,
-    (left, top, right, bottom): (usize, usize, usize, usize),
-) -> Vec<(usize, usize)> {
+/// Finds pixels of this `value` in a box: one after the other the farthest from other values, from the edges of the box, and from
+/// the pixels found before.
+fn farthest_points(mask: &Plane<u8>, value: u8, [left, top, right, bottom]: [usize; 4]) -> Vec<(usize, usize)> {
     let mut free = Plane::from_fn(right - left, bottom - top, |x, y| mask[(left + x, top + y)] == value);
-    let mut found = Vec::new();
-    while found.len() < CLICKS {
-        let depth = depth_sq(&free);
+    let mut points = Vec::new();
+    while points.len() < NUM_POINTS {
+        let depth = squared_distance(&free);
         let deepest = (0..depth.data().len()).rev().max_by_key(|&k| depth.data()[k]);
         let Some(k) = deepest.filter(|&k| depth.data()[k] > 0) else { break };
         let (x, y) = (k % free.width(), k / free.width());
         free[(x, y)] = false;
-        found.push((left + x, top + y));
+        points.push((left + x, top + y));
     }
-    found
+    points
 }
 
-/// Squared distance of each pixel to the nearest that is not free; beyond the edges nothing is.
-fn depth_sq(free: &Plane<bool>) -> Plane<usize> {
+/// Computes the squared distance of each pixel to the nearest that is not free; pixels beyond the edges are not free.
+fn squared_distance(free: &Plane<bool>) -> Plane<usize> {
     let (w, h) = (free.width(), free.height());
     let mut column = Plane::from_fn(w, h, |_, _| 0);
     for x in 0..w {
@@ -145,16 +138,16 @@ fn depth_sq(free: &Plane<bool>) -> Plane<usize> {
         }
     }
     Plane::from_fn(w, h, |x, y| {
-        let mut least = column[(x, y)] * column[(x, y)];
-        let mut aside = 1;
-        while aside * aside < least {
-            for at in [x.checked_sub(aside), Some(x + aside).filter(|&at| at < w)] {
-                let down = at.map_or(0, |at| column[(at, y)]);
-                least = least.min(aside * aside + down * down);
+        let mut min_sq = column[(x, y)] * column[(x, y)];
+        let mut dx = 1;
+        while dx * dx < min_sq {
+            for u in [x.checked_sub(dx), Some(x + dx).filter(|&u| u < w)] {
+                let dy = u.map_or(0, |u| column[(u, y)]);
+                min_sq = min_sq.min(dx * dx + dy * dy);
             }
-            aside += 1;
+            dx += 1;
         }
-        least
+        min_sq
     })
 }
 
@@ -164,17 +157,17 @@ mod tests {
     use crate::rng::Rng;
 
     #[test]
-    fn depth_is_the_distance_to_the_nearest_barrier_as_a_naive_search_finds_it() {
+    fn distances_are_those_of_an_exhaustive_search() {
         let mut rng = Rng::for_stage(3, "prompts");
         for _ in 0..20 {
             let (w, h) = (1 + rng.below(20), 1 + rng.below(14));
             let holes: Vec<(usize, usize)> = (0..rng.below(6)).map(|_| (rng.below(w), rng.below(h))).collect();
             let free = Plane::from_fn(w, h, |x, y| !holes.contains(&(x, y)));
-            let found = depth_sq(&free);
+            let distance = squared_distance(&free);
             for (x, y) in (0..w * h).map(|k| (k % w, k / w)) {
                 let edge = (x + 1).min(w - x).min(y + 1).min(h - y);
                 let hole = holes.iter().map(|&(a, b)| a.abs_diff(x).pow(2) + b.abs_diff(y).pow(2)).min();
-                assert_eq!(found[(x, y)], hole.unwrap_or(usize::MAX).min(edge * edge), "{x} {y}");
+                assert_eq!(distance[(x, y)], hole.unwrap_or(usize::MAX).min(edge * edge), "{x} {y}");
             }
         }
     }

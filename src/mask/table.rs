@@ -1,4 +1,4 @@
-//! Objects frame by frame in numbers: where they are, how large, how they move.
+//! Position, size and motion of objects frame by frame, as a table.
 
 use crate::image::Plane;
 use crate::trajectory::Trajectories;
@@ -9,50 +9,50 @@ use std::fmt::Write;
 pub struct ObjectRow {
     /// The frame.
     pub frame: usize,
-    /// Its time in seconds; `None` where it is not known.
+    /// Its time in seconds; `None` if unknown.
     pub time: Option<f64>,
     /// The object's label in the masks.
     pub object: u8,
-    /// First column and first row with a pixel of it.
+    /// First column and first row of its bounding box.
     pub corner: (usize, usize),
-    /// Width and height of the box around it.
+    /// Width and height of its bounding box.
     pub size: (usize, usize),
     /// Number of its pixels.
     pub area: usize,
-    /// Mean place of its pixels; pixel centres are at integers.
+    /// Mean position of its pixels; pixel centres are at integers.
     pub centroid: (f64, f64),
-    /// How far its trajectories go on average to the next frame; `None` where it has none that do.
+    /// Mean displacement of its trajectories to the next frame; `None` without trajectories.
     pub motion: Option<(f64, f64)>,
-    /// The number of these trajectories.
+    /// Number of these trajectories.
     pub trajectories: usize,
 }
 
-/// Sums over one object.
+/// Sums over the pixels and trajectories of one object.
 #[derive(Debug, Clone, Copy)]
-struct Sums {
+struct ObjectSums {
     low: (usize, usize),
     high: (usize, usize),
     area: usize,
-    place: (f64, f64),
-    moved: (f64, f64),
+    position: (f64, f64),
+    motion: (f64, f64),
     trajectories: usize,
 }
 
-const NOTHING: Sums = Sums {
-    low: (usize::MAX, usize::MAX),
-    high: (0, 0),
-    area: 0,
-    place: (0.0, 0.0),
-    moved: (0.0, 0.0),
-    trajectories: 0,
-};
+impl ObjectSums {
+    const EMPTY: Self = Self {
+        low: (usize::MAX, usize::MAX),
+        high: (0, 0),
+        area: 0,
+        position: (0.0, 0.0),
+        motion: (0.0, 0.0),
+        trajectories: 0,
+    };
 
-impl Sums {
-    fn count(&mut self, x: usize, y: usize) {
+    fn add_pixel(&mut self, x: usize, y: usize) {
         self.low = (self.low.0.min(x), self.low.1.min(y));
         self.high = (self.high.0.max(x), self.high.1.max(y));
         self.area += 1;
-        self.place = (self.place.0 + x as f64, self.place.1 + y as f64);
+        self.position = (self.position.0 + x as f64, self.position.1 + y as f64);
     }
 
     fn row(&self, frame: usize, object: u8) -> ObjectRow {
@@ -64,36 +64,36 @@ impl Sums {
             corner: self.low,
             size: (self.high.0 + 1 - self.low.0, self.high.1 + 1 - self.low.1),
             area: self.area,
-            centroid: mean(self.place, self.area),
-            motion: (self.trajectories > 0).then(|| mean(self.moved, self.trajectories)),
+            centroid: mean(self.position, self.area),
+            motion: (self.trajectories > 0).then(|| mean(self.motion, self.trajectories)),
             trajectories: self.trajectories,
         }
     }
 }
 
-/// The objects in `mask`, which is that of frame `t`, by their labels. `tracks` are in pixels of the mask; those whose
-/// point in this frame lies on an object, and that go on to the next frame, say how it moves.
+/// Measures the objects in the mask of frame `t`, by label. `tracks` are in pixels of the mask; an object's motion is the mean over the
+/// trajectories on it that continue in the next frame.
 pub fn object_rows(mask: &Plane<u8>, tracks: &Trajectories, t: usize) -> Vec<ObjectRow> {
-    let mut sums = [NOTHING; 256];
+    let mut sums = [ObjectSums::EMPTY; 256];
     for y in 0..mask.height() {
         for (x, &label) in mask.row(y).iter().enumerate() {
-            sums[usize::from(label)].count(x, y);
+            sums[usize::from(label)].add_pixel(x, y);
         }
     }
-    let place = |v: f32, limit: usize| ((f64::from(v) + 0.5).max(0.0) as usize).min(limit - 1);
+    let pixel = |v: f32, limit: usize| ((f64::from(v) + 0.5).max(0.0) as usize).min(limit - 1);
     for i in 0..tracks.len() {
         let (Some((x, y)), Some((u, v))) = (tracks.at(i, t), tracks.at(i, t + 1)) else { continue };
-        let sum = &mut sums[usize::from(mask[(place(x, mask.width()), place(y, mask.height()))])];
+        let sum = &mut sums[usize::from(mask[(pixel(x, mask.width()), pixel(y, mask.height()))])];
         sum.trajectories += 1;
-        sum.moved.0 += f64::from(u) - f64::from(x);
-        sum.moved.1 += f64::from(v) - f64::from(y);
+        sum.motion.0 += f64::from(u) - f64::from(x);
+        sum.motion.1 += f64::from(v) - f64::from(y);
     }
-    let of = |object| Some(sums[usize::from(object)]).filter(|sums| sums.area > 0).map(|sums| sums.row(t, object));
-    (1..=u8::MAX).filter_map(of).collect()
+    let row = |object| Some(sums[usize::from(object)]).filter(|sums| sums.area > 0).map(|sums| sums.row(t, object));
+    (1..=u8::MAX).filter_map(row).collect()
 }
 
-/// The rows as a table of comma-separated values, with a heading. Places have three decimals, times up to six; a time or a
-/// motion that there is not is left empty.
+/// Formats rows as comma-separated values with a header. Positions have three decimals, times up to six; missing times and
+/// motions are empty.
 pub fn object_table(rows: &[ObjectRow]) -> String {
     let mut text = String::from("frame,time,object,left,top,width,height,area,x,y,dx,dy,trajectories\n");
     for row in rows {
@@ -107,25 +107,25 @@ pub fn object_table(rows: &[ObjectRow]) -> String {
     text
 }
 
-/// Up to six decimals, the nearest; of two that are as near the one farther from 0.
+/// Formats a time with up to six decimals, rounded half away from zero.
 fn seconds(time: f64) -> String {
-    const BITS: u32 = 100;
-    let (whole, part) = (time.abs().trunc(), time.abs().fract());
-    // In whole numbers, which lose nothing; what needs more bits is too small to count.
-    let millionths = ((part * (1_u128 << BITS) as f64) as u128 * 1_000_000 + (1 << (BITS - 1))) >> BITS;
-    let all = (whole as u64).saturating_mul(1_000_000).saturating_add(millionths as u64);
-    let sign = if time < 0.0 && all > 0 { "-" } else { "" };
-    let text = format!("{sign}{}.{:06}", all / 1_000_000, all % 1_000_000);
+    // Fixed-point fractions of this many bits are exact down to the smallest that changes a rounding.
+    const FRACTION_BITS: u32 = 100;
+    let fraction = (time.abs().fract() * (1_u128 << FRACTION_BITS) as f64) as u128;
+    let millionths = (fraction * 1_000_000 + (1 << (FRACTION_BITS - 1))) >> FRACTION_BITS;
+    let micros = (time.abs().trunc() as u64).saturating_mul(1_000_000).saturating_add(millionths as u64);
+    let sign = if time < 0.0 && micros > 0 { "-" } else { "" };
+    let text = format!("{sign}{}.{:06}", micros / 1_000_000, micros % 1_000_000);
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// Three decimals, rounded before they are written: how ties are written differs between languages. As a whole number,
-/// because what writes others is large.
+/// Formats a number with three decimals, rounded half up, as languages differ in how they format ties. Uses integers only, since
+/// formatting of floats adds much to the size of the wasm file.
 fn decimals(value: f64) -> String {
     let thousandths = (value * 1000.0 + 0.5).floor() as i64;
     let sign = if thousandths < 0 { "-" } else { "" };
-    let all = thousandths.unsigned_abs();
-    format!("{sign}{}.{:03}", all / 1000, all % 1000)
+    let magnitude = thousandths.unsigned_abs();
+    format!("{sign}{}.{:03}", magnitude / 1000, magnitude % 1000)
 }
 
 #[cfg(test)]
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn places_have_three_decimals() {
+    fn positions_have_three_decimals() {
         let rounded = |value: f64| format!("{:.3}", (value * 1000.0 + 0.5).floor() / 1000.0);
         for value in [0.0, -0.0, 0.0005, -0.0005, -0.0006, 1.25, -12.3456, 719.9996, 1e6 / 3.0] {
             assert_eq!(decimals(value), rounded(value));

@@ -1,21 +1,22 @@
-//! Motion affinities between trajectories: the maximum velocity difference of Brox and Malik (ECCV 2010), as section
-//! 2.1 asks.
+//! Motion affinities between trajectories by their largest velocity difference (section 2.1; Brox and Malik, ECCV 2010).
 //!
 //! In: trajectories with the local flow variation at their points. Out: the symmetric sparse matrix A, entries in
 //! `0.0..`.
 //!
-//! 1. Velocities over a horizon of `h` frames: `v_t = (p_{t+h} − p_t) / h`, in pixels per frame; the noise that a
-//!    velocity may have, `s_t² = (weight · mean local flow variation over the horizon)² + floor²`.
+//! 1. Velocities over a horizon of `h` frames: `v_t = (p_{t+h} − p_t) / h`, in pixels per frame, and their noise
+//!    `s_t² = (weight · mean local flow variation over the horizon)² + floor²`.
 //! 2. For a pair with common frames: `d_t² = d_sp · |v_t^a − v_t^b|² / (h · min(s_t^a, s_t^b)²)`, where `d_sp` is their
 //!    mean distance over the common frames; `d² = max_t d_t²`; `A_ab = exp(−λ d²)`.
-//! 3. Pairs within a radius are all taken. Of the farther ones a fixed pseudo-random fraction is taken with the inverse
-//!    weight, so that degrees keep their expected value: without far pairs the graph has a continuum of slow modes and
-//!    objects fragment.
+//! 3. All pairs within a radius count. Of farther pairs a fixed pseudo-random fraction counts, with the inverse weight, so
+//!    that degrees keep their expected value. Without far pairs the graph has a continuum of slow modes, and objects
+//!    fragment.
 //!
-//! Deviations from Brox and Malik: the floor (σ → 0 on still or affine regions would cut everything), added in
-//! quadrature; far pairs are sampled; "within the radius" is judged in the middle of the common frames. Pairs with
-//! fewer common frames than `min_overlap` have no affinity. Cost: O(n²) cheap tests, O(pairs · common frames)
-//! arithmetic.
+//! **Deviations** from Brox and Malik: a noise floor, added in quadrature (σ → 0 on still or affine regions would cut
+//! everything); sampling of far pairs, whose distance is measured in the middle of the common frames. Pairs with fewer
+//! common frames than `min_overlap` have no affinity.
+//!
+//! **Cost**: O(n²) cheap tests, O(pairs · common frames) arithmetic. **Limits**: a translational model; on a zooming or
+//! rotating object only close pairs are similar, and one wrong flow field lowers an affinity for good.
 
 use crate::Error;
 use crate::rng::mix;
@@ -45,10 +46,11 @@ crate::params! {
     }
 }
 
-/// Affinities below this are dropped (the value of the published normalized-cut code).
-const NEGLIGIBLE: f32 = 1e-6;
+/// Smallest affinity kept (published normalized-cut code of Cour, Yu and Shi, 2004).
+const MIN_AFFINITY: f32 = 1e-6;
 
-/// The affinity matrix A of all trajectories; `spacing` is the typical distance of neighbours in a frame, in pixels.
+/// Computes the affinity matrix A of all trajectories. `spacing` is the typical distance of neighbours in a frame, in
+/// pixels.
 ///
 /// # Errors
 /// [`Error::Data`] when there are more pairs than 32-bit offsets can hold.
@@ -65,8 +67,8 @@ const NEGLIGIBLE: f32 = 1e-6;
 ///     tracks.push(0, (0..8).map(|t| (x + speed * t as f32, 20.0, 0.0)));
 /// }
 /// let a = affinities(&tracks, 8.0, &AffinityParams::default(), 0)?;
-/// let of_first: Vec<(usize, f64)> = a.row(0).filter(|&(j, _)| j > 0).collect();
-/// assert_eq!(of_first, [(1, 1.0)]); // the third has none to the first
+/// let first_row: Vec<(usize, f64)> = a.row(0).collect();
+/// assert_eq!(first_row, [(1, 1.0)]); // the third has no affinity to the first
 /// # Ok::<(), tracecut::Error>(())
 /// ```
 pub fn affinities(tracks: &Trajectories, spacing: f32, params: &AffinityParams, seed: u32) -> Result<SymCsr, Error> {
@@ -75,39 +77,42 @@ pub fn affinities(tracks: &Trajectories, spacing: f32, params: &AffinityParams, 
     rows.finish()
 }
 
-/// The computation of [`affinities`] in blocks of rows, for progress, for cancelling and for others to help with.
+/// The computation of [`affinities`] in blocks of rows, for progress, cancelling and other threads.
 #[derive(Debug, Clone)]
 pub(crate) struct AffinityRows {
     /// Number of trajectories.
     count: usize,
-    /// Once they are needed: all rows may be made elsewhere.
-    motions: Option<Motions>,
+    /// Computed on demand: all rows may come from other threads.
+    velocities: Option<Velocities>,
     params: AffinityParams,
+    /// Radius within which all pairs count, in pixels.
     radius: f32,
     seed: u32,
-    next: usize,
+    /// Number of rows done.
+    pub(crate) num_done: usize,
     upper: Vec<(u32, u32, f32)>,
 }
 
-/// Some rows of the upper triangle, and all that they are made from.
+/// The input of a block of rows of the upper triangle.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Rows {
-    /// Those of the rows and all after them.
+pub(crate) struct AffinityBlock {
+    /// The trajectories from `first` on.
     pub(crate) tracks: Trajectories,
-    /// The number of the first one, and how many rows are wanted.
+    /// First row of the block.
     pub(crate) first: usize,
+    /// Number of rows.
     pub(crate) count: usize,
     pub(crate) params: AffinityParams,
-    /// In pixels, within which all pairs count.
+    /// Radius within which all pairs count, in pixels.
     pub(crate) radius: f32,
     pub(crate) seed: u32,
 }
 
-impl Rows {
-    /// The entries of these rows.
+impl AffinityBlock {
+    /// Computes the entries `(i, j, affinity)` of these rows.
     pub(crate) fn entries(&self) -> Vec<(u32, u32, f32)> {
-        let motions = Motions::new(&self.tracks, &self.params);
-        let pairs = Pairs::new(&self.tracks, &motions, self.first, (&self.params, self.radius, self.seed));
+        let velocities = Velocities::new(&self.tracks, &self.params);
+        let pairs = Pairs::new(&self.tracks, &velocities, self.first, &self.params, self.radius, self.seed);
         let mut upper = Vec::new();
         (0..self.count.min(self.tracks.len())).for_each(|i| pairs.row(i, &mut upper));
         upper
@@ -115,41 +120,44 @@ impl Rows {
 }
 
 impl AffinityRows {
-    /// No pair is compared yet.
+    /// Starts without any row done.
     pub(crate) fn new(tracks: &Trajectories, spacing: f32, params: &AffinityParams, seed: u32) -> Self {
         let radius = params.local_radius * spacing;
-        Self { count: tracks.len(), motions: None, params: params.clone(), radius, seed, next: 0, upper: Vec::new() }
+        Self {
+            count: tracks.len(),
+            velocities: None,
+            params: params.clone(),
+            radius,
+            seed,
+            num_done: 0,
+            upper: Vec::new(),
+        }
     }
 
-    /// Rows done so far.
-    pub(crate) fn done(&self) -> usize {
-        self.next
-    }
-
-    /// Compares the next `rows` trajectories with all later ones. Returns whether any are left.
+    /// Compares the next `rows` trajectories with all later ones. Returns true while rows are left.
     pub(crate) fn advance(&mut self, tracks: &Trajectories, rows: usize) -> bool {
-        let end = self.next.saturating_add(rows).min(tracks.len());
-        let motions = self.motions.get_or_insert_with(|| Motions::new(tracks, &self.params));
-        let pairs = Pairs::new(tracks, motions, 0, (&self.params, self.radius, self.seed));
-        (self.next..end).for_each(|i| pairs.row(i, &mut self.upper));
-        self.next = end;
+        let end = self.num_done.saturating_add(rows).min(tracks.len());
+        let velocities = self.velocities.get_or_insert_with(|| Velocities::new(tracks, &self.params));
+        let pairs = Pairs::new(tracks, velocities, 0, &self.params, self.radius, self.seed);
+        (self.num_done..end).for_each(|i| pairs.row(i, &mut self.upper));
+        self.num_done = end;
         end < tracks.len()
     }
 
-    /// The rows from `first` on, to be made elsewhere.
-    pub(crate) fn rows(&self, tracks: &Trajectories, first: usize, count: usize) -> Rows {
-        let tracks = tracks.beginning_with(first);
-        Rows { tracks, first, count, params: self.params.clone(), radius: self.radius, seed: self.seed }
+    /// Returns the input of `count` rows from `first` on, for another thread.
+    pub(crate) fn block(&self, tracks: &Trajectories, first: usize, count: usize) -> AffinityBlock {
+        let tracks = trajectories_from(tracks, first);
+        AffinityBlock { tracks, first, count, params: self.params.clone(), radius: self.radius, seed: self.seed }
     }
 
-    /// Takes the next `rows`, which were made elsewhere. Returns whether any are left.
+    /// Adds the entries of the next `rows` rows from another thread. Returns true while rows are left.
     pub(crate) fn accept(&mut self, entries: Vec<(u32, u32, f32)>, rows: usize) -> bool {
         self.upper.extend(entries);
-        self.next = self.next.saturating_add(rows).min(self.count);
-        self.next < self.count
+        self.num_done = self.num_done.saturating_add(rows).min(self.count);
+        self.num_done < self.count
     }
 
-    /// The matrix, once [`AffinityRows::advance`] has returned false.
+    /// Builds the matrix once [`AffinityRows::advance`] has returned false.
     ///
     /// # Errors
     /// [`Error::Data`] when there are more pairs than 32-bit offsets can hold.
@@ -163,11 +171,26 @@ impl AffinityRows {
     }
 }
 
-/// What pairs of trajectories are compared with.
+/// Copies the trajectories from number `first` on.
+fn trajectories_from(tracks: &Trajectories, first: usize) -> Trajectories {
+    let first = first.min(tracks.len());
+    let point = tracks.offset[first] as usize;
+    Trajectories {
+        num_frames: tracks.num_frames,
+        size: tracks.size,
+        start_frame: tracks.start_frame[first..].to_vec(),
+        offset: tracks.offset[first..].iter().map(|&o| o - point as u32).collect(),
+        x: tracks.x[point..].to_vec(),
+        y: tracks.y[point..].to_vec(),
+        variation: tracks.variation[point..].to_vec(),
+    }
+}
+
+/// The comparison of pairs of trajectories.
 struct Pairs<'a> {
     tracks: &'a Trajectories,
-    motions: &'a Motions,
-    /// The number of the first trajectory in the clip.
+    velocities: &'a Velocities,
+    /// Number of the first trajectory in the clip.
     first: usize,
     radius_sq: f32,
     lambda: f32,
@@ -179,13 +202,15 @@ struct Pairs<'a> {
 impl<'a> Pairs<'a> {
     fn new(
         tracks: &'a Trajectories,
-        motions: &'a Motions,
+        velocities: &'a Velocities,
         first: usize,
-        (params, radius, seed): (&AffinityParams, f32, u32),
+        params: &AffinityParams,
+        radius: f32,
+        seed: u32,
     ) -> Self {
         Self {
             tracks,
-            motions,
+            velocities,
             first,
             radius_sq: radius.powi(2),
             lambda: params.lambda,
@@ -208,20 +233,20 @@ impl<'a> Pairs<'a> {
             let middle = (start + end) / 2;
             let p = tracks.point(i, middle);
             let q = tracks.point(j, middle);
-            let apart = (tracks.x[p] - tracks.x[q]).powi(2) + (tracks.y[p] - tracks.y[q]).powi(2);
-            let pair = (self.first + i, self.first + j);
-            let scale = if apart <= self.radius_sq {
+            let distance_sq = (tracks.x[p] - tracks.x[q]).powi(2) + (tracks.y[p] - tracks.y[q]).powi(2);
+            let (row, column) = (self.first + i, self.first + j);
+            let weight = if distance_sq <= self.radius_sq {
                 1.0
             } else if self.far_sampling > 0
-                && mix(self.seed ^ ((pair.0 as u64) << 32 | pair.1 as u64)).is_multiple_of(self.far_sampling)
+                && mix(self.seed ^ ((row as u64) << 32 | column as u64)).is_multiple_of(self.far_sampling)
             {
                 self.far_sampling as f32
             } else {
                 continue;
             };
-            let w = libm::expf(-self.lambda * self.motions.distance_sq(tracks, i, j, start..end));
-            if w >= NEGLIGIBLE {
-                upper.push((pair.0 as u32, pair.1 as u32, w * scale));
+            let affinity = libm::expf(-self.lambda * self.velocities.distance_sq(tracks, i, j, start..end));
+            if affinity >= MIN_AFFINITY {
+                upper.push((row as u32, column as u32, affinity * weight));
             }
         }
     }
@@ -229,75 +254,74 @@ impl<'a> Pairs<'a> {
 
 /// Velocity and inverse noise at every point that has a full horizon after it, laid out like the points.
 #[derive(Debug, Clone)]
-pub(crate) struct Motions {
-    horizon: usize,
+pub(crate) struct Velocities {
+    /// Frames that a velocity spans.
+    pub(crate) horizon: usize,
     floor_sq: f32,
     variation_weight: f32,
     vx: Vec<f32>,
     vy: Vec<f32>,
     /// `1 / s_t²`
-    certainty: Vec<f32>,
+    precision: Vec<f32>,
 }
 
-impl Motions {
+impl Velocities {
+    /// Computes the velocities of all points.
     pub(crate) fn new(tracks: &Trajectories, params: &AffinityParams) -> Self {
-        let points = tracks.x.len();
-        let mut motions = Self {
+        let num_points = tracks.x.len();
+        let mut velocities = Self {
             horizon: params.horizon as usize,
             floor_sq: params.noise_floor * params.noise_floor,
             variation_weight: params.variation_weight,
-            vx: vec![0.0; points],
-            vy: vec![0.0; points],
-            certainty: vec![0.0; points],
+            vx: vec![0.0; num_points],
+            vy: vec![0.0; num_points],
+            precision: vec![0.0; num_points],
         };
         for i in 0..tracks.len() {
             let range = tracks.points(i);
-            for p in range.start..range.end.saturating_sub(motions.horizon) {
-                let (vx, vy, certainty) = motions.velocity(tracks, p, motions.horizon);
-                (motions.vx[p], motions.vy[p], motions.certainty[p]) = (vx, vy, certainty);
+            for p in range.start..range.end.saturating_sub(velocities.horizon) {
+                let (vx, vy, precision) = velocities.velocity(tracks, p, velocities.horizon);
+                (velocities.vx[p], velocities.vy[p], velocities.precision[p]) = (vx, vy, precision);
             }
         }
-        motions
+        velocities
     }
 
-    /// Velocity over `horizon` frames from point `p` on, and `1 / s²`.
+    /// Computes the velocity over `horizon` frames from point `p` on, and `1 / s²`.
     fn velocity(&self, tracks: &Trajectories, p: usize, horizon: usize) -> (f32, f32, f32) {
-        let over = 1.0 / horizon as f32;
-        let sigma = self.variation_weight * tracks.variation[p..p + horizon].iter().sum::<f32>() * over;
+        let inverse = 1.0 / horizon as f32;
+        let sigma = self.variation_weight * tracks.variation[p..p + horizon].iter().sum::<f32>() * inverse;
         let (dx, dy) = (tracks.x[p + horizon] - tracks.x[p], tracks.y[p + horizon] - tracks.y[p]);
-        (dx * over, dy * over, 1.0 / (sigma * sigma + self.floor_sq))
+        (dx * inverse, dy * inverse, 1.0 / (sigma * sigma + self.floor_sq))
     }
 
-    /// The frames that a velocity runs over.
-    pub(crate) fn horizon(&self) -> usize {
-        self.horizon
-    }
-
-    /// Velocity from a point on, in pixels a frame, and the inverse square of its noise; 0 without a full horizon after it.
+    /// Returns the velocity at point `p` in pixels per frame and the inverse square of its noise; zeros without a full
+    /// horizon after it.
     pub(crate) fn at(&self, p: usize) -> (f32, f32, f32) {
-        (self.vx[p], self.vy[p], self.certainty[p])
+        (self.vx[p], self.vy[p], self.precision[p])
     }
 
-    /// `d²(i, j)` over the common frames, at least two.
+    /// Computes `d²(i, j)` over the common frames, at least two.
     fn distance_sq(&self, tracks: &Trajectories, i: usize, j: usize, common: Range<usize>) -> f32 {
         let (p, q) = (tracks.point(i, common.start), tracks.point(j, common.start));
         let length = common.len();
-        let mut apart = 0.0;
+        let mut distance_sum = 0.0;
         for k in 0..length {
-            apart += ((tracks.x[p + k] - tracks.x[q + k]).powi(2) + (tracks.y[p + k] - tracks.y[q + k]).powi(2)).sqrt();
+            distance_sum +=
+                ((tracks.x[p + k] - tracks.x[q + k]).powi(2) + (tracks.y[p + k] - tracks.y[q + k]).powi(2)).sqrt();
         }
         let mut largest = 0.0_f32;
         if length > self.horizon {
             for k in 0..length - self.horizon {
                 let (a, b) = (p + k, q + k);
                 let difference = (self.vx[a] - self.vx[b]).powi(2) + (self.vy[a] - self.vy[b]).powi(2);
-                largest = largest.max(difference * self.certainty[a].max(self.certainty[b]));
+                largest = largest.max(difference * self.precision[a].max(self.precision[b]));
             }
         } else {
             let (a, b) = (self.velocity(tracks, p, length - 1), self.velocity(tracks, q, length - 1));
             largest = ((a.0 - b.0).powi(2) + (a.1 - b.1).powi(2)) * a.2.max(b.2);
         }
-        apart / length as f32 * largest / self.horizon as f32
+        distance_sum / length as f32 * largest / self.horizon as f32
     }
 }
 

@@ -1,16 +1,18 @@
 //! Delaunay neighbourhoods, densities and embedding discontinuities (section 2.2).
 //!
-//! In: trajectories and their embedding. Out: for every pair that is joined in the Delaunay graph of any frame its
-//! embedding affinity `Ŵ_ij` and its discontinuity `d_ij`; the edges of each frame.
+//! In: trajectories and their embedding. Out: the embedding affinity `Ŵ_ij` and the discontinuity `d_ij` of every pair that
+//! is joined in the Delaunay graph of some frame; the edges of each frame.
 //!
 //! 1. Per frame, the Delaunay graph of the points alive in it; `N_i` is the set of `i`'s neighbours in any frame.
 //! 2. `Ŵ_ij = Σ_k λ_k V_ik V_jk` over the leading eigenvectors.
 //! 3. Density `δ_i = max_{j ∈ N_i} Ŵ_ij`.
 //! 4. `d_ij = 1 − Ŵ_ij / max(δ_i, δ_j)`, clamped to `[0, 1]` since `Ŵ` may be slightly negative.
 //!
-//! Deviation: the paper speaks of one `K`. Here `d` is measured with few smooth eigenvectors while the rotation uses
-//! many: with all of them the embedding of an object's inside is so uneven that `d` rises there
-//! too. Cost: O(frames · n log n + pairs · K).
+//! **Deviation**: the paper has one `K`. Here `d` is computed from few smooth eigenvectors while the rotation uses many:
+//! with all of them the embedding inside an object is so uneven that `d` rises there too.
+//!
+//! **Cost**: O(frames · n log n + pairs · K). **Limits**: a trajectory much denser than its neighbours inflates `d` on its
+//! edges; long edges across areas without trajectories count like short ones.
 
 use crate::delaunay::delaunay_edges;
 use crate::embedding::Embedding;
@@ -23,28 +25,28 @@ crate::params! {
         /// d_ij above which an edge lies on an object boundary (section 2.2: 0.6). Used by the thresholded segmentation
         /// of Figure 1(c).
         pub threshold: f64 = 0.6, in 0.0..=1.0, expert;
-        /// Fewest eigenvectors that d is measured with.
+        /// Smallest number of eigenvectors for d.
         pub min_dimensions: u32 = 6, in 1..=64, expert;
-        /// Eigenvectors with at least this eigenvalue are used for d beyond the fewest.
+        /// Eigenvectors with at least this eigenvalue are used for d beyond the smallest number.
         pub min_eigenvalue: f64 = 0.96, in 0.0..=1.0, expert;
     }
 }
 
 /// The Delaunay graphs of all frames over the trajectories.
 ///
-/// Law: `pairs` are unique, sorted, each `(i, j)` with `i < j`; `frame_offset` has `num_frames + 1` increasing numbers.
+/// Invariants: `pairs` are unique, sorted, each `(i, j)` with `i < j`; `frame_offset` has `num_frames + 1` increasing numbers.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Neighborhoods {
     /// Pairs of trajectories that are neighbours in some frame.
     pub pairs: Vec<(u32, u32)>,
-    /// Where the edges of each frame begin in `frame_edges`; `num_frames + 1` numbers.
+    /// Start of each frame's edges in `frame_edges`; `num_frames + 1` numbers.
     pub frame_offset: Vec<u32>,
     /// Indices into `pairs`: the Delaunay edges of frame `t` are `frame_offset[t]..frame_offset[t + 1]`.
     pub frame_edges: Vec<u32>,
 }
 
 impl Neighborhoods {
-    /// The Delaunay edges of `frame`, as indices into `pairs`.
+    /// Returns the Delaunay edges of `frame`, as indices into `pairs`.
     pub fn frame(&self, frame: usize) -> &[u32] {
         &self.frame_edges[self.frame_offset[frame] as usize..self.frame_offset[frame + 1] as usize]
     }
@@ -53,7 +55,7 @@ impl Neighborhoods {
 /// The spatial neighbour pairs of all frames with their discontinuities.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Discontinuities {
-    /// Who is whose neighbour, and when.
+    /// The neighbour pairs and the frames in which they are neighbours.
     pub neighborhoods: Neighborhoods,
     /// Number of eigenvectors used.
     pub dimensions: usize,
@@ -65,7 +67,7 @@ pub struct Discontinuities {
     pub density: Vec<f64>,
 }
 
-/// The Delaunay graphs of every frame.
+/// Computes the Delaunay graphs of all frames.
 ///
 /// # Examples
 /// Four trajectories in a square are neighbours along its sides and one diagonal.
@@ -78,53 +80,54 @@ pub struct Discontinuities {
 /// for (x, y) in [(8.0, 8.0), (24.0, 9.0), (8.0, 24.0), (23.0, 23.0)] {
 ///     tracks.push(0, [(x, y, 0.0)]);
 /// }
-/// let found = neighborhoods(&tracks);
-/// assert_eq!(found.frame(0).len(), 5);
-/// assert!([(0, 1), (0, 2), (1, 3), (2, 3)].iter().all(|side| found.pairs.contains(side)));
+/// let graph = neighborhoods(&tracks);
+/// assert_eq!(graph.frame(0).len(), 5);
+/// assert!([(0, 1), (0, 2), (1, 3), (2, 3)].iter().all(|side| graph.pairs.contains(side)));
 /// ```
 #[must_use]
 pub fn neighborhoods(tracks: &Trajectories) -> Neighborhoods {
-    neighborhoods_by(tracks, &mut |frame| delaunay_edges(&points_in(tracks, frame)))
+    neighborhoods_from_edges(tracks, &mut |frame| delaunay_edges(&alive_points(tracks, frame)))
 }
 
-/// The points of the trajectories alive in `frame`, by trajectory.
-pub(crate) fn points_in(tracks: &Trajectories, frame: usize) -> Vec<(f32, f32)> {
+/// Returns the positions of the trajectories alive in `frame`, in the order of the trajectories.
+pub(crate) fn alive_points(tracks: &Trajectories, frame: usize) -> Vec<(f32, f32)> {
     tracks.alive(frame).map(|(_, x, y)| (x, y)).collect()
 }
 
-/// The same from the Delaunay edges of each frame's points, in the order of [`points_in`].
-pub(crate) fn neighborhoods_by(
+/// Builds [`Neighborhoods`] from the Delaunay edges of each frame's [`alive_points`].
+pub(crate) fn neighborhoods_from_edges(
     tracks: &Trajectories,
-    edges: &mut dyn FnMut(usize) -> Vec<(u32, u32)>,
+    frame_edges: &mut dyn FnMut(usize) -> Vec<(u32, u32)>,
 ) -> Neighborhoods {
-    let mut all: Vec<(u32, u32)> = Vec::new();
+    let mut edges: Vec<(u32, u32)> = Vec::new();
     let mut frame_offset = vec![0_u32];
     for (frame, ids) in alive_by_frame(tracks).iter().enumerate() {
         // Ids increase, so the order of an edge's ends is kept.
-        all.extend(edges(frame).iter().map(|&(a, b)| (ids[a as usize], ids[b as usize])));
-        frame_offset.push(all.len() as u32);
+        edges.extend(frame_edges(frame).iter().map(|&(a, b)| (ids[a as usize], ids[b as usize])));
+        frame_offset.push(edges.len() as u32);
     }
-    // Who has whom as a neighbour of a higher number, of which there are few.
-    let mut near: Vec<Vec<u32>> = vec![Vec::new(); tracks.len()];
-    for &(i, j) in &all {
-        let near = &mut near[i as usize];
-        if !near.contains(&j) {
-            near.push(j);
+    // The neighbours `j > i` of each trajectory `i`. They are few: a list is faster than a set.
+    let mut neighbors: Vec<Vec<u32>> = vec![Vec::new(); tracks.len()];
+    for &(i, j) in &edges {
+        let list = &mut neighbors[i as usize];
+        if !list.contains(&j) {
+            list.push(j);
         }
     }
     let mut pairs = Vec::new();
-    let mut first = Vec::with_capacity(near.len());
-    for (i, near) in (0..).zip(&mut near) {
-        order::sort_by_key(near, |&j| u64::from(j));
+    let mut first = Vec::with_capacity(neighbors.len());
+    for (i, list) in (0..).zip(&mut neighbors) {
+        order::sort_by_key(list, |&j| u64::from(j));
         first.push(pairs.len() as u32);
-        pairs.extend(near.iter().map(|&j| (i, j)));
+        pairs.extend(list.iter().map(|&j| (i, j)));
     }
-    let place = |&(i, j): &(u32, u32)| Some(first[i as usize] + near[i as usize].binary_search(&j).ok()? as u32);
-    let frame_edges = all.iter().filter_map(place).collect();
+    let pair_index =
+        |&(i, j): &(u32, u32)| Some(first[i as usize] + neighbors[i as usize].binary_search(&j).ok()? as u32);
+    let frame_edges = edges.iter().filter_map(pair_index).collect();
     Neighborhoods { pairs, frame_offset, frame_edges }
 }
 
-/// The trajectories alive in each frame, in increasing order.
+/// Lists the trajectories alive in each frame, in increasing order.
 fn alive_by_frame(tracks: &Trajectories) -> Vec<Vec<u32>> {
     let mut alive = vec![Vec::new(); tracks.num_frames];
     for i in 0..tracks.len() {
@@ -135,7 +138,7 @@ fn alive_by_frame(tracks: &Trajectories) -> Vec<Vec<u32>> {
     alive
 }
 
-/// Embedding affinities, densities and discontinuities of all neighbour pairs.
+/// Computes embedding affinities, densities and discontinuities of all neighbour pairs.
 ///
 /// # Examples
 /// Between the two groups `d` is 1, within them 0.
@@ -146,7 +149,7 @@ fn alive_by_frame(tracks: &Trajectories) -> Vec<Vec<u32>> {
 /// use tracecut::sparse::SymCsr;
 /// use tracecut::trajectory::Trajectories;
 ///
-/// // A trajectory for each digit; those of equal digits move alike.
+/// // A trajectory for each digit; trajectories of equal digits move alike.
 /// let digits = ["00011", "00011", "00011"].concat().into_bytes();
 /// let mut tracks = Trajectories::empty(1, (50, 30));
 /// (0..15).for_each(|i| tracks.push(0, [(10.0 * (i % 5) as f32, 10.0 * (i / 5) as f32 + (i % 5 % 2) as f32, 0.0)]));
@@ -155,10 +158,10 @@ fn alive_by_frame(tracks: &Trajectories) -> Vec<Vec<u32>> {
 /// let a = SymCsr::from_upper(15, &alike.map(|(i, j)| (i, j, 1.0)).collect::<Vec<_>>());
 /// let params = EmbeddingParams { min_component: 2, min_dimensions: 1, ..EmbeddingParams::default() };
 /// let embedding = embed(&a, &params, 0);
-/// let found = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
-/// for (&(i, j), &d) in found.neighborhoods.pairs.iter().zip(&found.d) {
-///     let parted = digits[i as usize] != digits[j as usize];
-///     assert!((d - f64::from(u8::from(parted))).abs() < 1e-6);
+/// let result = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
+/// for (&(i, j), &d) in result.neighborhoods.pairs.iter().zip(&result.d) {
+///     let expected = if digits[i as usize] == digits[j as usize] { 0.0 } else { 1.0 };
+///     assert!((d - expected).abs() < 1e-6);
 /// }
 /// ```
 #[must_use]
@@ -167,8 +170,8 @@ pub fn discontinuities(
     embedding: &Embedding,
     params: &DiscontinuityParams,
 ) -> Discontinuities {
-    let smooth = embedding.eigenvalues.iter().filter(|&&l| l >= params.min_eigenvalue).count();
-    let dimensions = smooth.max(params.min_dimensions as usize).min(embedding.dimensions);
+    let num_smooth = embedding.eigenvalues.iter().filter(|&&l| l >= params.min_eigenvalue).count();
+    let dimensions = num_smooth.max(params.min_dimensions as usize).min(embedding.dimensions);
     let n = embedding.num_rows;
     let mut affinity = Vec::with_capacity(neighborhoods.pairs.len());
     let mut density = vec![0.0_f64; n];
@@ -183,29 +186,29 @@ pub fn discontinuities(
         .pairs
         .iter()
         .zip(&affinity)
-        .map(|(&(i, j), &w)| drop_below(w, density[i as usize].max(density[j as usize])))
+        .map(|(&(i, j), &w)| discontinuity(w, density[i as usize].max(density[j as usize])))
         .collect();
     Discontinuities { neighborhoods, dimensions, affinity, d, density }
 }
 
-/// `d` of two neighbours with the embedding affinity `w`, where the denser of them has the density `densest`; 1 where
-/// there is none.
-pub(crate) fn drop_below<T>(w: T, densest: T) -> T
+/// Computes `d = 1 − Ŵ / δ` of two neighbours from their embedding affinity and the larger of their densities, clamped to
+/// `[0, 1]`; 1 without density.
+pub(crate) fn discontinuity<T>(affinity: T, density: T) -> T
 where
     T: Copy + PartialOrd + From<u8> + std::ops::Sub<Output = T> + std::ops::Div<Output = T>,
 {
-    let (none, all) = (T::from(0), T::from(1));
-    if densest > none {
-        let d = all - w / densest;
-        if d > all {
-            all
-        } else if d < none {
-            none
+    let (zero, one) = (T::from(0), T::from(1));
+    if density > zero {
+        let d = one - affinity / density;
+        if d > one {
+            one
+        } else if d < zero {
+            zero
         } else {
             d
         }
     } else {
-        all
+        one
     }
 }
 

@@ -1,4 +1,4 @@
-//! From frames to what motion alone says of trajectories.
+//! Motion: from frames to trajectories, their affinities, embedding and discontinuities.
 
 pub mod affinity;
 pub mod discontinuity;

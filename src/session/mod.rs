@@ -1,15 +1,14 @@
-//! A run of all stages: clips, long ones window by window, and their results.
+//! Sessions: all stages over a clip, or over a long clip window by window, and their results.
 //!
-//! Rooms, each importing only from those before it: `window` (shots, and which object is which in the next window),
-//! `base` (parameters, stages, outputs), `jobs` (work that any thread or worker can do), `run` (the states of a run and the
-//! work of each stage), then `drive` (who does the work: threads, workers, windows, forks) and `read` (results and
-//! corrections).
+//! Rooms, each importing only from those before it: `window` (windows, cuts, and object labels across windows), `base`
+//! (parameters, stages, outputs), `jobs` (work for any thread or worker), `run` (the states of a run and the work of each
+//! stage), then `drive` (threads, workers, windows, checkpoints, forks) and `read` (results and corrections).
 
 mod base;
 mod drive;
 #[cfg_attr(
     all(target_arch = "wasm32", not(feature = "wasm")),
-    allow(dead_code, reason = "nothing is given away without an interface for it")
+    allow(dead_code, reason = "without threads or an interface no jobs are handed out")
 )]
 mod jobs;
 mod read;
@@ -24,11 +23,13 @@ pub use drive::Forks;
 #[cfg(not(target_arch = "wasm32"))]
 pub use drive::{Checkpoint, Windows};
 #[cfg(feature = "wasm")]
-pub(crate) use jobs::{Made, Piece, PieceId};
-pub use read::{Affinity, Border, Evidence, Explanation, Flip, LabelCost, Source, SuperpixelLink, Voter};
+pub(crate) use jobs::{Job, JobId, JobResult};
+pub use read::{
+    Affinity, Evidence, Explanation, LabelCost, LabelFlip, LabelSource, ObjectBorder, SuperpixelLink, Voter,
+};
 pub use run::Session;
-#[cfg(all(feature = "wasm", target_arch = "wasm32"))]
-pub(crate) use window::Plan;
 pub use window::ShotParams;
 #[cfg(any(not(target_arch = "wasm32"), feature = "wasm"))]
 pub use window::Window;
+#[cfg(all(feature = "wasm", target_arch = "wasm32"))]
+pub(crate) use window::WindowPlan;

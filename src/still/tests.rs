@@ -21,16 +21,16 @@ fn clutter(w: usize, h: usize, seed: u64) -> Frame {
     })
 }
 
-fn found(frame: &Frame, params: &StillParams) -> ImageDiscontinuities {
+fn detect(frame: &Frame, params: &StillParams) -> ImageDiscontinuities {
     image_discontinuities(frame, params, 0)
 }
 
-fn check(found: &ImageDiscontinuities, size: (usize, usize)) {
+fn check(result: &ImageDiscontinuities, size: (usize, usize)) {
     let pairs = [
-        (&found.pb.pb, &found.pb.thin),
-        (&found.d.strength, &found.d.thin),
-        (&found.spectral.strength, &found.spectral.thin),
-        (&found.combined.pb, &found.combined.thin),
+        (&result.pb.pb, &result.pb.thin),
+        (&result.d.strength, &result.d.thin),
+        (&result.spectral.strength, &result.spectral.thin),
+        (&result.combined.pb, &result.combined.thin),
     ];
     for (map, thin) in pairs {
         assert_eq!((map.width(), map.height()), size);
@@ -39,8 +39,8 @@ fn check(found: &ImageDiscontinuities, size: (usize, usize)) {
             assert!((0.0..=1.0).contains(&v) && (t == 0.0 || t == v), "strength {v}, thin {t}");
         }
     }
-    assert_eq!(found.eigenvalues.len(), found.eigenvectors.len());
-    assert!(found.eigenvalues.is_sorted_by(|a, b| a >= b));
+    assert_eq!(result.eigenvalues.len(), result.eigenvectors.len());
+    assert!(result.eigenvalues.is_sorted_by(|a, b| a >= b));
 }
 
 #[test]
@@ -48,10 +48,10 @@ fn two_flat_halves_have_their_discontinuity_between_them() {
     for (w, h) in [(64, 48), (160, 100)] {
         let halves = frame(w, h, |x, _| if x < w / 2 { 40 } else { 210 });
         for (grouping, least, most) in [(Grouping::Joint, 0.95, 0.5), (Grouping::Single, 0.6, 0.3)] {
-            let found = found(&halves, &StillParams { grouping, ..StillParams::default() });
-            check(&found, (w, h));
+            let result = detect(&halves, &StillParams { grouping, ..StillParams::default() });
+            check(&result, (w, h));
             for y in 0..h {
-                let row = found.d.strength.row(y);
+                let row = result.d.strength.row(y);
                 let cut = row[w / 2 - 2..w / 2 + 2].iter().fold(0.0_f32, |m, &v| m.max(v));
                 assert!(cut > least, "{cut} on the cut of {w}x{h} {grouping:?}");
                 let inside = row.iter().enumerate().filter(|(x, _)| x.abs_diff(w / 2) > 3);
@@ -64,12 +64,12 @@ fn two_flat_halves_have_their_discontinuity_between_them() {
 #[test]
 fn flat_images_have_no_discontinuities() {
     for (w, h) in [(1, 1), (1, 30), (30, 1), (2, 2), (5, 3), (60, 45)] {
-        let found = found(&frame(w, h, |_, _| 120), &StillParams::default());
-        check(&found, (w, h));
-        for map in [&found.d.strength, &found.spectral.strength] {
+        let result = detect(&frame(w, h, |_, _| 120), &StillParams::default());
+        check(&result, (w, h));
+        for map in [&result.d.strength, &result.spectral.strength] {
             assert!(map.data().iter().all(|&v| v == 0.0), "{w}x{h}");
         }
-        assert_eq!(found.combined, found.pb);
+        assert_eq!(result.combined, result.pb);
     }
 }
 
@@ -78,7 +78,7 @@ fn images_of_any_small_size_have_legal_maps() {
     for (w, h) in [(1, 1), (1, 2), (2, 1), (1, 40), (40, 1), (2, 2), (3, 5), (16, 4), (19, 18)] {
         for grouping in [Grouping::Joint, Grouping::Single] {
             let params = StillParams { grouping, ..StillParams::default() };
-            check(&found(&clutter(w, h, 5), &params), (w, h));
+            check(&detect(&clutter(w, h, 5), &params), (w, h));
         }
     }
 }
@@ -87,7 +87,7 @@ fn images_of_any_small_size_have_legal_maps() {
 fn the_finest_level_is_embedded_with_orthonormal_vectors_every_time_the_same() {
     let image = clutter(140, 100, 1);
     let params = StillParams::default();
-    let first = found(&image, &params);
+    let first = detect(&image, &params);
     check(&first, (140, 100));
     assert!(first.info.residual < 0.1, "{:?}", first.info);
     assert!((first.eigenvalues[0] - 1.0).abs() < 1e-4, "{:?}", first.eigenvalues);
@@ -102,7 +102,7 @@ fn the_finest_level_is_embedded_with_orthonormal_vectors_every_time_the_same() {
             assert!((product(a, b) - expected).abs() < 1e-4, "VᵀDV has {} at {i}, {j}", product(a, b));
         }
     }
-    assert_eq!(found(&image, &params), first);
+    assert_eq!(detect(&image, &params), first);
 }
 
 #[test]
@@ -114,17 +114,17 @@ fn parameters_at_the_ends_of_their_ranges_give_legal_maps() {
         StillParams { dimensions: 64, weight: 100.0, ..StillParams::default() },
     ];
     for params in ends {
-        check(&found(&clutter(40, 31, 6), &params), (40, 31));
-        check(&found(&clutter(125, 97, 6), &params), (125, 97));
+        check(&detect(&clutter(40, 31, 6), &params), (40, 31));
+        check(&detect(&clutter(125, 97, 6), &params), (125, 97));
     }
 }
 
 #[test]
 fn without_weight_the_combined_map_is_pb() {
     let image = clutter(60, 45, 2);
-    let plain = found(&image, &StillParams { weight: 0.0, ..StillParams::default() });
+    let plain = detect(&image, &StillParams { weight: 0.0, ..StillParams::default() });
     assert_eq!(plain.combined, plain.pb);
-    let default = found(&image, &StillParams::default());
+    let default = detect(&image, &StillParams::default());
     assert_eq!(default.pb, plain.pb);
     assert_ne!(default.combined, default.pb);
 }
@@ -132,7 +132,7 @@ fn without_weight_the_combined_map_is_pb() {
 #[test]
 fn large_images_are_reduced() {
     let image = clutter(120, 61, 2);
-    let small = found(&image, &StillParams { max_side: 60, ..StillParams::default() });
+    let small = detect(&image, &StillParams { max_side: 60, ..StillParams::default() });
     check(&small, (60, 31));
-    assert_eq!(small.pb, found(&image.resized(60, 31), &StillParams::default()).pb);
+    assert_eq!(small.pb, detect(&image.resized(60, 31), &StillParams::default()).pb);
 }

@@ -1,6 +1,6 @@
-//! Affine maps of the plane, with a sine of our own: the same bytes on every target.
+//! Affine maps of the plane, with a sine that gives the same bytes on every target.
 
-/// `(x, y) → (xx·x + xy·y + x0, yx·x + yy·y + y0)`.
+/// The map `(x, y) → (xx·x + xy·y + x0, yx·x + yy·y + y0)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Affine {
     xx: f64,
@@ -12,33 +12,33 @@ pub(crate) struct Affine {
 }
 
 impl Affine {
-    /// Leaves every point where it is.
+    /// The identity map.
     pub(crate) const IDENTITY: Self = Self { xx: 1.0, xy: 0.0, yx: 0.0, yy: 1.0, x0: 0.0, y0: 0.0 };
 
-    /// Moves by `(x, y)`.
+    /// Returns the translation by `(x, y)`.
     pub(crate) fn translation(x: f64, y: f64) -> Self {
         Self { x0: x, y0: y, ..Self::IDENTITY }
     }
 
-    /// Scales about the origin, by `x` across and `y` down; neither may be zero.
+    /// Returns the scaling about the origin by the factors `x` and `y`, neither of them zero.
     pub(crate) fn scaling(x: f64, y: f64) -> Self {
         Self { xx: x, yy: y, ..Self::IDENTITY }
     }
 
-    /// Rotates about the origin by `turns` full turns, clockwise on the screen (y points down).
+    /// Returns the rotation about the origin by `turns` full turns, clockwise on the screen (y points down).
     #[inline(never)]
     pub(crate) fn rotation(turns: f64) -> Self {
         let (sin, cos) = (sin_turns(turns), sin_turns(turns + 0.25));
         Self { xx: cos, xy: -sin, yx: sin, yy: cos, ..Self::IDENTITY }
     }
 
-    /// Moves each row sideways by `slope` times its distance from the row `y0`: a ground plane seen by a camera that
-    /// moves sideways.
+    /// Returns the shear that moves each row sideways by `slope` times its distance from the row `y0`: the motion of a ground
+    /// plane seen by a camera that moves sideways.
     pub(crate) fn shear(slope: f64, y0: f64) -> Self {
         Self { xy: slope, x0: -slope * y0, ..Self::IDENTITY }
     }
 
-    /// This map first, then `next`.
+    /// Composes this map with `next`, which is applied after it.
     #[must_use]
     #[inline(never)]
     pub(crate) fn then(&self, next: &Self) -> Self {
@@ -53,17 +53,17 @@ impl Affine {
         }
     }
 
-    /// Where `(x, y)` goes.
+    /// Maps `(x, y)`.
     pub(crate) fn apply(&self, x: f64, y: f64) -> (f64, f64) {
         (self.xx * x + self.xy * y + self.x0, self.yx * x + self.yy * y + self.y0)
     }
 
-    /// How much an area grows, with its sign.
+    /// Returns the signed factor by which areas grow.
     pub(crate) fn determinant(&self) -> f64 {
         self.xx * self.yy - self.xy * self.yx
     }
 
-    /// The map back. The determinant must not be zero.
+    /// Returns the inverse map. The determinant must not be zero.
     #[must_use]
     pub(crate) fn inverse(&self) -> Self {
         let scale = 1.0 / self.determinant();
@@ -73,10 +73,9 @@ impl Affine {
     }
 }
 
-/// The sine of an angle in full turns, to about 1e-9.
+/// Computes the sine of an angle in full turns, to about 1e-9.
 ///
-/// `f64::sin` may differ in its last bit between platforms, which would show in the rounded pixels; sums and products
-/// do not.
+/// The last bit of `f64::sin` may differ between platforms and change rounded pixels; sums and products are exact.
 #[inline(never)]
 pub(crate) fn sin_turns(turns: f64) -> f64 {
     let turns = turns - (turns + 0.5).floor();

@@ -1,9 +1,8 @@
-//! What sprites are painted with: hashed noise, signed distances and mixing of colours. Sums, products and square roots
-//! only.
+//! Tools to paint sprites: hashed noise, signed distances and mixing of colours, by sums, products and square roots only.
 
 use crate::rng::mix;
 
-/// A colour, red, green and blue in `0.0..=255.0`.
+/// Red, green and blue in `0.0..=255.0`.
 pub(crate) type Colour = [f32; 3];
 
 /// Smooth pseudo-random fields, one for each seed.
@@ -11,7 +10,7 @@ pub(crate) type Colour = [f32; 3];
 pub(crate) struct Noise(pub u64);
 
 impl Noise {
-    /// Noise of a wavelength of about two units, in `-1.0..=1.0`.
+    /// Samples noise of a wavelength of about two units, in `-1.0..=1.0`.
     fn value(self, x: f32, y: f32) -> f32 {
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = (smooth(x - x0), smooth(y - y0));
@@ -26,15 +25,15 @@ impl Noise {
         (hash >> 40) as f32 * (2.0 / 16_777_216.0) - 1.0
     }
 
-    /// A sum of octaves, about `-1.0..=1.0`: cells of `coarsest` units and ever half as wide, each half as strong, down
-    /// to `finest` units. Band-limited: nothing is finer, so that a sprite can be resampled.
+    /// Samples a sum of octaves, about `-1.0..=1.0`: cells from `coarsest` down to `finest` units, each octave half as wide
+    /// and 0.6 times as strong. It is band-limited, so that a sprite can be resampled.
     #[inline(never)]
     pub(crate) fn fractal(self, x: f32, y: f32, coarsest: f32, finest: f32) -> f32 {
         let (mut x, mut y, mut cell, mut strength, mut sum) = (x, y, coarsest, 0.62, 0.0);
         let mut octave = self;
         while cell >= finest && strength > 0.02 {
             sum += strength * octave.value(x / cell, y / cell);
-            // Turned by the angle of a 3-4-5 triangle, so that the lattices of the octaves do not line up.
+            // Rotated by the angle of a 3-4-5 triangle, so that the lattices of the octaves do not align.
             (x, y) = (0.8 * x - 0.6 * y, 0.6 * x + 0.8 * y);
             octave = Self(octave.0.wrapping_add(0x1234_5677));
             cell *= 0.5;
@@ -44,50 +43,50 @@ impl Noise {
     }
 }
 
+/// Eases `f` in `0.0..=1.0` by Perlin's quintic polynomial.
 fn smooth(f: f32) -> f32 {
     f * f * f * (f * (f * 6.0 - 15.0) + 10.0)
 }
 
-/// From `a` to `b` as `f` goes from 0 to 1.
+/// Interpolates from `a` to `b` as `f` goes from 0 to 1.
 pub(super) fn lerp(a: f32, b: f32, f: f32) -> f32 {
     a + (b - a) * f
 }
 
-/// From colour `a` to `b` as `f` goes from 0 to 1.
+/// Interpolates from colour `a` to `b` as `f` goes from 0 to 1.
 #[inline(never)]
 pub(super) fn blend(a: Colour, b: Colour, f: f32) -> Colour {
     [lerp(a[0], b[0], f), lerp(a[1], b[1], f), lerp(a[2], b[2], f)]
 }
 
-/// Lighter (`by > 0`) or darker, in proportion.
+/// Makes a colour lighter (`amount > 0`) or darker, in proportion.
 #[inline(never)]
-pub(super) fn shade(colour: Colour, by: f32) -> Colour {
-    colour.map(|c| (c * (1.0 + by)).clamp(0.0, 255.0))
+pub(super) fn shade(colour: Colour, amount: f32) -> Colour {
+    colour.map(|c| (c * (1.0 + amount)).clamp(0.0, 255.0))
 }
 
-/// 0 below `low`, 1 above `high`, a smooth ramp between.
+/// Returns 0 below `low`, 1 above `high`, and a smooth step between (GLSL's `smoothstep`).
 #[inline(never)]
 pub(super) fn ramp(low: f32, high: f32, value: f32) -> f32 {
     let f = ((value - low) / (high - low)).clamp(0.0, 1.0);
     f * f * (3.0 - 2.0 * f)
 }
 
-/// Signed distance to a bar from `a` to `b` with round ends, of radius `ra` at `a` and `rb` at `b`; exact for equal
-/// radii.
+/// Computes the signed distance to a bar from `a` to `b` with round ends of radii `ra` and `rb`; exact for equal radii.
 #[inline(never)]
 pub(super) fn bar(x: f32, y: f32, a: (f32, f32), b: (f32, f32), ra: f32, rb: f32) -> f32 {
-    let (px, py, bx, by) = (x - a.0, y - a.1, b.0 - a.0, b.1 - a.1);
-    let along = ((px * bx + py * by) / (bx * bx + by * by).max(1e-9)).clamp(0.0, 1.0);
-    length(px - along * bx, py - along * by) - lerp(ra, rb, along)
+    let (px, py, dx, dy) = (x - a.0, y - a.1, b.0 - a.0, b.1 - a.1);
+    let f = ((px * dx + py * dy) / (dx * dx + dy * dy).max(1e-9)).clamp(0.0, 1.0);
+    length(px - f * dx, py - f * dy) - lerp(ra, rb, f)
 }
 
-/// Signed distance to a disc.
+/// Computes the signed distance to a disc.
 #[inline(never)]
 pub(super) fn disc(x: f32, y: f32, centre: (f32, f32), radius: f32) -> f32 {
     length(x - centre.0, y - centre.1) - radius
 }
 
-/// Signed distance to a box of half sides `half` whose corners are rounded by `radius`.
+/// Computes the signed distance to a box of half sides `half` whose corners are rounded by `radius`.
 #[inline(never)]
 pub(super) fn rounded_box(x: f32, y: f32, centre: (f32, f32), half: (f32, f32), radius: f32) -> f32 {
     let (dx, dy) = ((x - centre.0).abs() - half.0 + radius, (y - centre.1).abs() - half.1 + radius);

@@ -1,12 +1,12 @@
-//! A scene: its layers, and what is seen of them.
+//! A scene: its layers, and their frames, masks and flow.
 
 use super::affine::Affine;
 use super::brush::{Colour, blend};
 use crate::flow::FlowField;
 use crate::image::{Frame, Plane};
 
-/// Longest side of a scene in pixels; larger ones are made this large.
-pub(super) const MAX_SIDE: usize = 4096;
+/// Longest side of a scene in pixels, to bound its memory; longer ones are clamped. Chosen by eye.
+const MAX_SIDE: usize = 4096;
 
 /// A clip with known masks and flow.
 #[derive(Debug, Clone)]
@@ -18,14 +18,14 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// An empty scene; the first layer added becomes the backdrop and covers every pixel. Sides are clamped to
+    /// Creates an empty scene; the first layer added becomes the backdrop and covers every pixel. Sides are clamped to
     /// `1..=`[`MAX_SIDE`].
     pub(crate) fn new(width: usize, height: usize, num_frames: usize) -> Self {
         let size = (width.clamp(1, MAX_SIDE), height.clamp(1, MAX_SIDE));
         Self { size, num_frames, sprites: Vec::new(), layers: Vec::new() }
     }
 
-    /// Adds a sprite and gives its number, for one or more layers to show.
+    /// Adds a sprite for one or more layers and returns its number.
     pub(crate) fn add_sprite(&mut self, sprite: Sprite) -> usize {
         self.sprites.push(sprite);
         self.sprites.len() - 1
@@ -46,26 +46,26 @@ impl Scene {
         self.layers.push(Layer { sprite, label, poses });
     }
 
-    /// Width and height in pixels.
+    /// Returns width and height in pixels.
     pub fn size(&self) -> (usize, usize) {
         self.size
     }
 
-    /// Number of frames.
+    /// Returns the number of frames.
     pub fn num_frames(&self) -> usize {
         self.num_frames
     }
 
-    /// Number of objects, background not counted; masks hold values up to this.
+    /// Returns the number of objects without the background, which is the largest value of masks.
     pub fn num_objects(&self) -> usize {
         self.layers.iter().map(|l| usize::from(l.label)).max().unwrap_or(0)
     }
 
-    /// The image at frame `t`; after the last frame, everything stays where it is.
+    /// Renders frame `t`; after the last frame nothing moves.
     pub fn frame(&self, t: usize) -> Frame {
         let (width, height) = self.size;
         let mut canvas: Vec<Colour> = vec![[0.0; 3]; width * height];
-        self.paint(t, &mut |_, x, y, colour, coverage| {
+        self.visit_layers(t, &mut |_, x, y, colour, coverage| {
             let pixel = &mut canvas[y * width + x];
             *pixel = blend(*pixel, colour, coverage);
         });
@@ -73,13 +73,13 @@ impl Scene {
         Frame::from_rgb(rgb, width, height).expect("sides are checked in new")
     }
 
-    /// The object that each pixel belongs to at frame `t`: 0 is the background.
+    /// Returns the object of each pixel at frame `t`; 0 is the background.
     pub fn mask(&self, t: usize) -> Plane<u8> {
         self.frontmost(t).map(|layer| self.layers.get(usize::from(layer)).map_or(0, |l| l.label))
     }
 
-    /// The true motion of what is seen at frame `t` to frame `t + 1`, in pixels. A point that disappears behind
-    /// another, or leaves the frame, has the motion of its surface all the same.
+    /// Computes the true flow from frame `t` to frame `t + 1`, in pixels. A point that becomes occluded or leaves the frame
+    /// has the motion of its surface.
     pub fn flow(&self, t: usize) -> FlowField {
         let steps: Vec<Affine> = self.layers.iter().map(|l| l.step(t)).collect();
         let frontmost = self.frontmost(t);
@@ -95,10 +95,10 @@ impl Scene {
         }
     }
 
-    /// The number of the frontmost layer that covers at least half of each pixel.
+    /// Returns the number of the frontmost layer that covers at least half of each pixel.
     fn frontmost(&self, t: usize) -> Plane<u16> {
         let mut plane = Plane::filled(self.size.0, self.size.1, 0);
-        self.paint(t, &mut |layer, x, y, _, coverage| {
+        self.visit_layers(t, &mut |layer, x, y, _, coverage| {
             if coverage >= 0.5 {
                 plane[(x, y)] = layer as u16;
             }
@@ -107,10 +107,10 @@ impl Scene {
     }
 
     /// Calls `visit(layer, x, y, colour, coverage)` for every pixel of every layer, from back to front.
-    fn paint(&self, t: usize, visit: &mut dyn FnMut(usize, usize, usize, Colour, f32)) {
+    fn visit_layers(&self, t: usize, visit: &mut dyn FnMut(usize, usize, usize, Colour, f32)) {
         for (index, layer) in self.layers.iter().enumerate() {
             let sprite = &self.sprites[layer.sprite];
-            layer.cover(sprite, t, self.size, index == 0, &mut |x, y, colour, coverage| {
+            layer.visit_pixels(sprite, t, self.size.0, self.size.1, index == 0, &mut |x, y, colour, coverage| {
                 visit(index, x, y, colour, coverage);
             });
         }
@@ -119,10 +119,10 @@ impl Scene {
 
 // Sprites and layers: painted once, then moved.
 
-/// A painted patch of the world: colour and signed distance to the edge of the shape, on a grid of texels.
+/// A painted shape: colour and signed distance to its edge on a grid of texels.
 ///
-/// Distances are in the sprite's own units, negative inside. Between texels both are interpolated bilinearly; the shape
-/// *is* the zero line of the interpolated distance, so that masks and flow are exact by definition.
+/// Distances are in the sprite's own units, negative inside. Between texels both are interpolated bilinearly; the edge is
+/// defined as the zero line of the interpolated distance, so that masks and flow are exact.
 #[derive(Debug, Clone)]
 pub(crate) struct Sprite {
     texels: Plane<[f32; 4]>,
@@ -131,8 +131,8 @@ pub(crate) struct Sprite {
 }
 
 impl Sprite {
-    /// Paints a patch from `(left, top)` to `(right, bottom)` in its own units, `density` texels a unit, by asking
-    /// `paint` for the colour and the signed distance at each texel.
+    /// Paints a sprite from `(left, top)` to `(right, bottom)` in its own units with `density` texels per unit: `paint`
+    /// returns colour and signed distance at a point.
     pub(crate) fn paint(bounds: [f32; 4], density: f32, mut paint: impl FnMut(f32, f32) -> (Colour, f32)) -> Self {
         Self::paint_dyn(bounds, density, &mut paint)
     }
@@ -143,8 +143,8 @@ impl Sprite {
         let width = ((right - left) * density).ceil() as usize + 3;
         let height = ((bottom - top) * density).ceil() as usize + 3;
         let texels = Plane::from_fn(width, height, |x, y| {
-            let at = |texel: usize, begin: f32| begin + (texel as f32 - 1.0) / density;
-            let ([r, g, b], distance) = paint(at(x, left), at(y, top));
+            let position = |texel: usize, begin: f32| begin + (texel as f32 - 1.0) / density;
+            let ([r, g, b], distance) = paint(position(x, left), position(y, top));
             [r, g, b, distance]
         });
         let density = f64::from(density);
@@ -154,7 +154,7 @@ impl Sprite {
         Self { texels, to_texels }
     }
 
-    /// Colour and distance at a texel position, clamped to the patch.
+    /// Interpolates colour and distance at a texel position, clamped to the sprite.
     fn sample(&self, x: f32, y: f32) -> [f32; 4] {
         let (width, height) = (self.texels.width(), self.texels.height());
         let (x, y) = (x.clamp(0.0, (width - 1) as f32), y.clamp(0.0, (height - 1) as f32));
@@ -173,45 +173,46 @@ impl Sprite {
 /// A sprite in motion.
 #[derive(Debug, Clone)]
 struct Layer {
-    /// Which of the scene's sprites it shows.
+    /// Number of the sprite.
     sprite: usize,
-    /// Which object it belongs to; 0 is the background.
+    /// The object that it belongs to; 0 is the background.
     label: u8,
     /// From the sprite's units to pixels, for every frame and one more.
     poses: Vec<Affine>,
 }
 
 impl Layer {
-    /// The motion of this layer's points from frame `t` to `t + 1`, in pixels, as a map of pixel positions to new
-    /// positions.
+    /// Returns the motion of this layer from frame `t` to `t + 1` as a map of pixel positions.
     fn step(&self, t: usize) -> Affine {
         let last = self.poses.len() - 1;
         self.poses[t.min(last)].inverse().then(&self.poses[(t + 1).min(last)])
     }
 
-    /// Calls `visit(x, y, colour, coverage)` for every pixel of a frame of `size` that the layer covers at all at frame
-    /// `t`. A backdrop covers every pixel wholly.
-    fn cover(
+    /// Calls `visit(x, y, colour, coverage)` for every pixel of a frame of `width × height` pixels that the layer covers at
+    /// frame `t`, at least in part. A backdrop covers every pixel in full.
+    fn visit_pixels(
         &self,
         sprite: &Sprite,
         t: usize,
-        size: (usize, usize),
-        backdrop: bool,
+        width: usize,
+        height: usize,
+        is_backdrop: bool,
         visit: &mut dyn FnMut(usize, usize, Colour, f32),
     ) {
         let pose = self.poses[t.min(self.poses.len() - 1)];
         let to_texels = pose.inverse().then(&sprite.to_texels);
         let pixels_per_unit = pose.determinant().abs().sqrt() as f32;
-        let (across, down) = if backdrop { (0..size.0, 0..size.1) } else { extent(&to_texels.inverse(), sprite, size) };
+        let (columns, rows) =
+            if is_backdrop { (0..width, 0..height) } else { extent(&to_texels.inverse(), sprite, width, height) };
         let origin = to_texels.apply(0.0, 0.0);
         let right = to_texels.apply(1.0, 0.0);
         let (step_x, step_y) = ((right.0 - origin.0) as f32, (right.1 - origin.1) as f32);
-        for y in down {
+        for y in rows {
             let (begin_x, begin_y) = to_texels.apply(0.0, y as f64);
-            for x in across.clone() {
+            for x in columns.clone() {
                 let [r, g, b, distance] =
                     sprite.sample(begin_x as f32 + x as f32 * step_x, begin_y as f32 + x as f32 * step_y);
-                let coverage = if backdrop { 1.0 } else { (0.5 - distance * pixels_per_unit).clamp(0.0, 1.0) };
+                let coverage = if is_backdrop { 1.0 } else { (0.5 - distance * pixels_per_unit).clamp(0.0, 1.0) };
                 if coverage > 0.0 {
                     visit(x, y, [r, g, b], coverage);
                 }
@@ -220,11 +221,12 @@ impl Layer {
     }
 }
 
-/// The columns and rows of a frame of `size` pixels that a sprite can touch.
+/// Returns the columns and rows of a frame of `width × height` pixels that a sprite can cover.
 fn extent(
     from_texels: &Affine,
     sprite: &Sprite,
-    size: (usize, usize),
+    width: usize,
+    height: usize,
 ) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
     let (right, bottom) = ((sprite.texels.width() - 1) as f64, (sprite.texels.height() - 1) as f64);
     let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)].map(|(x, y)| from_texels.apply(x, y));
@@ -234,5 +236,5 @@ fn extent(
         // Casts saturate, so that a sprite outside the frame gives an empty range.
         (low.ceil().max(0.0) as usize)..((high.floor() + 1.0).max(0.0) as usize).min(end)
     };
-    (range(&|c| c.0, size.0), range(&|c| c.1, size.1))
+    (range(&|c| c.0, width), range(&|c| c.1, height))
 }

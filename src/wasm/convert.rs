@@ -1,4 +1,4 @@
-//! Between JavaScript values and the core's types.
+//! Conversion between JavaScript values and the types of the core.
 
 use crate::connectedness::{Components, NO_COMPONENT};
 use crate::contour::BoundaryMap;
@@ -9,7 +9,7 @@ use crate::mask::Objects;
 use crate::params::{ParamTree, ParamValue};
 use crate::saliency::Saliency;
 use crate::still::ImageDiscontinuities;
-use crate::superpixel::{Border, Edge, EdgeKind, Superpixels};
+use crate::superpixel::{Edge, EdgeKind, SuperpixelBorder, Superpixels};
 use crate::trajectory::Trajectories;
 use crate::{Error, Params};
 use js_sys::{
@@ -19,7 +19,7 @@ use serde::Serialize;
 use serde_wasm_bindgen::Serializer;
 use wasm_bindgen::prelude::*;
 
-/// A JavaScript `Error` with the message of `error` and its code in the property `code`.
+/// Returns a JavaScript `Error` with the message of `error` and its code in the property `code`.
 pub(super) fn to_js_error(error: &Error) -> JsValue {
     let value = js_sys::Error::new(&error.to_string());
     // Setting a property of a fresh, extensible object cannot fail.
@@ -27,12 +27,12 @@ pub(super) fn to_js_error(error: &Error) -> JsValue {
     value.into()
 }
 
-/// Small values only: numbers, texts and lists of plain objects; what is none is `null`.
+/// Converts small values: numbers, strings and lists of plain objects; `None` becomes `null`.
 pub(super) fn to_js(value: &impl Serialize) -> Result<JsValue, JsValue> {
     Ok(value.serialize(&Serializer::new().serialize_missing_as_null(true))?)
 }
 
-/// The default parameters changed by a tree of options such as `{flow: {patchStride: 5}}`.
+/// Returns the default parameters changed by a tree of options such as `{flow: {patchStride: 5}}`.
 pub(super) fn to_params(options: JsValue) -> Result<Params, Error> {
     let mut params = Params::default();
     if !options.is_undefined() {
@@ -45,14 +45,14 @@ pub(super) fn to_params(options: JsValue) -> Result<Params, Error> {
     Ok(params)
 }
 
-/// The properties of an object, and of the objects in it. By hand: what `serde` needs for it is several KiB of the file.
+/// Reads the properties of an object and of the objects in it. Written by hand, since `serde` would add several KiB to the wasm file.
 fn tree(value: &JsValue) -> Option<ParamTree> {
     let object = value.dyn_ref::<Object>().filter(|_| !Array::is_array(value))?;
     let list = Object::entries(object);
     let entries = list.iter().map(|entry| {
         let entry: Array = entry.into();
         let value = entry.get(1);
-        let found = if let Some(text) = value.as_string() {
+        let parsed = if let Some(text) = value.as_string() {
             ParamValue::Text(text)
         } else if let Some(number) = value.as_f64() {
             ParamValue::Number(number)
@@ -61,12 +61,12 @@ fn tree(value: &JsValue) -> Option<ParamTree> {
         } else {
             tree(&value).map_or(ParamValue::Other(serde::de::IgnoredAny), ParamValue::Section)
         };
-        (entry.get(0).as_string().unwrap_or_default(), found)
+        (entry.get(0).as_string().unwrap_or_default(), parsed)
     });
     Some(ParamTree(entries.collect()))
 }
 
-/// A plain object with these properties.
+/// Returns a plain object with these properties.
 pub(super) fn object<const N: usize>(properties: [(&str, JsValue); N]) -> JsValue {
     let object = Object::new();
     for (name, value) in properties {
@@ -76,15 +76,15 @@ pub(super) fn object<const N: usize>(properties: [(&str, JsValue); N]) -> JsValu
     object.into()
 }
 
-pub(super) fn bytes(values: &[u8]) -> JsValue {
+pub(super) fn uint8_array(values: &[u8]) -> JsValue {
     Uint8Array::from(values).into()
 }
 
 pub(super) fn clusters(clusters: &Clusters) -> JsValue {
-    object([("count", clusters.count.into()), ("label", words(&clusters.label))])
+    object([("count", clusters.count.into()), ("label", uint32_array(&clusters.label))])
 }
 
-/// Three bytes a pixel inside, four outside, as `ImageData` wants them.
+/// Converts RGB to RGBA bytes, as `ImageData` has them.
 pub(super) fn rgba(rgb: &[u8]) -> JsValue {
     let rgba: Vec<u8> = rgb.chunks_exact(3).flat_map(|p| [p[0], p[1], p[2], 255]).collect();
     Uint8ClampedArray::from(rgba.as_slice()).into()
@@ -96,21 +96,21 @@ pub(super) fn picture(plane: &Plane<[u8; 4]>) -> JsValue {
     object([("width", plane.width().into()), ("height", plane.height().into()), ("data", data.into())])
 }
 
-pub(super) fn words(values: &[u32]) -> JsValue {
+pub(super) fn uint32_array(values: &[u32]) -> JsValue {
     Uint32Array::from(values).into()
 }
 
-pub(super) fn floats(values: &[f32]) -> JsValue {
+pub(super) fn float32_array(values: &[f32]) -> JsValue {
     Float32Array::from(values).into()
 }
 
-pub(super) fn doubles(values: &[f64]) -> JsValue {
+pub(super) fn float64_array(values: &[f64]) -> JsValue {
     Float64Array::from(values).into()
 }
 
-/// Double precision inside, single precision outside: halves what crosses to the page.
-pub(super) fn narrowed(values: &[f64]) -> JsValue {
-    floats(&values.iter().map(|&v| v as f32).collect::<Vec<_>>())
+/// Converts to single precision, which halves the data that crosses to the page.
+pub(super) fn single_precision(values: &[f64]) -> JsValue {
+    float32_array(&values.iter().map(|&v| v as f32).collect::<Vec<_>>())
 }
 
 /// `{width, height, u, v}`.
@@ -118,8 +118,8 @@ pub(super) fn flow(field: &FlowField) -> JsValue {
     object([
         ("width", field.u.width().into()),
         ("height", field.u.height().into()),
-        ("u", floats(field.u.data())),
-        ("v", floats(field.v.data())),
+        ("u", float32_array(field.u.data())),
+        ("v", float32_array(field.v.data())),
     ])
 }
 
@@ -127,20 +127,24 @@ pub(super) fn flow(field: &FlowField) -> JsValue {
 pub(super) fn trajectories(t: &Trajectories, numbers: &[u32]) -> JsValue {
     object([
         ("count", t.len().into()),
-        ("startFrame", words(&t.start_frame)),
-        ("offset", words(&t.offset)),
-        ("x", floats(&t.x)),
-        ("y", floats(&t.y)),
-        ("id", words(numbers)),
+        ("startFrame", uint32_array(&t.start_frame)),
+        ("offset", uint32_array(&t.offset)),
+        ("x", float32_array(&t.x)),
+        ("y", float32_array(&t.y)),
+        ("id", uint32_array(numbers)),
     ])
 }
 
 /// `{count, ofCluster, labels}`.
 pub(super) fn objects(o: &Objects) -> JsValue {
-    object([("count", o.highest_label.into()), ("ofCluster", bytes(&o.of_cluster)), ("labels", bytes(&o.labels()))])
+    object([
+        ("count", o.highest_label.into()),
+        ("ofCluster", uint8_array(&o.of_cluster)),
+        ("labels", uint8_array(&o.labels())),
+    ])
 }
 
-/// Bytes of the instance's linear memory.
+/// Returns the size of the instance's linear memory in bytes.
 pub(super) fn memory_bytes() -> u32 {
     let memory: js_sys::WebAssembly::Memory = wasm_bindgen::memory().unchecked_into();
     js_sys::ArrayBuffer::from(memory.buffer()).byte_length()
@@ -151,50 +155,50 @@ pub(super) fn boundaries(map: &BoundaryMap) -> JsValue {
     object([
         ("width", map.pb.width().into()),
         ("height", map.pb.height().into()),
-        ("pb", floats(map.pb.data())),
-        ("thin", floats(map.thin.data())),
+        ("pb", float32_array(map.pb.data())),
+        ("thin", float32_array(map.thin.data())),
     ])
 }
 
 /// `{width, height, saliency}`.
 pub(super) fn saliency_map(map: &Plane<f32>) -> JsValue {
-    object([("width", map.width().into()), ("height", map.height().into()), ("saliency", floats(map.data()))])
+    object([("width", map.width().into()), ("height", map.height().into()), ("saliency", float32_array(map.data()))])
 }
 
 /// `{width, height, confidence}`.
 pub(super) fn confidence(map: &Plane<f32>) -> JsValue {
-    object([("width", map.width().into()), ("height", map.height().into()), ("confidence", floats(map.data()))])
+    object([("width", map.width().into()), ("height", map.height().into()), ("confidence", float32_array(map.data()))])
 }
 
 /// `{ofPoints, inContext, foreground}`; truth values as 0 and 1.
 pub(super) fn saliency(s: &Saliency) -> JsValue {
     let foreground: Vec<u8> = s.foreground.iter().map(|&f| u8::from(f)).collect();
     object([
-        ("ofPoints", floats(&s.of_points)),
-        ("inContext", floats(&s.in_context)),
-        ("foreground", bytes(&foreground)),
+        ("ofPoints", float32_array(&s.of_points)),
+        ("inContext", float32_array(&s.in_context)),
+        ("foreground", uint8_array(&foreground)),
     ])
 }
 
 /// `{count, ofPoint}`; -1 stands for [`NO_COMPONENT`].
 pub(super) fn components(c: &Components) -> JsValue {
-    let number = |&of: &u32| if of == NO_COMPONENT { -1 } else { of as i32 };
+    let number = |&component: &u32| if component == NO_COMPONENT { -1 } else { component as i32 };
     let of_point: Vec<i32> = c.of_point.iter().map(number).collect();
-    object([("count", words(&c.count)), ("ofPoint", Int32Array::from(of_point.as_slice()).into())])
+    object([("count", uint32_array(&c.count)), ("ofPoint", Int32Array::from(of_point.as_slice()).into())])
 }
 
 /// `{width, height, scaleX, scaleY, pb, discontinuity, spectral, combined}` of an image of `input` pixels.
-pub(super) fn image_discontinuities(found: &ImageDiscontinuities, input: (usize, usize)) -> JsValue {
-    let (width, height) = (found.pb.pb.width(), found.pb.pb.height());
+pub(super) fn image_discontinuities(image: &ImageDiscontinuities, input: (usize, usize)) -> JsValue {
+    let (width, height) = (image.pb.pb.width(), image.pb.pb.height());
     object([
         ("width", width.into()),
         ("height", height.into()),
         ("scaleX", (input.0 as f64 / width as f64).into()),
         ("scaleY", (input.1 as f64 / height as f64).into()),
-        ("pb", floats(found.pb.pb.data())),
-        ("discontinuity", floats(found.d.strength.data())),
-        ("spectral", floats(found.spectral.strength.data())),
-        ("combined", floats(found.combined.pb.data())),
+        ("pb", float32_array(image.pb.pb.data())),
+        ("discontinuity", float32_array(image.d.strength.data())),
+        ("spectral", float32_array(image.spectral.strength.data())),
+        ("combined", float32_array(image.combined.pb.data())),
     ])
 }
 
@@ -205,30 +209,30 @@ pub(super) fn superpixels(s: &Superpixels) -> JsValue {
         ("width", label.width().into()),
         ("height", label.height().into()),
         ("count", s.count.into()),
-        ("label", words(label.data())),
+        ("label", uint32_array(label.data())),
         ("borders", borders(&s.borders)),
         ("edges", edges(&s.edges)),
     ])
 }
 
-fn borders(list: &[Border]) -> JsValue {
-    let column = |of: fn(&Border) -> f32| floats(&list.iter().map(of).collect::<Vec<_>>());
-    let side = |of: fn(&Border) -> u32| words(&list.iter().map(of).collect::<Vec<_>>());
+fn borders(list: &[SuperpixelBorder]) -> JsValue {
+    let column = |field: fn(&SuperpixelBorder) -> f32| float32_array(&list.iter().map(field).collect::<Vec<_>>());
+    let side = |field: fn(&SuperpixelBorder) -> u32| uint32_array(&list.iter().map(field).collect::<Vec<_>>());
     object([("a", side(|b| b.a)), ("b", side(|b| b.b)), ("length", column(|b| b.length)), ("pb", column(|b| b.pb))])
 }
 
 fn edges(list: &[Edge]) -> JsValue {
-    let column = |of: fn(&Edge) -> f32| floats(&list.iter().map(of).collect::<Vec<_>>());
+    let column = |field: fn(&Edge) -> f32| float32_array(&list.iter().map(field).collect::<Vec<_>>());
     object([
         ("x0", column(|e| e.from.0)),
         ("y0", column(|e| e.from.1)),
         ("x1", column(|e| e.to.0)),
         ("y1", column(|e| e.to.1)),
-        ("kind", bytes(&list.iter().map(|e| kind_number(e.kind)).collect::<Vec<_>>())),
+        ("kind", uint8_array(&list.iter().map(|e| kind_number(e.kind)).collect::<Vec<_>>())),
     ])
 }
 
-/// The numbers of `EdgeKind` in `npm/stages/image.ts`.
+/// Returns the numbers of `EdgeKind` in `npm/stages/image.ts`.
 fn kind_number(kind: EdgeKind) -> u8 {
     match kind {
         EdgeKind::Constraint => 0,

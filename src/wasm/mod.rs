@@ -2,8 +2,8 @@
 //!
 //! Every method converts, makes one call of the core, and converts back; defaults, stepping, cancelling and the choice
 //! of worker or main thread belong to `npm`. Arrays come out as copies, never as views of wasm memory: memory that
-//! grows detaches views. Nothing here decodes image files, so that the decoders stay out of this wasm file; they are in
-//! one of their own, made of the package in `decoder/`.
+//! grows detaches views. Nothing here decodes image files, so that the decoders stay out of this wasm file; the package in
+//! `decoder/` makes another one of them.
 
 mod convert;
 mod image;
@@ -25,25 +25,25 @@ fn start() {
     panic::install_hook();
 }
 
-/// The version of the crate, which is the version of the package.
+/// Returns the version of the crate and of the package.
 #[wasm_bindgen]
 pub fn version() -> String {
     env!("CARGO_PKG_VERSION").to_owned()
 }
 
-/// What the last panic said; `undefined` if there was none.
+/// Returns the message of the last panic; `undefined` if there was none.
 #[wasm_bindgen(js_name = panicMessage)]
 pub fn panic_message() -> Option<String> {
     panic::message()
 }
 
-/// Frames of a window where nobody says, the most it may have, and how many neighbours share where nobody says.
+/// Returns the default and the largest number of frames of a window, and the default overlap.
 #[wasm_bindgen]
 pub fn windows() -> Vec<usize> {
-    vec![Window::FRAMES, Window::MOST_FRAMES, Window::overlap(Window::FRAMES)]
+    vec![Window::FRAMES, Window::MAX_FRAMES, Window::overlap(Window::FRAMES)]
 }
 
-/// One parameter, without its description: the build reads that from the declaration.
+/// One parameter, without its description, which the build reads from the declaration.
 #[derive(Serialize)]
 struct Parameter {
     name: String,
@@ -55,13 +55,13 @@ struct Parameter {
     choices: &'static [&'static str],
 }
 
-/// All parameters in their order of declaration: `{name, kind, min, max, default, expert, choices}`; truth values
+/// Returns all parameters in their order of declaration: `{name, kind, min, max, default, expert, choices}`; truth values
 /// read as 0 or 1, choices as their place among `choices`.
 #[wasm_bindgen]
 pub fn parameters() -> Result<JsValue, JsValue> {
     let mut list = Vec::new();
     Params::default().for_each(&mut |field| {
-        let ((min, max), expert) = (field.range, field.expert);
+        let (min, max, expert) = (field.min, field.max, field.expert);
         let (kind, default, choices) = (field.kind(), field.get(), field.choices());
         list.push(Parameter { name: field.name, kind, min, max, default, expert, choices });
     });

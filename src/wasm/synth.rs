@@ -1,4 +1,4 @@
-//! The scene generator: clips with known masks and known flow.
+//! The generator of synthetic clips with true masks and flow.
 
 use super::convert::{self, object};
 use crate::synth::Scene;
@@ -11,7 +11,7 @@ pub struct JsScene(Scene);
 
 #[wasm_bindgen(js_class = Scene)]
 impl JsScene {
-    /// A clip of `frames` frames of `width` × `height` pixels; another `seed` gives other textures.
+    /// Creates a clip of `frames` frames of `width` × `height` pixels; another `seed` gives other textures.
     #[wasm_bindgen(constructor)]
     pub fn new(width: usize, height: usize, frames: usize, seed: u32) -> JsScene {
         Self(Scene::sample(width, height, frames, u64::from(seed)))
@@ -27,17 +27,17 @@ impl JsScene {
         ])
     }
 
-    /// The object that each pixel belongs to at frame `t`; 0 is the background.
+    /// Returns the object of each pixel of frame `t`; 0 is the background.
     pub fn mask(&self, t: usize) -> JsValue {
-        convert::bytes(self.0.mask(t).data())
+        convert::uint8_array(self.0.mask(t).data())
     }
 
-    /// The true motion from frame `t` to `t + 1`: `{width, height, u, v}`.
+    /// Returns the true motion from frame `t` to `t + 1`: `{width, height, u, v}`.
     pub fn flow(&self, t: usize) -> JsValue {
         convert::flow(&self.0.flow(t))
     }
 
-    /// Number of objects, background not counted.
+    /// Returns the number of objects without the background.
     #[wasm_bindgen(getter, js_name = numObjects)]
     pub fn num_objects(&self) -> usize {
         self.0.num_objects()

@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict';
 import { before, beforeEach, describe, test } from 'node:test';
-import { WIDE, fiveObjects } from './five.mjs';
+import { WIDE, fiveObjects } from './five-objects.mjs';
 import { SMALL, accessibilityFaults, ended, openFix, openSample, screenshot, text, useSite } from './support.mjs';
 
 const FRAME = 12;
@@ -152,7 +152,7 @@ describe('a result is corrected', () => {
     assert.equal(await page.locator('#correct-undo').isDisabled(), true);
   });
 
-  test('an object is made background by keyboard alone, and brought back', async () => {
+  test('an object is turned into background by keyboard only, and restored', async () => {
     const found = await counts();
     await page.focus('#correct-object');
     await page.keyboard.press('Home');
@@ -168,7 +168,7 @@ describe('a result is corrected', () => {
     assert.equal(await masks(), original);
   });
 
-  test('an object is split, and a merged one falls apart into what it was', async () => {
+  test('an object is split, and a merged one splits into its parts', async () => {
     await page.selectOption('#correct-object', '2');
     await page.selectOption('#correct-into', '1');
     await corrected(() => page.click('#correct-merge'));
@@ -180,7 +180,7 @@ describe('a result is corrected', () => {
     assert.equal(await masks(), original);
   });
 
-  test('where nothing can be split, the page says so, and goes on', async () => {
+  test('if nothing can be split, the page says so and stays usable', async () => {
     await page.selectOption('#correct-object', '0');
     assert.equal(await page.locator('#correct-split').isDisabled(), true, 'the background needs a place');
     const sky = await page.evaluate(() => {
@@ -283,7 +283,7 @@ describe('a result is corrected', () => {
     assert.equal(await masks(), before);
   });
 
-  test('what was missed is added whole by a click, made larger or smaller, and taken away with Alt', async () => {
+  test('a missed object is added by a click, grown or shrunk, and removed with Alt', async () => {
     const { masks, labelAt, place, use, click, press } = hands(page);
     const whole = await masks();
     /** The middle of the largest object, and how much of its pixels and of any the label there has. */
@@ -504,7 +504,7 @@ describe('five objects are joined and corrected', () => {
     assert.deepEqual(faults, []);
   });
 
-  test('corrections are told as what they are; an object is merged with another one first', async () => {
+  test('corrections are described by their kind; first an object is merged with another', async () => {
     await corrected();
     const into = () =>
       page.evaluate(() => [...document.querySelector('#correct-into').options].map(({ value }) => value));

@@ -98,7 +98,7 @@ describe('the cut-out view', () => {
     assert.deepEqual((await colors())[2].shown, [90, 160, 250, 255]);
   });
 
-  test('with masks that are smoothed over time, on screen and in what is saved', async () => {
+  test('with masks that are smoothed over time, on screen and in saved files', async () => {
     const shown = () =>
       page.evaluate(() => {
         const { viewer } = globalThis.tracecutStudio.app;

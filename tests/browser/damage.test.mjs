@@ -5,7 +5,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, describe, test } from 'node:test';
 import { ensureClips } from '../intake/clips.mjs';
-import { withFfmpeg } from './film.mjs';
+import { withFfmpeg } from './video-clips.mjs';
 import {
   accessibilityFaults,
   bytesOf,
@@ -45,7 +45,7 @@ describe('the page runs with the frames before the damage', () => {
     assert.deepEqual(faults, []);
   });
 
-  test('of a video that is cut off; what is saved has as many frames', withFfmpeg, async () => {
+  test('of a truncated video; the saved file has the same number of frames', withFfmpeg, async () => {
     const buffer = readFileSync(join(ensureClips(), 'cut-off.mp4'));
     assert.equal(
       await run(page, [{ name: 'cut.mp4', mimeType: 'video/mp4', buffer }]),

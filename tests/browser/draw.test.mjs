@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { useServerAndBrowser } from '../site.mjs';
-import { useEmptyPage } from './empty.mjs';
+import { useEmptyPage } from './empty-page.mjs';
 
 const site = useServerAndBrowser();
 const KINDS = ['HTMLCanvasElement', 'OffscreenCanvas'];
@@ -260,7 +260,7 @@ for (const kind of KINDS) {
       assert.ok(deleted[5][3] > 60, `${deleted[5]} is an edge deleted`);
     });
 
-    test('maps are pictures of their values, cells those of the nearest point', async () => {
+    test('maps draw their values, cells the value of the nearest point', async () => {
       const { page } = shared;
       const { boundary, thin, heat, flow, cells } = await page.evaluate((k) => {
         const { drawn, result, tracecut } = globalThis.kit;

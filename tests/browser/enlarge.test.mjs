@@ -5,7 +5,7 @@ import { test } from 'node:test';
 import { enlargeMask } from '../../dist/node/edit.js';
 import { fnv1a } from '../fingerprint.mjs';
 import { useServerAndBrowser } from '../site.mjs';
-import { emptyPage } from './empty.mjs';
+import { emptyPage } from './empty-page.mjs';
 
 const site = useServerAndBrowser();
 const [WIDTH, HEIGHT, BY] = [428, 240, 2];

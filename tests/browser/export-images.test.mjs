@@ -71,7 +71,7 @@ describe('cut-out pictures', () => {
     assert.equal(worst, 0);
   });
 
-  test('are written to the disk as they are made, where the browser lets a page do that', async () => {
+  test('are streamed to disk if the browser allows it', async () => {
     // A file of the page's own folder stands in for the one that a user would choose.
     await page.evaluate(() => {
       globalThis.asked = [];

@@ -162,7 +162,7 @@ describe('exports at the size of the source', () => {
   });
 });
 
-test('the delays of a GIF are kept on screen and in what is saved', async () => {
+test('the delays of a GIF are kept on screen and in saved files', async () => {
   const { page, faults } = sample;
   const delays = [5, 30, 5, 5, 60, 5, 5, 25];
   const frames = delays.map((_, t) =>

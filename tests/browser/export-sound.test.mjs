@@ -4,7 +4,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { useServerAndBrowser } from '../site.mjs';
-import { useEmptyPage } from './empty.mjs';
+import { useEmptyPage } from './empty-page.mjs';
 
 const site = useServerAndBrowser();
 const shared = useEmptyPage(site, async (page) => {

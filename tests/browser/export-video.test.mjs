@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { createSession, encodeVideo, synthClip } from '../../dist/node.js';
 import { useServerAndBrowser } from '../site.mjs';
-import { emptyPage, useEmptyPage } from './empty.mjs';
+import { emptyPage, useEmptyPage } from './empty-page.mjs';
 
 const site = useServerAndBrowser();
 
@@ -278,7 +278,7 @@ test('frames may be larger than their masks, of any kind, and come one by one', 
   }
 });
 
-test('an abort ends it, and the source of the frames is told', async () => {
+test('an abort ends it, and the frame source is notified', async () => {
   const { page } = shared;
   const outcome = await page.evaluate(async () => {
     const { encodeVideo: encode, masks, frames } = globalThis.kit;

@@ -2,10 +2,10 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import * as inNode from '../whole.mjs';
+import * as inNode from '../entries.mjs';
 import { fnv1a } from '../fingerprint.mjs';
 import { useServerAndBrowser } from '../site.mjs';
-import { emptyPage } from './empty.mjs';
+import { emptyPage } from './empty-page.mjs';
 
 const site = useServerAndBrowser();
 

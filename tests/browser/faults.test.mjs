@@ -66,7 +66,7 @@ describe('faults around the page', { timeout: 300_000 }, () => {
     assert.deepEqual(faults, []);
   });
 
-  test('a network that goes while the wasm file comes is told, and the next try works', async () => {
+  test('a network failure while the wasm file loads is reported, and the next attempt works', async () => {
     const { page } = await openSample(site);
     await page.context().route('**/tracecut_bg.wasm', (route) => route.abort('connectionreset'));
     await page.reload();
@@ -76,7 +76,7 @@ describe('faults around the page', { timeout: 300_000 }, () => {
     assert.equal(await run(page, clip('again')), 'done');
   });
 
-  test('a part that is fetched when it is first opened and does not come is told, and the result stays', async () => {
+  test('a part that fails to load on first use is reported, and the result stays', async () => {
     const { page } = await openSample(site);
     await page.context().route('**/view/*.js', (route) => route.abort());
     const found = await page.evaluate(() => [...globalThis.tracecutStudio.result.labels(3)].join(''));

@@ -116,7 +116,7 @@ describe('the lab', () => {
     assert.equal(await page.locator('#why-answer').innerText(), '');
   });
 
-  test('opens a clip that is dropped, and takes another part of it', async () => {
+  test('opens a dropped clip, and selects another part of it', async () => {
     const files = movingClip(12, [96, 64]).map(({ name, buffer }) => [name, buffer.toString('base64')]);
     const drop = (list) => {
       const dataTransfer = new DataTransfer();
@@ -131,8 +131,8 @@ describe('the lab', () => {
     assert.match(await text(page, '#status'), / in 12 frames\.$/);
     await openStage(page, 'frames');
     await runsAgain(page, async () => {
-      await page.fill('.take [name=maxFrames]', '8');
-      await page.locator('.take [name=maxFrames]').blur();
+      await page.fill('.selection [name=maxFrames]', '8');
+      await page.locator('.selection [name=maxFrames]').blur();
     });
     assert.match(await text(page, '#status'), / in 8 of 12 frames\.$/);
   });
@@ -167,7 +167,7 @@ describe('the lab', () => {
     await runsAgain(page, () => page.click('#reset'));
   });
 
-  test('cancels a run, and begins it again', async () => {
+  test('cancels a run, and starts it again', async () => {
     await page.setInputFiles('#file', movingClip(6, [400, 226]));
     await page.waitForSelector('body[data-state="running"] #progress');
     await page.keyboard.press('Escape');
@@ -176,7 +176,7 @@ describe('the lab', () => {
     assert.match(await text(page, '#status'), / in 6 frames\.$/);
   });
 
-  test('says what is wrong with a clip, and goes on from there', async () => {
+  test('explains what is wrong with a clip, and offers ways to continue', async () => {
     assert.equal(await run(page, [pngFile('alone.png', plainFrame(60, 40))]), 'error');
     assert.match(await text(page, '#error'), /at least two frames/);
     const sizes = [60, 64].map((width, k) => pngFile(`${k}.png`, plainFrame(width, 40)));
@@ -185,7 +185,7 @@ describe('the lab', () => {
     await runsAgain(page, () => page.click('#error-sample'));
   });
 
-  test('opens the clip that the page has, a click away, and leads back', async () => {
+  test('opens the studio’s clip with one click, and links back', async () => {
     const studio = await site.open();
     await ended(studio.page);
     await run(studio.page, movingClip(6, [96, 60]));
@@ -204,7 +204,7 @@ describe('the lab', () => {
   });
 
   for (const look of ['desk', 'phone']) {
-    test(`has nothing that an accessibility checker finds, on a ${look}`, async () => {
+    test(`passes an accessibility checker, on a ${look}`, async () => {
       if (look === 'phone') ({ page, faults } = await openLab(site, { ...PHONE, bypassCSP: true }));
       await page.click('#why-form button');
       await page.waitForSelector('#why-answer table');

@@ -261,7 +261,7 @@ describe('a clip of more than one window', () => {
     await page.click('#export-close');
   });
 
-  test('stopped early, what is done is kept and saved, and goes on to what it would have been', async () => {
+  test('stopped early, its windows are kept and saved, and it continues to the same result', async () => {
     const { page, faults } = sample;
     const frames = shots(130, 200);
     const masks = () =>

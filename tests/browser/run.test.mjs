@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict';
 import { beforeEach, describe, test } from 'node:test';
-import { WIDE, fiveObjects } from './five.mjs';
+import { WIDE, fiveObjects } from './five-objects.mjs';
 import {
   SMALL,
   accessibilityFaults,
@@ -83,7 +83,7 @@ const tries = async (page) => {
 describe('a run', () => {
   const sample = useSample(useSite());
 
-  test('is cancelled at once and goes on to the same result', async () => {
+  test('is cancelled at once and continues to the same result', async () => {
     const { page, faults } = sample;
     const labels = () => page.evaluate(() => String(globalThis.tracecutStudio.result.clusters.label));
     const before = await labels();
@@ -223,7 +223,7 @@ describe('files', () => {
     );
   });
 
-  test('an animated GIF is taken apart', async () => {
+  test('an animated GIF is decoded into frames', async () => {
     const { page } = shared;
     const frames = movingSquare(10, 2);
     assert.equal(await run(page, [gifFile('square.gif', frames)]), 'done', await text(page, 'main'));
@@ -330,7 +330,7 @@ describe('a still image', () => {
     assert.equal(await page.locator('[data-layer="still"]').isChecked(), false);
   });
 
-  test('is cancelled, goes on, and gives way to what is opened meanwhile', async () => {
+  test('is cancelled, continues, and yields to a newly opened clip', async () => {
     const { page, faults } = sample;
     const large = plainFrame(400, 300, (x, y) => [(x * y) % 251, (3 * x) % 200, y % 256]);
     await page.setInputFiles('#file', [pngFile('large.png', large)]);
@@ -379,7 +379,7 @@ describe('a still image', () => {
 describe('a clip in which nothing is found', () => {
   const site = useSite();
 
-  test('is told apart from one that has objects; slow motion is tried by leaving frames out', async () => {
+  test('differs from one that has objects; slow motion is tried with frames skipped', async () => {
     const { page, faults } = await openSample(site, { bypassCSP: true });
     assert.equal(await page.locator('#nothing').isVisible(), false, 'the sample has objects');
     assert.equal(await run(page, shifting(30, 2)), 'done');

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { WIDE, fiveObjects } from './five.mjs';
+import { WIDE, fiveObjects } from './five-objects.mjs';
 import { accessibilityFaults, bytesOf, openSample, screenshot, useSite } from './support.mjs';
 
 const CHOICES = ['transparent', 'green', 'blurred', 'zip'];

@@ -6,7 +6,7 @@ import { describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
 import { version } from '../../dist/node.js';
 import { adjustMask } from '../../dist/node/edit.js';
-import { WIDE, fiveObjects } from './five.mjs';
+import { WIDE, fiveObjects } from './five-objects.mjs';
 import {
   SMALL,
   accessibilityFaults,

@@ -403,7 +403,7 @@ describe('a run that was cut off', () => {
     await third.context().close();
   });
 
-  test('is not offered while it goes on in another tab', async () => {
+  test('is not offered while another tab continues it', async () => {
     const { page } = await site.open();
     await begun(page);
     const other = await page.context().newPage();

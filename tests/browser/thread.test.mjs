@@ -4,7 +4,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { useServerAndBrowser } from '../site.mjs';
-import { WIDE, fiveObjects } from './five.mjs';
+import { WIDE, fiveObjects } from './five-objects.mjs';
 import { ended, onlyLong } from './support.mjs';
 
 const MOST_MS = 100;

@@ -64,7 +64,7 @@ describe('the strip of a video file', () => {
 describe('the filmstrip of the page', () => {
   const site = useSite({ sample: 'tiny' });
 
-  test('shows the clip; the handles choose by keyboard and by pointer what is run, and times stay', async () => {
+  test('shows the clip; the handles select the range by keyboard and by pointer, and times stay', async () => {
     const { page, faults } = await openSample(site, { bypassCSP: true });
     assert.equal(await page.locator('#trim').isVisible(), false, 'the sample is not trimmed');
     await page.setInputFiles('#file', [await videoFile(page, 30)]);

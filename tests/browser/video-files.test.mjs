@@ -6,7 +6,7 @@ import { existsSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, describe, test } from 'node:test';
 import { CLIP, ensureClips } from '../intake/clips.mjs';
-import { FILM, H264, useFilms, withFfmpeg } from './film.mjs';
+import { FILM, H264, useFilms, withFfmpeg } from './video-clips.mjs';
 import { openSample, run, text, useSite } from './support.mjs';
 import { giveFile, useLibrary } from './video-support.mjs';
 
@@ -148,7 +148,7 @@ describe('pictures of files', { timeout: 240_000, ...withFfmpeg }, () => {
     assert.equal(found.info.numFrames, found.pictures.length);
   });
 
-  test('animated images have each of their pictures once; a browser that cannot take them apart says so', async () => {
+  test('animated images have each of their pictures once; a browser that cannot decode them says so', async () => {
     film('moving.avif', ['-c:v', 'libaom-av1', '-cpu-used', '8', '-crf', '20']);
     await assertWhole('moving.avif', even());
     for (const name of ['delays.webp', 'delays.png', 'moving.avif']) {
@@ -192,7 +192,7 @@ describe('pictures of files', { timeout: 240_000, ...withFfmpeg }, () => {
     assert.match((await seen('sound.mp4')).fault.message, /no video track, only sound/);
   });
 
-  test('a video that does not say its colours has those of one that says BT.601', async () => {
+  test('a video without colour information is read as BT.601', async () => {
     const tagged = ['-colorspace', 'smpte170m', '-color_primaries', 'smpte170m', '-color_trc', 'smpte170m'];
     film('tagged.mp4', [...H264, ...tagged]);
     const means = [];
@@ -331,7 +331,7 @@ describe('the page', { timeout: 240_000, ...withFfmpeg }, () => {
   let page, faults;
   before(async () => ({ page, faults } = await openSample(site)));
 
-  test('opens videos whatever they are called, says their average frame rate and names what is no video', async () => {
+  test('opens videos of any name, shows their average frame rate and names files that are not videos', async () => {
     for (const file of [untyped('CAM0001.MTS'), untyped('clip', 'vfr.mp4')]) {
       assert.equal(await run(page, [file]), 'done', `${file.name}: ${await text(page, '#error')}`);
       assert.match(await text(page, '#counter'), /\/ 16$/);

@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { segmentVideo } from '../../dist/node/index.js';
 import { framesOfVideo } from '../../dist/node.js';
-import { FILM, useFilms, withFfmpeg } from './film.mjs';
+import { FILM, useFilms, withFfmpeg } from './video-clips.mjs';
 import { giveFile, useLibrary } from './video-support.mjs';
 
 /** Nine of a hundred pixels are the object's. The figures are those of the long clip. */

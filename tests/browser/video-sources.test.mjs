@@ -269,7 +269,7 @@ describe('addresses', { timeout: 240_000 }, () => {
     );
   });
 
-  test('a WebM that is cut off is told to be so, whether its server gives pieces or not', async () => {
+  test('a truncated WebM is reported, with or without range requests', async () => {
     for (const path of ['ranges?cut', 'whole?cut']) {
       const seen = await library.page.evaluate(async (url) => {
         const numbers = [];
@@ -313,7 +313,7 @@ function serveClip(whole, request, response, asked) {
 }
 
 describe('faults', { timeout: 240_000 }, () => {
-  test('what is no video is called so', async () => {
+  test('other files are reported as not videos', async () => {
     const seen = await library.page.evaluate(async () => {
       const header = (text) => [...text].map((letter) => letter.charCodeAt(0));
       const sound = new Uint8Array(44 + 1000);

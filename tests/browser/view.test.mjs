@@ -54,7 +54,7 @@ describe('the canvas', () => {
     assert.equal(hidden, 0, 'a movement is no click');
   });
 
-  test('what is clicked and drawn is what is there, also enlarged', async () => {
+  test('clicks and strokes hit the visible pixels, also when zoomed', async () => {
     const { page } = sample;
     await page.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(12));
     const spot = await page.evaluate(() => {
@@ -297,7 +297,7 @@ describe('the page', () => {
     assert.match(await page.locator('#live').textContent(), /moving object/);
   });
 
-  test('tells the stages and the time left while it runs', async () => {
+  test('shows the stages and the remaining time while it runs', async () => {
     const { page } = sample;
     await page.evaluate(() => {
       globalThis.heard = [];

@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict';
 import { before, describe, test } from 'node:test';
-import { UPRIGHT, WIDE, fiveObjects, pictureBox } from './five.mjs';
+import { UPRIGHT, WIDE, fiveObjects, pictureBox } from './five-objects.mjs';
 import {
   accessibilityFaults,
   ended,
@@ -229,7 +229,7 @@ describe('a phone', () => {
     await page.click('#correct-done');
   });
 
-  test('the help tells touches where there are fingers, and only there', async () => {
+  test('the help explains touch gestures only on touch screens', async () => {
     await page.click('#help-open');
     await page.waitForSelector('#help[open]');
     assert.match(await text(page, '#help-touch'), /Tap an object[^]*Two fingers/);

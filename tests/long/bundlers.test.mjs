@@ -8,7 +8,7 @@ import { after, before, test } from 'node:test';
 import * as vite from 'vite';
 import webpack from 'webpack';
 import { outcome } from '../package/app/segment.js';
-import { gives } from '../package/found.mjs';
+import { gives } from '../package/browser-results.mjs';
 import { installed, served } from '../package/installed.mjs';
 import { project, recipe } from '../package/project.mjs';
 import { codeOf } from '../readme.mjs';
@@ -29,7 +29,7 @@ async function right(t, made, options) {
   await gives(t, site.browser, await served(t, made), expected, options);
 }
 
-test('what is compared is a segmentation', () => {
+test('only segmentations are compared', () => {
   assert.equal(expected.objects, 3);
   assert.ok(expected.overlap > 0.85, `${expected.overlap}`);
   assert.deepEqual(expected.decoded, [1, 1]);

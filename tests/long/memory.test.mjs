@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
 import { createSession } from 'tracecut';
-import { withMemory } from '../trap.mjs';
+import { withMemory } from '../faulty-wasm.mjs';
 
 const SIZE = { width: 4000, height: 3000 };
 

@@ -23,7 +23,7 @@ function segment(folder, from) {
   writeFileSync(join(folder, 'segment.js'), text.replace("from 'tracecut'", from));
 }
 
-test('a service worker that loads the package in many modules is told to take the one with everything inside', async (t) => {
+test('a service worker that loads the package as many modules is told to use the inline one', async (t) => {
   const folder = await project(t, {});
   segment(folder, ORDINARY);
   writeFileSync(

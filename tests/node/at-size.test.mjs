@@ -140,7 +140,7 @@ test('a mask of a quarter of the size comes to the border of its picture, and is
   assert.deepEqual(mask.labels, kept);
 });
 
-test('files, pixels and a worker give the same bytes, and those of every machine', async (t) => {
+test('files, pixels and a worker give the same bytes as every machine', async (t) => {
   const mask = maskOf(2);
   const large = await enlargeMask(mask, disc());
   assert.deepEqual(await enlargeMask(mask, png(disc())), large);

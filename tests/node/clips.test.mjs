@@ -69,7 +69,7 @@ test('a queue grows on the way, is left early, and ends as a whole', async () =>
   await assert.rejects(all([{ name: 'a', source: frames }], { signal: stop.signal, onProgress }), /enough/);
 });
 
-test('wrong options and what is no clip are errors of the call', async () => {
+test('wrong options and invalid clips are errors of the call', async () => {
   await rejects(all([{ name: 'a', source: [] }], { window: 1 }), 'param', /window = 1/);
   await rejects(all([{ source: [] }]), 'data', /clips\[0\]/);
   await rejects(all([], { onProgress: 1 }), 'param', /onProgress/);
@@ -213,7 +213,7 @@ test('leaving early and aborting end it', async () => {
   await assert.rejects(stripOf(numbered(40), { signal: controller.signal }), /enough/);
 });
 
-test('what has no strip, and what is no option, is refused by name', async () => {
+test('a source without a strip and an unknown option are refused by name', async () => {
   async function* generated() {
     yield* await framesOf({ width: 32, height: 32, frames: 3 });
   }

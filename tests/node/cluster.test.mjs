@@ -233,7 +233,7 @@ for (const [signal, code] of [
   });
 }
 
-test('wrong use is told and nothing is begun', (t) => {
+test('wrong use is reported and nothing starts', (t) => {
   const { run, called, out } = withStandIn(t, ['one.mp4']);
   const faults = {
     "SHARD = ''": {},

@@ -81,7 +81,7 @@ test('an object of one cluster parts in two, the part at the point gets the lowe
   assert.deepEqual(masksOf(await session.split(1, at)), after, 'the same correction gives the same masks');
 });
 
-test('what is at a place of the background becomes an object', async (t) => {
+test('a region of the background becomes an object', async (t) => {
   const { session, result } = await segmented(t);
   const before = masksOf(result);
   const split = await session.split(0, { t: 3, x: 20, y: SCENE.height - 20 });
@@ -177,7 +177,7 @@ function insideOf(result, t, label, radius = 8) {
   throw new Error(`label ${label} is nowhere ${2 * radius} pixels wide in frame ${t}`);
 }
 
-test('strokes apart part an object, together they join it again, and the mask obeys under their middle', async (t) => {
+test('strokes split an object, joining strokes merge it again, and the mask follows them along their middle', async (t) => {
   const { session, result } = await segmented(t);
   const before = masksOf(result);
   const { x, y } = insideOf(result, 6, 1);
@@ -201,7 +201,7 @@ test('strokes apart part an object, together they join it again, and the mask ob
   assert.deepEqual(masksOf(await session.undo()), before);
 });
 
-test('a stroke from an object into the background brings what is there to the object, also where it leaves the frame', async (t) => {
+test('a stroke from an object into the background adds the region there to the object, even across the frame border', async (t) => {
   const { session, result } = await segmented(t);
   const from = insideOf(result, 3, 1);
   const stroke = { t: 3, points: [from.x, from.y, from.x, -500], radius: 4 };

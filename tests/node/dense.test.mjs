@@ -224,7 +224,7 @@ test('an image has the same discontinuities again, as pixels or as a file, and P
   assert.deepEqual([map.scaleX, map.scaleY], [1, 1]);
 });
 
-test('parameters change what is found, and large images are reduced', async () => {
+test('parameters change the result, and large images are scaled down', async () => {
   const clip = await synthClip({ width: 96, height: 64, frames: 1, seed: 4 });
   const image = clip.frame(0);
   const map = await imageDiscontinuities(image);
@@ -270,7 +270,7 @@ test('what cannot be used is refused', async () => {
   await rejects(imageDiscontinuities(image, { still: { grouping: 'both' } }), 'param', /one of joint, single/);
 });
 
-test('the flow of a made clip is what its generator says, as pixels or as files, in one engine or alone', async (t) => {
+test('the flow of a synthetic clip equals the generator’s, from pixels or files, in one engine or alone', async (t) => {
   const clip = await synthClip({ width: 96, height: 64, frames: 3, seed: 4 });
   const [first, second] = [clip.frame(0), clip.frame(1)];
   const truth = clip.flow(0);
@@ -290,7 +290,7 @@ test('the flow of a made clip is what its generator says, as pixels or as files,
   assert.ok(inSession.u.every((u, p) => Math.abs(u - found.u[p]) <= 1 / 128 + 1e-6));
 });
 
-test('an image engine does many images, gives what the functions of one give, and goes on after an error', async (t) => {
+test('an image engine processes many images like the single functions, and stays usable after an error', async (t) => {
   const clip = await synthClip({ width: 96, height: 64, frames: 2, seed: 4 });
   const image = clip.frame(0);
   const engine = await createImageEngine({ still: { maxSide: 48 } });

@@ -86,7 +86,7 @@ test('painting, erasing of one object and new labels change the masks, step by s
   assert.deepEqual([...labels], states[0], 'the masks below stay as they are');
 });
 
-test('what is painted on an object goes with it through the clip, both ways', async () => {
+test('paint on an object follows it through the clip, both ways', async () => {
   const clip = await synthClip({ width: 160, height: 96, frames: 12, seed: 7 });
   const editor = editMasks(blank(160, 96, 12), { picture: (t) => clip.frame(t) });
   const truth = Array.from({ length: 12 }, (_, t) => clip.mask(t));

@@ -91,7 +91,7 @@ describe('a mask as a PNG file', () => {
     assert.deepEqual([dot.width, dot.height, [...dot.pixels]], [1, 1, [0]]);
   });
 
-  test('refuses what is wrong in words', async () => {
+  test('refuses invalid input with a message', async () => {
     const options = (wrong, message) => assert.rejects(maskPng(TWO_FRAMES, 0, wrong), refuses('param', message));
     await options({ object: 256 }, /object = 256 .*0\.\.=255/);
     await options({ objects: [1] }, /objects = a list of 1 .*no such option; there are object, palette, transparent/);
@@ -163,7 +163,7 @@ describe('a ZIP of masks', () => {
     );
   });
 
-  test('is the same, byte for byte, whenever and in whatever zone of time it is made', async (t) => {
+  test('is byte-identical at any time and in any time zone', async (t) => {
     const zone = process.env.TZ;
     t.after(() => (zone === undefined ? delete process.env.TZ : (process.env.TZ = zone)));
     const made = [];
@@ -181,7 +181,7 @@ describe('a ZIP of masks', () => {
     assert.deepEqual([labels, times], [[], null]);
   });
 
-  test('stops when told to, and refuses times that cannot be', async () => {
+  test('stops on request, and refuses impossible times', async () => {
     const controller = new AbortController();
     const zip = masksZip(TWO_FRAMES, { signal: controller.signal, onProgress: () => controller.abort() });
     await assert.rejects(zip, { name: 'AbortError' });
@@ -347,7 +347,7 @@ describe('masks as arrays', () => {
 });
 
 describe('the palette', () => {
-  test('gives each of 256 labels a colour of its own, the first far apart', () => {
+  test('gives each of 256 labels its own colour, the first ones well separated', () => {
     const colors = Array.from({ length: 256 }, (_, label) => objectColor(label));
     assert.equal(new Set(colors).size, 256);
     assert.deepEqual(colors.slice(0, 3), ['#a3a7ad', '#e69f00', '#56b4e9']);

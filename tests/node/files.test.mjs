@@ -93,7 +93,7 @@ const refuses = (code, message) => (error) => {
   return true;
 };
 
-test('frames come in the order of their numbers, without hidden files and what is no picture', async () => {
+test('frames come in the order of their numbers, without hidden files and other files', async () => {
   const files = { 'frame10.png': null, 'frame2.png': null, 'Frame1.PNG': null, 'frame02b.jpg': null };
   const folder = await folderOf({
     ...files,
@@ -141,7 +141,7 @@ test('a frame that cannot be decoded is named, wherever it is met', async () => 
   assert.match(damages[0].error.message, /^frame 2 \(f3\.png\): /);
 });
 
-test('a session says which of its frames it was, and goes on', async () => {
+test('a session names the faulty frame, and stays usable', async () => {
   const session = await createSession();
   const [good] = await listOf(readFrames(await folderOf({ 'a.png': null })));
   await session.push(good.frame);

@@ -75,7 +75,7 @@ test('an archive holds the objects of each frame on nothing, and the times', asy
   assert.deepEqual(await bytesOf({}), bytes);
 });
 
-test('an animation has the frames’ durations, that of the last too', async () => {
+test('an animation has the durations of all frames, including the last', async () => {
   const chunks = pngParts(await bytesOf({ format: 'apng' }));
   assert.deepEqual(
     chunks.map(({ type }) => type),
@@ -144,7 +144,7 @@ test('a frame is asked for when it is read, not before; who stops reading ends i
   assert.deepEqual([given, ended], [1, true]);
 });
 
-test('what is not legal is refused, and an abort is told', async () => {
+test('invalid input is refused, and an abort is reported', async () => {
   await rejects(encodeImages(masks, frames(), { format: 'gif' }), 'param', /format = "gif" \(expected 'zip', 'apng'/);
   await rejects(encodeImages(masks, frames(), { style: 'overlay' }), 'param', /style = "overlay"/);
   await rejects(encodeImages(masks, null), 'param', /frames = null/);

@@ -107,7 +107,7 @@ test('every block of JavaScript in README and guide is run by some test', () => 
   assert.deepEqual([...code.keys()].sort(), Object.values(RUN).flat().sort());
 });
 
-test('the blocks for Node do what they say', async (t) => {
+test('the blocks for Node work as described', async (t) => {
   const folder = installed(t);
   mkdirSync(join(folder, 'frames'));
   (await framesOf(SCENE)).forEach((frame, k) => writeFileSync(join(folder, 'frames', `${k}.png`), png(frame)));
@@ -162,7 +162,7 @@ async function answerOf(t, folder) {
   file(
     folder,
     'server.mjs',
-    taskCode.get('A server that answers meanwhile').replace('8000', `${port}, () => console.log('up')`),
+    taskCode.get('A server that stays responsive').replace('8000', `${port}, () => console.log('up')`),
   );
   const child = spawn(process.execPath, ['server.mjs'], { cwd: folder, stdio: ['ignore', 'pipe', 'inherit'] });
   t.after(() => child.kill());
@@ -177,17 +177,13 @@ test('every block of the tasks is run by some test', () => {
   assert.deepEqual([...taskCode.keys()].sort(), Object.values(TASKS).flat().sort());
 });
 
-test('the tasks for Node do what they say', async (t) => {
+test('the tasks for Node work as described', async (t) => {
   const folder = await project(t);
-  prints(folder, 'The motion between two pictures', /^the pixel at 100, 60 goes by -?\d+\.\d+, -?\d+\.\d+\n$/);
+  prints(folder, 'The motion between two pictures', /^the pixel at 100, 60 moves by -?\d+\.\d+, -?\d+\.\d+\n$/);
   prints(folder, 'Points followed through a clip', /^\d{3,} points, the first at [\d.]+, [\d.]+ in frame 0\n$/);
   const tracks = await fromTracksDat(readFileSync(join(folder, 'tracks.dat'), 'utf8'), SCENE);
   assert.equal(tracks.numFrames, 8);
-  prints(
-    folder,
-    "Masks from trajectories of one's own",
-    new RegExp(`^[1-9] objects, by ${tracks.count} trajectories\n$`),
-  );
+  prints(folder, 'Masks from your own tracker', new RegExp(`^[1-9] objects, from ${tracks.count} trajectories\n$`));
   prints(
     folder,
     'Where each object is, how large, how fast',
@@ -196,8 +192,8 @@ test('the tasks for Node do what they say', async (t) => {
   assert.match(readFileSync(join(folder, 'objects.csv'), 'utf8'), /^frame,time,object,.*\n0,0,1,/);
   prints(
     folder,
-    'Why a pixel has its label, and how sure that is',
-    /^label \d holds by [\d.]+: its costs are [\d.,]+\n\d+ pixels are worth a look\n$/,
+    'Why a pixel has its label, and how confident it is',
+    /^label \d wins by [\d.]+; the costs are [\d.,]+\n\d+ pixels are worth a look\n$/,
   );
   prints(folder, 'Many single pictures', /^(\d+\n){8}$/);
   prints(folder, 'Uncompressed video from a stream', /^[1-9] objects\n$/);

@@ -9,7 +9,7 @@ import { runInNewContext } from 'node:vm';
 import { createSession, parameters, segmentVideo, synthClip, videoFrames } from 'tracecut';
 import { boundaries } from 'tracecut/stages';
 import { root } from '../../scripts/tools.mjs';
-import { withMemory, withTrap } from '../trap.mjs';
+import { withMemory, withTrap } from '../faulty-wasm.mjs';
 import { fingerprint, framesOf, open, plain, png, ready, rejects, segment, SMALL, watchMemories } from './support.mjs';
 
 test('a run without frames says that motion needs two', async (t) => {
@@ -32,7 +32,7 @@ test('two frames give trajectories of two points', async () => {
   assert.equal(result.trajectories.x.length, 2 * result.trajectories.count);
 });
 
-test('frames of changing size are refused and the session goes on', async (t) => {
+test('frames of changing size are refused and the session stays usable', async (t) => {
   const session = await open(t);
   const [first, second] = await framesOf();
   await session.push(first);
@@ -116,7 +116,7 @@ test('a trajectory that begins at the end of 32 bits is refused, not taken for o
   assert.equal((await session.run()).clusters.count, 2);
 });
 
-test('misspelt options, wrong types and values out of range are named with what is legal', async () => {
+test('misspelt options, wrong types and values out of range are named with the allowed ones', async () => {
   const refused = (options, message) => rejects(createSession(options), 'param', message);
   await refused({ clip: { maxSize: 320 } }, /clip\.maxSize = 320 .*clip\.maxSide/);
   await refused({ maxSide: 320 }, /maxSide = 320/);
@@ -152,7 +152,7 @@ test('frames of wrong types and lengths are named', async (t) => {
   assert.equal(session.numFrames, 0);
 });
 
-test('a detached buffer is an error of the frame, and the session goes on', async (t) => {
+test('a detached buffer is an error of the frame, and the session stays usable', async (t) => {
   const session = await open(t);
   const frame = plain(8, 8);
   structuredClone(frame.data, { transfer: [frame.data.buffer] });
@@ -160,7 +160,7 @@ test('a detached buffer is an error of the frame, and the session goes on', asyn
   await session.push(plain(8, 8));
 });
 
-test('truncated and broken image files are refused and the session goes on', async (t) => {
+test('truncated and broken image files are refused and the session stays usable', async (t) => {
   const session = await open(t);
   const file = png(plain(40, 30, (x, y) => (x * 31 + y * 17) % 256));
   for (const length of [0, 1, 7, 8, 20, 33, Math.floor(file.length / 2), file.length - 20]) {
@@ -345,7 +345,7 @@ test('trajectories and windows have limits too', async (t) => {
   await rejects(segmentVideo(frames, { clip: { maxPixels: 9215 }, size: 64 }).collect(), 'too-large', /9216 pixels/);
 });
 
-test('limits have defaults and ranges, and refuse what is larger by default', async () => {
+test('limits have defaults and ranges, and refuse larger values', async () => {
   const limits = parameters().filter(({ name }) => name.startsWith('clip.max') && name !== 'clip.maxSide');
   assert.deepEqual(
     limits.map(({ name, default: value }) => [name, value]),
@@ -376,7 +376,7 @@ test('and in this thread', () => {
   const code = `
     import { readFileSync } from 'node:fs';
     import { createSession, segmentVideo } from 'tracecut';
-    import { withTrap } from './tests/trap.mjs';
+    import { withTrap } from './tests/faulty-wasm.mjs';
     const decoder = withTrap(new Uint8Array(readFileSync('dist/decoder_bg.wasm')), 'decode');
     const session = await createSession({ decoder });
     const frame = (t) => ({ data: new Uint8Array(4 * 64).map((_, b) => 7 * b + 9 * t), width: 8, height: 8 });

@@ -153,7 +153,7 @@ test('wasm can be given as bytes, as a module, as a file URL, as a web URL and a
   }
 });
 
-test('the decoder is only loaded for files, from wherever it is said to be', async (t) => {
+test('the decoder is only loaded for files, from its configured address', async (t) => {
   const [broken, image] = [new Uint8Array([0, 97, 115, 109, 9]), plain(8, 8)];
   const session = await createSession({ decoder: broken });
   t.after(() => session.close());

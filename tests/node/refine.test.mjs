@@ -46,7 +46,7 @@ test('nothing is done where nothing is asked', () => {
   );
 });
 
-test('pieces that are too small become background, those of other objects stay', () => {
+test('components that are too small become background, other objects stay', () => {
   // A piece of 4 pixels that touch at corners, one of 3, one of 3 of another label.
   const mask = maskOf((x, y) => {
     if (x === y && x < 4) return 1;
@@ -198,7 +198,7 @@ test('regions hold the place, differ in size, and are the same each time', async
   assert.deepEqual(await growRegions(grounds, place), all);
 });
 
-test('what is wrong is named', async () => {
+test('errors name the wrong value', async () => {
   const rejects = (given, place, message) => assert.rejects(growRegions(given, place), message);
   await rejects(grounds, { x: 160, y: 3 }, /x = 160 \(expected .*0\.\.=159/);
   await rejects({ ...grounds, flow: { ...grounds.flow, width: 80 } }, { x: 1, y: 1 }, /flow = .*80 × 120.*160 × 120/);
@@ -246,7 +246,7 @@ test('what moves farther than it is wide stays as it is', async () => {
   assert.deepEqual([result.width, result.height, result.numFrames], [SQUARE_WIDTH, SQUARE_HEIGHT, FRAMES]);
 });
 
-test('what is in one frame alone goes, what is missing in one comes', async () => {
+test('regions in only one frame are removed, regions missing in one are added', async () => {
   const masks = masksOf((labels, t) => {
     if (t === 3) labels.fill(0);
     if (t === 2) labels.fill(5, 40 * SQUARE_WIDTH, 40 * SQUARE_WIDTH + 20);

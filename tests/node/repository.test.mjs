@@ -13,7 +13,7 @@ import { output, root } from '../../scripts/tools.mjs';
 const read = (file) => readFileSync(join(root, file), 'utf8');
 const manifest = JSON.parse(read('package.json'));
 
-test('all files name one version and one day; a file that differs, or names none, is told by its name', () => {
+test('all files have the same version and date; a file that differs, or has none, is named', () => {
   const { version, faults } = versionOf(read);
   assert.deepEqual([version, faults], [manifest.version, []]);
   assert.notEqual(notesOf(read('CHANGELOG.md'), version), '');
@@ -95,7 +95,7 @@ test(
   },
 );
 
-test('what cargo-deny says is clean, found, or could not be looked at', () => {
+test('cargo-deny’s output is clean, found, or could not be checked', () => {
   assert.equal(crateAnswer(0, 'advisories ok').state, 'clean');
   assert.equal(crateAnswer(1, 'error[vulnerability]: buffer overflow\nadvisories FAILED').state, 'found');
   assert.equal(crateAnswer(2, 'error[rejected]: failed to satisfy license requirements').state, 'found');
@@ -104,7 +104,7 @@ test('what cargo-deny says is clean, found, or could not be looked at', () => {
   assert.deepEqual(crateAnswer(null, ''), { state: 'open', words: 'no answer in time' });
 });
 
-test('what npm says is of all packages, or of those that ours carries', () => {
+test('npm’s report covers all packages, or the ones bundled in ours', () => {
   const report = JSON.stringify({
     vulnerabilities: {
       fflate: { name: 'fflate', severity: 'high', range: '<0.9' },
@@ -155,7 +155,7 @@ function constant(name) {
   return source.startsWith('[') ? list : list[0];
 }
 
-test('the words for ffmpeg are those of the command line', () => {
+test('the arguments for ffmpeg equal the command line’s', () => {
   for (const name of ['GENERAL', 'LIST', 'DECODE', 'FILTERS', 'WRITE'])
     assert.deepEqual(words[name], constant(name), name);
 });

@@ -150,7 +150,7 @@ test('results without masks and with other labels are saved too', async () => {
   assert.ok(other.labels(0).includes(200) && !whole.labels(0).includes(200));
 });
 
-test('what is damaged, cut off or of another kind is refused', () => {
+test('damaged, truncated and other files are refused', () => {
   const text = JSON.stringify(whole);
   assert.throws(() => VideoResult.fromJSON(text.slice(0, -9)), refuses('data', /no JSON/));
   assert.throws(() => VideoResult.fromJSON(JSON.stringify(result)), refuses('data', /it has no times/));
@@ -187,7 +187,7 @@ const made = {
   },
 };
 
-test('the table of a made clip is the one that native code writes', async () => {
+test('the table of a synthetic clip equals the one that native code writes', async () => {
   const expected = readFileSync(new URL('../data/objects.csv', import.meta.url), 'utf8');
   assert.equal(await objectTableCsv(await objectTable(made)), expected.replaceAll('\r', ''));
 });
@@ -277,7 +277,7 @@ test('a clip without texture has nothing that could be followed', async () => {
   });
 });
 
-test('a camera that pans is told from one that stands still, in one window and in many', async () => {
+test('a panning camera is distinguished from a still one, in one window and in many', async () => {
   const frames = await framesOf({ width: 160, height: 90, frames: 10, seed: 5 });
   const result = await segment(frames);
   assert.equal(searchReport(result).cameraMoves, true);
@@ -290,7 +290,7 @@ test('a camera that pans is told from one that stands still, in one window and i
   assert.equal(searchReport(whole).cameraMoves, true);
 });
 
-test('what is no result is refused', () => {
+test('invalid results are refused', () => {
   assert.throws(() => searchReport(null), { code: 'data', message: /result = null/ });
   assert.throws(() => searchReport({ ...two, trajectories: { ...two.trajectories, offset: [0] } }), {
     code: 'data',

@@ -42,7 +42,7 @@ test('masks cover the objects of the scene', () => {
   assert.ok(Math.min(...overlap) > 0.7, `intersection over union: ${overlap.map((v) => v.toFixed(3))}`);
 });
 
-test('saliency has an entry for each trajectory, and the foreground is what is above the threshold', async () => {
+test('saliency has an entry for each trajectory, and the foreground is above the threshold', async () => {
   const { trajectories, saliency } = await segment(await framesOf());
   const { ofPoints, inContext, foreground } = saliency;
   assert.deepEqual([ofPoints.length, inContext.length, foreground.length], new Array(3).fill(trajectories.count));

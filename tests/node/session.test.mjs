@@ -49,7 +49,7 @@ test('the same clip gives the same result twice in a row, to the last bit', asyn
   assert.equal(fingerprint(await segment(frames)), fingerprint(await segment(frames)));
 });
 
-test('a run that was aborted goes on to the same result', async (t) => {
+test('an aborted run continues to the same result', async (t) => {
   const fresh = fingerprint(await (await ready(t)).run());
   const session = await ready(t);
   for (const stage of ['flow', 'flow', 'trajectories', 'affinities']) {
@@ -76,7 +76,7 @@ test('an abort between two steps rejects at once with an AbortError', async (t) 
   assert.equal((await session.run()).numFrames, SMALL.frames);
 });
 
-test('a cancelled run, cleared and filled anew, equals a fresh one', async (t) => {
+test('a cancelled run, cleared and filled again, equals a new one', async (t) => {
   const frames = await framesOf();
   const session = await ready(t);
   const controller = new AbortController();
@@ -253,7 +253,7 @@ test('two sessions with different parameters, in turn, give what each gives alon
   assert.deepEqual(results.map(fingerprint), alone);
 });
 
-test('a session that refuses a frame or an option goes on, and so do the others', async (t) => {
+test('a session that refuses a frame or an option stays usable, and so do the others', async (t) => {
   const frames = await framesOf();
   const [first, second] = [await open(t), await open(t)];
   for (const [k, frame] of frames.entries()) {

@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict';
 import { after, test } from 'node:test';
-import * as api from '../whole.mjs';
+import * as api from '../entries.mjs';
 import { play, prepare } from '../story.mjs';
 
 const WAYS = [{}, { worker: true }, { threads: 2 }, { worker: true, threads: 2 }];
@@ -26,7 +26,7 @@ for (const options of WAYS)
         counts[answer] = (counts[answer] ?? 0) + times;
   });
 
-test('the stories tell of all that may happen', { skip: STORY && 'one story does not' }, () => {
+test('the random stories cover every kind of call', { skip: STORY && 'one story does not' }, () => {
   // Those that no time decides on.
   const wanted = ['run ok', 'run own', 'run closed', 'run too-few-frames', 'clear busy', 'push ok', 'push closed'];
   wanted.push('segmentVideo ok', 'second collect state', 'createSession param', 'engine.flow ok');

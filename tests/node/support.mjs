@@ -8,7 +8,7 @@ import { MessageChannel } from 'node:worker_threads';
 import { createSession, synthClip, TraceCutError } from 'tracecut';
 import { serve } from '../../dist/worker/serve.js';
 import { pngBytes } from '../png.mjs';
-import { withTrap } from '../trap.mjs';
+import { withTrap } from '../faulty-wasm.mjs';
 
 export { fingerprint, fnv1a } from '../fingerprint.mjs';
 

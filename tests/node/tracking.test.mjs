@@ -31,7 +31,7 @@ test("trajectories equal a session's, and no stage comes after them", async () =
   );
 });
 
-test('they take what videos take, and say what is wrong', async () => {
+test('they take the same input as videos, and report errors', async () => {
   const frames = await framesOf();
   const half = await trajectories(frames, { step: 2, size: 64, trajectory: { gridStep: 3 }, threads: 1 });
   assert.deepEqual([half.numFrames, half.width, half.height], [4, 64, 36]);
@@ -81,7 +81,7 @@ test('trajectories from outside and frames give masks, in either order', async (
   assert.equal((await first.superpixels(0)).width, SMALL.width);
 });
 
-test('fewer of them, wider apart, give much the same masks', async (t) => {
+test('fewer of them, farther apart, give similar masks', async (t) => {
   const frames = await framesOf({ ...SMALL, seed: 3 });
   const result = await segment(frames);
   const ours = result.trajectories;
@@ -115,9 +115,9 @@ test('trajectories that do not fit the frames are refused, and others can be set
     /64x72 pixels \(expected 128x72, as the frames\)/,
   );
   await session.setTrajectories({ ...fitting, x: [4, 128] });
-  await rejects(session.run(), 'data', /x\[1\] = 128 \(expected a place in the frame, -0.5\.\.=127.5\)/);
+  await rejects(session.run(), 'data', /x\[1\] = 128 \(expected a position in the frame, -0.5\.\.=127.5\)/);
   await session.setTrajectories({ ...fitting, numFrames: 5 });
-  await rejects(session.run(), 'data', /trajectories of 5 frames with 8 frames pushed/);
+  await rejects(session.run(), 'data', /trajectories of 5 frames \(expected 8/);
   await session.setTrajectories(fitting);
   assert.equal((await session.run()).trajectories.count, 1);
 });

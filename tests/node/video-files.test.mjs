@@ -307,7 +307,7 @@ test('pictures that end before players begin are left out', { skip: noScripts },
   ]);
 });
 
-test('messages of several threads on one line are told apart', { skip: noScripts }, async () => {
+test('messages of several threads on one line are separated', { skip: noScripts }, async () => {
   const list = listOf(packet(0, 4), packet(4, 4), packet(8, 4));
   const torn = (words) => `[vist#0:0/raw @ 0x2] [dec:raw @ 0x3] [info] ${words}`;
   const messages = [
@@ -411,7 +411,7 @@ test('what cannot be read is refused before memory is taken', async () => {
   await rejects(all(framesOfRaw(['words'], grey)), 'data', /a piece of the stream/);
 });
 
-test('what is not read of a stream is given up', async () => {
+test('unread parts of a stream are cancelled', async () => {
   let closed = false;
   async function* endless() {
     try {

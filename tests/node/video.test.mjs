@@ -73,7 +73,7 @@ test('several clips in one stream, of several sizes, are each what they are alon
   await rejects(windowsOf(wrong), 'data', /clip of frame 1 = 7 .*string/);
 });
 
-test('what is taken is taken of each of several clips', async () => {
+test('the selection of frames applies to each of several clips', async () => {
   const frames = await framesOf(TINY);
   const stream = ['a', 'b'].flatMap((clip) => frames.map((frame) => ({ frame, clip })));
   const windows = await windowsOf(stream, { start: 0.2, end: 0.9, step: 3, frameRate: 10 });
@@ -95,7 +95,7 @@ test('a clip of one window gives what a session gives', async () => {
   assert.deepEqual(window.trajectories.x, expected.trajectories.x);
 });
 
-test('the session of the last window is kept, with what is asked of it and its corrections', async () => {
+test('the session of the last window stays open, with its queries and corrections', async () => {
   const frames = await framesOf();
   const video = segmentVideo(frames, { keep: true });
   assert.equal(video.session, null);
@@ -173,7 +173,7 @@ test('superpixels, boundaries and saliency maps are there for the last window, w
   for (const window of windows) await rejects(window.saliencyMap(0), 'state', /gone/);
 });
 
-test('progress tells of decoding and of every stage, window by window', async () => {
+test('progress reports decoding and every stage, window by window', async () => {
   const heard = [];
   await windowsOf(await framesOf(TINY), { ...WINDOWS, onProgress: (progress) => heard.push(progress) });
   for (const index of [0, 1, 2]) {
@@ -266,7 +266,7 @@ test('an abort is heard before the first frame, and while the source is silent',
   await assert.rejects(waiting, { name: 'AbortError' });
 });
 
-test('close, free and dispose end what is awaited; results stay', async () => {
+test('close, free and dispose end pending calls; results stay', async () => {
   for (const end of ['close', 'free', Symbol.dispose]) {
     const video = segmentVideo(endless(await framesOf(TINY)), WINDOWS);
     const iterator = video[Symbol.asyncIterator]();
@@ -315,7 +315,7 @@ test('one frame is all background; no frame is an error, and so are frames of di
   await rejects(windowsOf([{ frame: plain(8, 8), time: NaN }]), 'data', /time = NaN/);
 });
 
-test('a damaged frame ends the clip: the masks before it are those of the frames before alone', async () => {
+test('a damaged frame ends the clip: the masks equal those of the frames before it alone', async () => {
   const frames = (await framesOf(TINY)).slice(0, 9).map((frame) => png(frame));
   const broken = frames[0].subarray(0, 60);
   const given = { window: 4, overlap: 1 };

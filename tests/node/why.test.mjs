@@ -10,7 +10,7 @@ const SCENE = { width: 200, height: 112, frames: 8, seed: 2 };
 /** Pixels all over the clip. */
 const PLACES = Array.from({ length: 40 }, (_, k) => [k % 8, (k * 37) % 200, (k * 61) % 112]);
 
-test('what is told of a pixel agrees with the masks, and its sums with their terms', async (t) => {
+test('the explanation of a pixel agrees with the masks, and its sums with their terms', async (t) => {
   const session = await ready(t, {}, await framesOf(SCENE));
   const result = await session.run();
   const seen = new Set();
@@ -110,7 +110,7 @@ test('trajectories from outside and a closed session have no reasons', async (t)
   await rejects(result.confidence(0), 'closed', /confidences/);
 });
 
-test('a worker and the last window of a clip tell the same as a session in this thread', async (t) => {
+test('a worker and the last window of a clip explain the same as a session in this thread', async (t) => {
   const frames = await framesOf(SCENE);
   const plain = await (await ready(t, {}, frames)).run();
   const result = await (await ready(t, { worker: true }, frames)).run();
@@ -144,7 +144,7 @@ test('after a correction the newest result answers, and says what a stroke forbi
   assert.equal((await first.superpixels(2)).width, 200, 'superpixels do not depend on corrections');
 });
 
-test('a stroke is told as the source of its pixels, with what it forbids', async (t) => {
+test('a stroke is reported as the source of its pixels, with the labels it forbids', async (t) => {
   const session = await ready(t, {}, await framesOf(SCENE));
   const first = await session.run();
   const [{ label }] = first.objects;

@@ -80,7 +80,7 @@ test('errors cross with code and message', async (t) => {
   await rejects(session.push(new Uint8Array(5)), 'decode');
 });
 
-test('a worker answers what is in the table, and nothing else', async () => {
+test('a worker answers the requests of the table, and nothing else', async () => {
   for (const type of ['foreground', 'toString']) {
     const worker = standIn();
     const answered = new Promise((resolve) => worker.addEventListener('message', ({ data }) => resolve(data)));
@@ -94,7 +94,7 @@ test('a worker answers what is in the table, and nothing else', async () => {
   }
 });
 
-test('an abort reaches the worker between steps and the run goes on later', async (t) => {
+test('an abort reaches the worker between steps and the run continues later', async (t) => {
   const { session } = await open(t);
   const frames = await framesOf();
   for (const frame of frames) await session.push(frame);
@@ -181,7 +181,7 @@ test('any number of threads gives the same bits', async (t) => {
   }
 });
 
-test('a run that is aborted and goes on gives the same bits', async (t) => {
+test('an aborted and continued run gives the same bits', async (t) => {
   const session = await ready(t, { threads: 3 }, frames);
   for (const stop of ['flow', 'saliency', 'superpixels']) {
     const controller = new AbortController();

@@ -3,8 +3,8 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { emptyPage, useEmptyPage } from '../browser/empty.mjs';
-import * as inNode from '../whole.mjs';
+import { emptyPage, useEmptyPage } from '../browser/empty-page.mjs';
+import * as inNode from '../entries.mjs';
 import { fingerprint, fnv1a } from '../fingerprint.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 
@@ -144,7 +144,7 @@ async function denseHashes() {
   return { run: whole(result), ofFrame, ofImage };
 }
 
-test('an abort is answered at once and a second run goes on; closing ends a run', async () => {
+test('an abort takes effect at once and a second run continues; closing ends a run', async () => {
   const { page } = shared;
   const outcome = await page.evaluate(async () => {
     const { createSession, fingerprint, frames, segment, failure, synthClip } = globalThis.kit;

@@ -7,7 +7,7 @@ import { after, before, test } from 'node:test';
 import * as esbuild from 'esbuild';
 import { useServerAndBrowser } from '../site.mjs';
 import { outcome } from './app/segment.js';
-import { gives } from './found.mjs';
+import { gives } from './browser-results.mjs';
 import { served } from './installed.mjs';
 import { MAIN, execute, project } from './project.mjs';
 

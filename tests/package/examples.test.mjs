@@ -55,7 +55,7 @@ test('the plain page segments the images that are chosen and plays them with the
   assert.ok(share(false) < 0.1, `${share(false)} of the background is`);
 });
 
-test('the plain page says what is wrong with a file that is no video', async (t) => {
+test('the plain page explains that a file is not a video', async (t) => {
   const page = await open(t, await served(t, installed(t, 'examples/page')));
   await page
     .locator('input')

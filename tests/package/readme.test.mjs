@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { emptyPage } from '../browser/empty.mjs';
+import { emptyPage } from '../browser/empty-page.mjs';
 import { TASKS, codeOf, readmeCode } from '../readme.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 import { installed, served } from './installed.mjs';

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { emptyPage } from '../browser/empty.mjs';
+import { emptyPage } from '../browser/empty-page.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 
 const site = useServerAndBrowser();
@@ -12,11 +12,11 @@ const site = useServerAndBrowser();
  * `globalThis.kit`.
  */
 async function open(t) {
-  const page = await emptyPage(t, site, { modules: ['fingerprint.mjs', 'trap.mjs'] });
+  const page = await emptyPage(t, site, { modules: ['fingerprint.mjs', 'faulty-wasm.mjs'] });
   await page.evaluate(async () => {
     const tracecut = await import('/dist/index.js');
     const { fingerprint } = await import('/fingerprint.mjs');
-    const { withMemory, withTrap } = await import('/trap.mjs');
+    const { withMemory, withTrap } = await import('/faulty-wasm.mjs');
     const clip = await tracecut.synthClip({ width: 128, height: 72, frames: 6, seed: 3 });
     const frames = Array.from({ length: clip.numFrames }, (_, k) => clip.frame(k));
     const filled = async (options) => {

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { emptyPage } from '../browser/empty.mjs';
+import { emptyPage } from '../browser/empty-page.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 
 const STORIES = 2;

@@ -140,7 +140,7 @@ fn assert_quick(content: &str, frames: &[Frame], settings: &[&str]) {
 
 /// The ends of the range, and a value between.
 fn values(field: &ParamField) -> Vec<f64> {
-    let (low, high) = field.range;
+    let (low, high) = (field.min, field.max);
     match field.kind() {
         "choice" => (0..field.choices().len()).map(|k| k as f64).collect(),
         "boolean" => vec![0.0, 1.0],

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use tracecut::image::Frame;
 use tracecut::synth::Scene;
 use tracecut::{Params, Session, Stage, Step};
 
@@ -20,11 +21,28 @@ fn masks(input: &str, output: &Path) -> Output {
     run("masks", &[Path::new(input), output])
 }
 
-/// Writes a clip's frames into a folder of their own.
-fn write_frames(scene: &Scene, folder: &Path) {
+fn frames_of(scene: &Scene) -> Vec<Frame> {
+    (0..scene.num_frames()).map(|t| scene.frame(t)).collect()
+}
+
+/// A textured square that crosses the view of a camera that stands still.
+fn still_camera_clip() -> Vec<Frame> {
+    let [background, object] = [3, 8].map(|seed| Scene::still(192, 144, 1, seed).frame(0));
+    let frame = |t: usize| {
+        let mut rgb = background.rgb().to_vec();
+        for (y, x) in (50..100).flat_map(|y| (10..60).map(move |x| (y, x))) {
+            let [from, to] = [x, x + 4 * t].map(|x| 3 * (y * 192 + x));
+            rgb[to..to + 3].copy_from_slice(&object.rgb()[from..from + 3]);
+        }
+        Frame::from_rgb(rgb, 192, 144).unwrap()
+    };
+    (0..16).map(frame).collect()
+}
+
+/// Writes frames into a new folder.
+fn write_frames(clip: &[Frame], folder: &Path) {
     fs::create_dir_all(folder).unwrap();
-    for t in 0..scene.num_frames() {
-        let frame = scene.frame(t);
+    for (t, frame) in clip.iter().enumerate() {
         let (width, height) = (frame.width() as u32, frame.height() as u32);
         let picture = image::RgbImage::from_raw(width, height, frame.rgb().to_vec()).unwrap();
         picture.save(folder.join(format!("{t:03}.png"))).unwrap();
@@ -63,7 +81,7 @@ fn masks_of_the_made_clip_show_its_three_objects() {
 #[test]
 fn masks_of_a_folder_of_images_are_those_of_its_frames() {
     let (frames, out) = (folder("example-frames"), folder("example-masks"));
-    write_frames(&Scene::sample(256, 144, 10, 1), &frames);
+    write_frames(&frames_of(&Scene::sample(256, 144, 10, 1)), &frames);
     fs::write(frames.join("notes.txt"), "not a frame").unwrap();
     let output = masks(frames.to_str().unwrap(), &out);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -87,9 +105,9 @@ fn printed(session: &Session) -> String {
 }
 
 /// A session that has run over a clip, and the steps that connectedness took in it.
-fn run_session(scene: &Scene, params: Params) -> (Session, u32) {
+fn run_session(clip: &[Frame], params: Params) -> (Session, u32) {
     let mut session = Session::new(params).unwrap();
-    (0..scene.num_frames()).for_each(|t| session.push_frame(scene.frame(t)).unwrap());
+    clip.iter().for_each(|frame| session.push_frame(frame.clone()).unwrap());
     let mut steps = 0;
     while let Step::Working(progress) = session.step().unwrap() {
         steps = if progress.stage == Stage::Connectedness { progress.total } else { steps };
@@ -98,17 +116,18 @@ fn run_session(scene: &Scene, params: Params) -> (Session, u32) {
 }
 
 #[test]
-fn the_method_in_straight_lines_finds_what_the_session_finds() {
+fn the_method_top_to_bottom_gives_the_masks_of_the_session() {
     // Where the foreground keeps some apart, that takes a second embedding: three steps in place of one.
-    let scenes = [
-        ("sample", Scene::sample(240, 136, 10, 1), false, 3),
-        ("players", Scene::entangled(288, 192, 24, 3), false, 3),
-        ("planes", Scene::two_planes(192, 144, 12, (0.0, 0.0), (1.2, 0.3), 5), false, 1),
+    let clips = [
+        ("sample", frames_of(&Scene::sample(240, 136, 10, 1)), false, 3),
+        ("players", frames_of(&Scene::entangled(288, 192, 24, 3)), false, 3),
+        ("planes", frames_of(&Scene::two_planes(192, 144, 12, (0.0, 0.0), (1.2, 0.3), 5)), false, 1),
+        ("still-camera", still_camera_clip(), true, 1),
     ];
-    for (name, scene, is_still, connectedness_steps) in scenes {
+    for (name, clip, is_still, connectedness_steps) in clips {
         let frames = folder(&format!("example-method-{name}"));
-        write_frames(&scene, &frames);
-        let (session, steps) = run_session(&scene, Params::default());
+        write_frames(&clip, &frames);
+        let (session, steps) = run_session(&clip, Params::default());
         assert_eq!(steps, connectedness_steps, "{name}: steps of connectedness");
         assert!(!session.objects().unwrap().labels().is_empty());
         let output = run("method", &[&frames]);
@@ -118,9 +137,9 @@ fn the_method_in_straight_lines_finds_what_the_session_finds() {
 
         let mut params = Params::default();
         params.cut.appearance_rounds = 0;
-        assert!(printed(&run_session(&scene, params.clone()).0) != masks, "{name}: appearance changes no mask");
+        assert!(printed(&run_session(&clip, params.clone()).0) != masks, "{name}: appearance changes no mask");
         params.clip.dense = false;
-        let camera = run_session(&scene, params).0.cluster_terms().map(|(is_still, _)| is_still);
+        let camera = run_session(&clip, params).0.cluster_terms().map(|(is_still, _)| is_still);
         assert_eq!(camera, Some(is_still), "{name}: whether the camera stands still");
     }
 }
@@ -128,7 +147,7 @@ fn the_method_in_straight_lines_finds_what_the_session_finds() {
 #[test]
 fn the_method_says_which_frames_it_takes() {
     let frames = folder("example-method-one");
-    write_frames(&Scene::sample(32, 24, 1, 3), &frames);
+    write_frames(&frames_of(&Scene::sample(32, 24, 1, 3)), &frames);
     let output = run("method", &[&frames]);
     assert!(!output.status.success() && String::from_utf8_lossy(&output.stderr).contains("at least two frames"));
 }

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use std::f64::consts::PI;
 use tracecut::embedding::{EigenParams, Eigenpairs, Embedding, EmbeddingParams, SymmetricOperator};
-use tracecut::embedding::{embed, embed_within, largest_eigenpairs};
+use tracecut::embedding::{embed, embed_with_tolerance, largest_eigenpairs};
 use tracecut::rng::Rng;
 use tracecut::sparse::SymCsr;
 
@@ -330,7 +330,7 @@ fn blocks_have_one_over_volume_within_and_nothing_across() {
         upper.extend((0..j).filter(|&i| block[i] == block[j]).map(|i| (i as u32, j as u32, 1.0)));
     }
     let a = SymCsr::from_upper(block.len(), &upper);
-    let e = embed_within(1e-9, &a, &params(4), 0);
+    let e = embed_with_tolerance(1e-9, &a, &params(4), 0);
     assert_values(&e.eigenvalues, &[1.0; 4], 1e-9);
     for i in (0..block.len()).step_by(7) {
         for j in 0..block.len() {
@@ -345,7 +345,7 @@ fn blocks_have_one_over_volume_within_and_nothing_across() {
 fn eigenvectors_of_the_random_walk_are_orthonormal_under_the_degrees() {
     let n = 900;
     let a = SymCsr::from_upper(n, &random_graph(n, 12, 5));
-    let e = embed_within(1e-9, &a, &params(10), 0);
+    let e = embed_with_tolerance(1e-9, &a, &params(10), 0);
     let (d, k) = (a.degrees(), e.dimensions);
     assert_eq!((k, e.embedded.iter().filter(|&&b| b).count()), (10, n));
     assert!((e.eigenvalues[0] - 1.0).abs() < 1e-12, "{:?}", e.eigenvalues);
@@ -371,8 +371,8 @@ fn w_hat_follows_a_permutation_of_the_trajectories() {
     // 7 and 320 have no common factor, so this is a permutation.
     let to = |i: u32| (i * 7 + 3) % n as u32;
     let moved: Vec<_> = upper.iter().map(|&(i, j, w)| (to(i).min(to(j)), to(i).max(to(j)), w)).collect();
-    let e = embed_within(1e-10, &SymCsr::from_upper(n, &upper), &params(8), 0);
-    let f = embed_within(1e-10, &SymCsr::from_upper(n, &moved), &params(8), 0);
+    let e = embed_with_tolerance(1e-10, &SymCsr::from_upper(n, &upper), &params(8), 0);
+    let f = embed_with_tolerance(1e-10, &SymCsr::from_upper(n, &moved), &params(8), 0);
     for i in 0..n {
         for j in [0, 5, 311] {
             let (p, q) = (w_hat(&e, i, j), w_hat(&f, to(i as u32) as usize, to(j as u32) as usize));
@@ -385,7 +385,8 @@ fn w_hat_follows_a_permutation_of_the_trajectories() {
 fn w_hat_does_not_depend_on_the_basis_of_a_repeated_eigenvalue() {
     // A hypercube of 9 bits; 10 dimensions are exactly its two largest eigenvalues, of multiplicity 1 and 9.
     let cube = hypercube(9).off;
-    let (e, f) = (embed_within(1e-10, &cube, &params(10), 0), embed_within(1e-10, &cube, &params(10), 77));
+    let (e, f) =
+        (embed_with_tolerance(1e-10, &cube, &params(10), 0), embed_with_tolerance(1e-10, &cube, &params(10), 77));
     assert_ne!(e.vectors, f.vectors);
     for i in 0..e.num_rows {
         for j in [0, 100, 511] {

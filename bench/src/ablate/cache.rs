@@ -11,16 +11,16 @@ use tracecut_cli::provenance::sum;
 #[derive(Debug)]
 pub(super) struct Cache {
     folder: PathBuf,
-    /// Which program made the scores: another one may make others.
+    /// Hash of the program that computed the scores: another one may compute others.
     program: String,
 }
 
-/// What came of a clip.
+/// The scores of a clip.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Score {
     pub(super) masks: MaskScores,
-    /// Of the points, in percent.
+    /// Error of the points, in percent.
     pub(super) error: f64,
     pub(super) region: f64,
     pub(super) fragments: f64,
@@ -37,7 +37,7 @@ impl Score {
     }
 }
 
-/// What scores depend on.
+/// The inputs that scores depend on.
 #[derive(Debug, Serialize)]
 pub(super) struct Key<'a> {
     pub(super) clip: &'a Path,
@@ -45,7 +45,7 @@ pub(super) struct Key<'a> {
     pub(super) params: &'a Params,
 }
 
-/// What is in a file; its key is there to be read by people.
+/// The content of a file; the key is for people to read.
 #[derive(Debug, Serialize, Deserialize)]
 struct Entry {
     key: serde_json::Value,

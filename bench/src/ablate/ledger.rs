@@ -12,9 +12,9 @@ use tracecut_cli::failure::{Failure, Result, read};
 #[serde(deny_unknown_fields)]
 pub(super) struct Choice {
     pub(super) name: String,
-    /// What the paper, or the work that it takes this from, has.
+    /// The choice of the paper, or of its source.
     pub(super) paper: String,
-    /// Why ours is another, in a line.
+    /// Reason for ours, in a line.
     pub(super) why: String,
     /// The settings that take it away; none where no setting does.
     #[serde(default)]
@@ -26,7 +26,7 @@ pub(super) fn read_choices(path: &Path) -> Result<Vec<Choice>> {
     let choices: Vec<Choice> = serde_json::from_slice(&read(path)?)
         .map_err(|e| Failure::about(path.display(), format_args!("is no table of choices: {e}")))?;
     for choice in &choices {
-        choice.params(&Params::default()).map_err(|failure| failure.of(path.display()))?;
+        choice.params(&Params::default()).map_err(|failure| failure.with_subject(path.display()))?;
     }
     Ok(choices)
 }
@@ -75,14 +75,14 @@ fn default_of(name: &str) -> String {
     text
 }
 
-/// What is known of the defaults, or of what taking a choice away does.
+/// Figures with the defaults, or their change without a choice.
 #[derive(Debug, Clone)]
 pub(super) struct Effect {
     /// J as a mean over the kinds, the error of points, J of each kind: a value for each seed; `None` where some run is missing.
     pub(super) columns: Vec<Option<Vec<f64>>>,
 }
 
-/// What is printed as 0.
+/// Largest change that is printed as 0.
 const ROUNDED: f64 = 0.0005;
 
 /// The ledger as Markdown. `effects` has an entry for each choice; `command` made it.
@@ -145,10 +145,10 @@ fn left_out(kinds: &[Option<Vec<f64>>]) -> String {
     let Some(effects) = kinds.iter().map(|k| k.as_ref().map(mean)).collect::<Option<Vec<f64>>>() else {
         return "–".to_owned();
     };
-    let all: f64 = effects.iter().sum();
-    let made: Vec<f64> = effects.iter().copied().filter(|own| all - own < 0.0).collect();
-    let holds = made.iter().filter(|own| **own <= ROUNDED).count();
-    if made.is_empty() { "never made".to_owned() } else { format!("{holds} of {}", made.len()) }
+    let total: f64 = effects.iter().sum();
+    let favourable: Vec<f64> = effects.iter().copied().filter(|effect| total - effect < 0.0).collect();
+    let holds = favourable.iter().filter(|effect| **effect <= ROUNDED).count();
+    if favourable.is_empty() { "never made".to_owned() } else { format!("{holds} of {}", favourable.len()) }
 }
 
 fn cell(values: Option<&[f64]>, signed: bool) -> String {

@@ -10,7 +10,7 @@ use tracecut_cli::clock::Seconds;
 /// Bins of the reliability with less of all pixels say little.
 const FAIR_SHARE: f64 = 0.01;
 
-/// What came of a clip under one seed.
+/// The scores of a clip under one seed.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct Run {
@@ -24,7 +24,7 @@ pub(crate) struct Run {
     pub(super) of_frames: Vec<Scored>,
     #[serde(flatten)]
     pub(super) time: Seconds,
-    /// What confidences said and what was right; empty in windows.
+    /// Reliability of confidences; empty in windows.
     #[serde(skip)]
     pub(super) reliability: Reliability,
 }
@@ -36,7 +36,7 @@ pub(super) struct Scored {
     pub(super) scores: MaskScores,
 }
 
-/// What came of a clip, seed by seed.
+/// The scores of a clip, seed by seed.
 #[derive(Debug, Serialize)]
 pub(super) struct Outcome {
     pub(super) name: String,
@@ -55,7 +55,7 @@ struct Group {
     j_of_seeds: Vec<f64>,
 }
 
-/// What goes into the file of `--json`.
+/// The content of the file of `--json`.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Report<'a> {
@@ -64,7 +64,7 @@ pub(super) struct Report<'a> {
     kinds: BTreeMap<&'a str, Group>,
     mean_of_kinds: Group,
     mean_of_clips: Group,
-    /// What confidences said and what was right, in tenths; `null` where none is.
+    /// Reliability of confidences, in tenths; `null` for an empty bin.
     reliability: Vec<Option<Bin>>,
     params: &'a Params,
 }
@@ -75,21 +75,21 @@ impl<'a> Report<'a> {
         clips.iter().for_each(|clip| by_kind.entry(&clip.kind).or_default().push(clip));
         let of_kinds: Vec<Vec<MaskScores>> = by_kind.values().map(|clips| seed_means(clips)).collect();
         let counts = by_kind.values().map(Vec::len);
-        let kinds = by_kind.keys().zip(&of_kinds).zip(counts).map(|((&k, s), n)| (k, Group::of(n, s))).collect();
-        let all: Vec<&Outcome> = clips.iter().collect();
-        let over_kinds = transposed(&of_kinds);
+        let kinds = by_kind.keys().zip(&of_kinds).zip(counts).map(|((&k, s), n)| (k, Group::new(n, s))).collect();
+        let outcomes: Vec<&Outcome> = clips.iter().collect();
+        let over_kinds = average_by_seed(&of_kinds);
         Self {
             frames,
             clips,
             kinds,
-            mean_of_kinds: Group::of(clips.len(), &over_kinds),
-            mean_of_clips: Group::of(clips.len(), &seed_means(&all)),
-            reliability: Reliability::of_clips(all.iter().flat_map(|o| &o.runs).map(|r| &r.reliability)).curve(),
+            mean_of_kinds: Group::new(clips.len(), &over_kinds),
+            mean_of_clips: Group::new(clips.len(), &seed_means(&outcomes)),
+            reliability: Reliability::of_clips(outcomes.iter().flat_map(|o| &o.runs).map(|r| &r.reliability)).curve(),
             params,
         }
     }
 
-    /// The rows below those of the clips.
+    /// Returns the rows below the rows of the clips.
     pub(super) fn lines(&self) -> Vec<String> {
         let title = |kind: &str, clips: usize| format!("{kind} ({clips})");
         let mut lines = vec![String::new()];
@@ -112,8 +112,8 @@ impl<'a> Report<'a> {
 }
 
 impl Group {
-    /// From the means under each seed.
-    fn of(clips: usize, seeds: &[MaskScores]) -> Self {
+    /// Summarises the means under each seed.
+    fn new(clips: usize, seeds: &[MaskScores]) -> Self {
         Self { clips, scores: MaskScores::mean_of(seeds), j_of_seeds: seeds.iter().filter_map(|s| s.j).collect() }
     }
 
@@ -122,7 +122,7 @@ impl Group {
     }
 }
 
-/// The curve of what was said against what was right.
+/// Formats the curve of confidences against the share of right pixels.
 fn reliability_lines(found: &Reliability) -> Vec<String> {
     let bins = found.curve().into_iter().enumerate().filter_map(|(k, bin)| Some((k, bin?)));
     let row = |(k, bin): (usize, Bin)| {
@@ -142,11 +142,11 @@ fn reliability_lines(found: &Reliability) -> Vec<String> {
 /// Means over clips, seed by seed.
 fn seed_means(clips: &[&Outcome]) -> Vec<MaskScores> {
     let scores: Vec<Vec<MaskScores>> = clips.iter().map(|c| c.runs.iter().map(|r| r.scores).collect()).collect();
-    transposed(&scores)
+    average_by_seed(&scores)
 }
 
-/// From lists by seed, the means of all first ones, of all second ones, and so on.
-fn transposed(lists: &[Vec<MaskScores>]) -> Vec<MaskScores> {
+/// Averages lists by seed: the mean of all first elements, of all second ones, and so on.
+fn average_by_seed(lists: &[Vec<MaskScores>]) -> Vec<MaskScores> {
     let length = lists.first().map_or(0, Vec::len);
     (0..length).map(|s| MaskScores::mean_of(&lists.iter().map(|l| l[s]).collect::<Vec<_>>())).collect()
 }
@@ -157,17 +157,17 @@ pub(super) fn heading(several: bool) -> String {
     format!("{head}{spread}   found  false objects  seconds")
 }
 
-/// The row of a clip; counts are those of the first seed.
+/// Formats the row of a clip, with the counts of the first seed.
 pub(super) fn row(outcome: &Outcome) -> String {
     let scores: Vec<MaskScores> = outcome.runs.iter().map(|r| r.scores).collect();
     let j: Vec<f64> = scores.iter().filter_map(|s| s.j).collect();
     let seconds: f64 = outcome.runs.iter().map(|r| r.time.best()).sum();
     let (frames, census) = outcome.runs.first().map(|r| (r.frames, r.census)).unwrap_or_default();
-    let found = format!("{}/{}", census.found_objects, census.true_objects);
+    let objects = format!("{}/{}", census.found_objects, census.true_objects);
     let wrong = format!("{}/{}", census.false_objects, census.labels);
     let head = format!("{:29} {frames:5} {:6} ", outcome.name, census.labels);
     let figures = format!("{}{}", columns(&MaskScores::mean_of(&scores)), spread_column(&j));
-    format!("{head:43}{figures} {found:>7} {wrong:>14} {seconds:8.1}")
+    format!("{head:43}{figures} {objects:>7} {wrong:>14} {seconds:8.1}")
 }
 
 fn columns(s: &MaskScores) -> String {

@@ -36,7 +36,7 @@ pub fn tolerance(width: usize, height: usize) -> f64 {
     0.0075 * ((width * width + height * height) as f64).sqrt()
 }
 
-/// How pixels of map and outline find each other.
+/// The matching of pixels of map and outline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Matching {
     /// Each pixel has at most one partner.
@@ -45,7 +45,7 @@ pub enum Matching {
     Nearest,
 }
 
-/// What one image contributes: strengths, from which the counts at every threshold follow.
+/// The contribution of one image: strengths, from which the counts at every threshold follow.
 ///
 /// Law: each list falls; `correct.len() <= found.len()`, `recalled.len() <= truth`.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -100,31 +100,31 @@ pub fn score(
 ) -> Result<ImageScore, Error> {
     let size = (map.width(), map.height());
     for outline in people {
-        let other = (outline.width(), outline.height());
-        if other != size {
-            let reason = format!("outlines are {}x{} (expected {}x{})", other.0, other.1, size.0, size.1);
+        let actual = (outline.width(), outline.height());
+        if actual != size {
+            let reason = format!("outlines are {}x{} (expected {}x{})", actual.0, actual.1, size.0, size.1);
             return Err(Error::Data { reason });
         }
     }
     if map.data().iter().any(|v| v.is_nan()) {
         return Err(Error::Data { reason: "a boundary strength is not a number".into() });
     }
-    let mut found: Vec<usize> = (0..map.data().len()).filter(|&i| map.data()[i] > 0.0).collect();
-    found.sort_by(|&a, &b| map.data()[b].total_cmp(&map.data()[a]).then(a.cmp(&b)));
+    let mut pixels: Vec<usize> = (0..map.data().len()).filter(|&i| map.data()[i] > 0.0).collect();
+    pixels.sort_by(|&a, &b| map.data()[b].total_cmp(&map.data()[a]).then(a.cmp(&b)));
     let offsets = disc(tolerance);
     let mut correct = vec![false; map.data().len()];
     let mut result = ImageScore::default();
     for outline in people {
         result.truth += outline.data().iter().filter(|&&on| on).count();
         let recalled = match matching {
-            Matching::OneToOne => match_one_to_one(map, &found, outline, &offsets, &mut correct),
-            Matching::Nearest => match_nearest(map, &found, outline, &offsets, &mut correct),
+            Matching::OneToOne => match_one_to_one(map, &pixels, outline, &offsets, &mut correct),
+            Matching::Nearest => match_nearest(map, &pixels, outline, &offsets, &mut correct),
         };
         result.recalled.extend(recalled);
     }
     result.recalled.sort_by(|a, b| b.total_cmp(a));
-    result.correct = found.iter().filter(|&&i| correct[i]).map(|&i| map.data()[i]).collect();
-    result.found = found.iter().map(|&i| map.data()[i]).collect();
+    result.correct = pixels.iter().filter(|&&i| correct[i]).map(|&i| map.data()[i]).collect();
+    result.found = pixels.iter().map(|&i| map.data()[i]).collect();
     Ok(result)
 }
 
@@ -151,9 +151,9 @@ pub fn summarize(images: &[ImageScore]) -> Summary {
             ods = quality;
         }
     }
-    let mut chosen = Counts::default();
-    best.iter().for_each(|&(_, counts)| chosen.add(counts));
-    Summary { ods, ois: chosen.quality(0.0) }
+    let mut sum = Counts::default();
+    best.iter().for_each(|&(_, counts)| sum.add(counts));
+    Summary { ods, ois: sum.quality(0.0) }
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -183,7 +183,7 @@ impl Counts {
     }
 
     fn quality(self, threshold: f32) -> Quality {
-        let share = |part: usize, whole: usize| part as f64 / whole.max(1) as f64;
+        let share = |part: usize, total: usize| part as f64 / total.max(1) as f64;
         Quality { threshold, precision: share(self.correct, self.found), recall: share(self.recalled, self.truth) }
     }
 }
@@ -199,7 +199,7 @@ fn disc(radius: f64) -> Vec<(i32, i32)> {
 }
 
 /// The pixels at `steps` from pixel `i` that lie in the image.
-fn around<'a>(i: usize, plane: &Plane<bool>, steps: &'a [(i32, i32)]) -> impl Iterator<Item = usize> + 'a {
+fn neighbours<'a>(i: usize, plane: &Plane<bool>, steps: &'a [(i32, i32)]) -> impl Iterator<Item = usize> + 'a {
     let (width, height) = (plane.width() as i32, plane.height() as i32);
     let (x, y) = (i as i32 % width, i as i32 / width);
     steps.iter().filter_map(move |&(dx, dy)| {
@@ -217,13 +217,13 @@ fn match_nearest(
     steps: &[(i32, i32)],
     correct: &mut [bool],
 ) -> Vec<f32> {
-    let mut reached = vec![false; map.data().len()];
+    let mut is_matched = vec![false; map.data().len()];
     let mut recalled = Vec::new();
     for &i in found {
-        for j in around(i, outline, steps).filter(|&j| outline.data()[j]) {
+        for j in neighbours(i, outline, steps).filter(|&j| outline.data()[j]) {
             correct[i] = true;
-            if !reached[j] {
-                reached[j] = true;
+            if !is_matched[j] {
+                is_matched[j] = true;
                 recalled.push(map.data()[i]);
             }
         }
@@ -283,7 +283,7 @@ impl Search<'_> {
         let mut next = 0;
         let mut pixel = start;
         loop {
-            for j in around(pixel, self.outline, self.steps) {
+            for j in neighbours(pixel, self.outline, self.steps) {
                 if !self.outline.data()[j] || self.seen[j] == turn || self.seen[j] == CLOSED {
                     continue;
                 }
@@ -305,21 +305,21 @@ impl Search<'_> {
         false
     }
 
-    /// Matches anew along the path from `start` to the free outline pixel `end`.
+    /// Changes the matching along the path from `start` to the free outline pixel `end`.
     fn turn_over(&mut self, end: usize, start: usize) {
         let mut j = end;
         loop {
             let pixel = self.from[j];
             // The outline pixel that `pixel` leaves is the one through which it was reached.
-            let left = if pixel == start { None } else { self.old_partner(pixel) };
+            let partner = if pixel == start { None } else { self.old_partner(pixel) };
             self.partner[j] = pixel;
-            let Some(left) = left else { return };
-            j = left;
+            let Some(partner) = partner else { return };
+            j = partner;
         }
     }
 
     fn old_partner(&self, pixel: usize) -> Option<usize> {
-        around(pixel, self.outline, self.steps).find(|&j| self.outline.data()[j] && self.partner[j] == pixel)
+        neighbours(pixel, self.outline, self.steps).find(|&j| self.outline.data()[j] && self.partner[j] == pixel)
     }
 }
 
@@ -342,7 +342,7 @@ mod tests {
     fn largest(lines: &[usize], outline: &Plane<bool>, steps: &[(i32, i32)], used: &mut Vec<usize>) -> usize {
         let Some((&first, rest)) = lines.split_first() else { return 0 };
         let mut best = largest(rest, outline, steps, used);
-        for j in around(first, outline, steps).filter(|&j| outline.data()[j]) {
+        for j in neighbours(first, outline, steps).filter(|&j| outline.data()[j]) {
             if !used.contains(&j) {
                 used.push(j);
                 best = best.max(1 + largest(rest, outline, steps, used));

@@ -64,13 +64,13 @@ pub fn boundary_measure(mask: &Plane<bool>, truth: &Plane<bool>) -> Result<f64, 
 /// [`Error::Data`] when the sizes differ.
 pub fn boundary_measure_within(radius: usize, mask: &Plane<bool>, truth: &Plane<bool>) -> Result<f64, Error> {
     check_sizes((mask.width(), mask.height()), truth)?;
-    let (found, sought) = (boundary(mask), boundary(truth));
-    let precision = matched_share(&found, &sought, radius);
-    let recall = matched_share(&sought, &found, radius);
+    let (boundary_found, boundary_true) = (boundary(mask), boundary(truth));
+    let precision = matched_share(&boundary_found, &boundary_true, radius);
+    let recall = matched_share(&boundary_true, &boundary_found, radius);
     Ok(if precision + recall == 0.0 { 0.0 } else { 2.0 * precision * recall / (precision + recall) })
 }
 
-/// How far matching boundaries may be apart, in pixels.
+/// Largest distance between matching boundaries, in pixels.
 pub fn tolerance_px(width: usize, height: usize) -> usize {
     let diagonal = ((width * width + height * height) as f64).sqrt();
     (TOLERANCE * diagonal).ceil() as usize
@@ -81,22 +81,22 @@ pub fn boundary(mask: &Plane<bool>) -> Plane<bool> {
     let (width, height) = (mask.width(), mask.height());
     Plane::from_fn(width, height, |x, y| {
         let (right, below) = (x + 1 < width, y + 1 < height);
-        let here = mask[(x, y)];
-        (right && mask[(x + 1, y)] != here)
-            || (below && mask[(x, y + 1)] != here)
-            || (right && below && mask[(x + 1, y + 1)] != here)
+        let value = mask[(x, y)];
+        (right && mask[(x + 1, y)] != value)
+            || (below && mask[(x, y + 1)] != value)
+            || (right && below && mask[(x + 1, y + 1)] != value)
     })
 }
 
 /// Share of the true pixels of `of` with one of `near` no farther than `radius`; 1 if `of` has none.
 fn matched_share(of: &Plane<bool>, near: &Plane<bool>, radius: usize) -> f64 {
-    let reached = dilated(near, radius);
-    let (mut all, mut matched) = (0_u64, 0_u64);
-    for (&pixel, &reached) in of.data().iter().zip(reached.data()) {
-        all += u64::from(pixel);
-        matched += u64::from(pixel & reached);
+    let is_near = dilated(near, radius);
+    let (mut total, mut matched) = (0_u64, 0_u64);
+    for (&pixel, &is_near) in of.data().iter().zip(is_near.data()) {
+        total += u64::from(pixel);
+        matched += u64::from(pixel & is_near);
     }
-    if all == 0 { 1.0 } else { matched as f64 / all as f64 }
+    if total == 0 { 1.0 } else { matched as f64 / total as f64 }
 }
 
 /// All pixels within `radius` of a true one: for each of these the rows of a disc are filled in.
@@ -140,7 +140,7 @@ impl Summary {
     /// Quarters, as the benchmark's program takes them: of `n` values the five marks `i (n - 1) / 4`, `i = 0..=4`, are
     /// rounded to whole numbers, halves up; a quarter runs from one mark to the next, both included, so that
     /// neighbouring quarters share a value.
-    pub fn of(values: &[f64]) -> Self {
+    pub fn new(values: &[f64]) -> Self {
         if values.is_empty() {
             return Self::default();
         }
@@ -161,7 +161,7 @@ fn average(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-/// How many pixels of each label lie on the true foreground and on the background, over the frames of a clip.
+/// Pixels of each label on the true foreground and on the background, over the frames of a clip.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LabelTally {
     /// Label by label: pixels on the background, on the foreground.
@@ -190,8 +190,8 @@ impl LabelTally {
         Ok(())
     }
 
-    /// For each label whether more than half of its pixels are truly foreground: the choice of one who knows the truth.
-    /// Of all choices it has the fewest wrong pixels, which need not be the one with the best region similarity.
+    /// Marks the labels with more than half of their pixels on the true foreground. This choice minimises wrong pixels, and
+    /// need not maximise region similarity.
     pub fn oracle_foreground(&self) -> Vec<bool> {
         self.counts.iter().map(|[background, foreground]| foreground > background).collect()
     }
@@ -310,13 +310,13 @@ mod tests {
     #[test]
     fn summaries_follow_the_quarters_of_the_benchmark() {
         // Marks of 7 values: 0, 1.5, 3, 4.5, 6, so the quarters are 0..=2 and 5..=6.
-        let summary = Summary::of(&[0.9, 0.6, 0.6, 0.5, 0.4, 0.3, 0.2]);
+        let summary = Summary::new(&[0.9, 0.6, 0.6, 0.5, 0.4, 0.3, 0.2]);
         assert!((summary.mean - 0.5).abs() < 1e-12 && (summary.decay - (0.7 - 0.25)).abs() < 1e-12, "{summary:?}");
         // 0.5 itself is not above 0.5.
         assert_eq!(summary.recall, 3.0 / 7.0);
-        assert_eq!(Summary::of(&[0.8]), Summary { mean: 0.8, recall: 1.0, decay: 0.0 });
-        assert_eq!(Summary::of(&[]), Summary::default());
-        let two = [Summary::of(&[0.8]), Summary::of(&[0.2])];
+        assert_eq!(Summary::new(&[0.8]), Summary { mean: 0.8, recall: 1.0, decay: 0.0 });
+        assert_eq!(Summary::new(&[]), Summary::default());
+        let two = [Summary::new(&[0.8]), Summary::new(&[0.2])];
         assert_eq!(Summary::mean_of(&two), Summary { mean: 0.5, recall: 0.5, decay: 0.0 });
     }
 

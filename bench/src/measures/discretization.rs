@@ -89,34 +89,34 @@ pub fn envelope(curve: &[Errors]) -> Vec<Errors> {
     sorted
 }
 
-/// How the lower envelopes of two curves compare.
+/// A comparison of the lower envelopes of two curves.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Comparison {
-    /// The least rate of misses that both reach.
+    /// The smallest rate of misses that both reach.
     pub from: f64,
-    /// Of the rates at which either envelope has a step: those at which the one curve lies below the other, or has no
-    /// over-segmentation at all, where nothing could be below.
+    /// Number of rates, among the steps of both envelopes, at which the curve lies below the other or has no
+    /// over-segmentation.
     pub below: usize,
-    /// Those at which both are equal.
+    /// Number of rates at which both are equal.
     pub equal: usize,
-    /// Those at which it lies above.
+    /// Number of rates at which it lies above.
     pub above: usize,
-    /// The smallest margin by which it lies below, negative where it lies above, among all these rates.
+    /// Smallest margin by which it lies below at these rates; negative if it lies above.
     pub margin: f64,
-    /// By how much the least rate of misses of the other is lower; negative where this one's is.
+    /// Difference of the smallest rates of misses, this curve's less the other's.
     pub reach: f64,
 }
 
 impl Comparison {
-    /// Whether it lies below at every rate that both reach.
+    /// Returns true if the curve lies below at every rate that both reach.
     pub fn holds(&self) -> bool {
         self.above == 0 && self.equal == 0
     }
 }
 
-/// Where `curve` lies to `other`; `None` if either has no points. Envelopes are constant between their steps, so that
-/// the steps are all there is to look at.
+/// Compares `curve` with `other` at the steps of their envelopes, which are constant in between; `None` if either has no
+/// points.
 pub fn compare(curve: &[Errors], other: &[Errors]) -> Option<Comparison> {
     let (ours, theirs) = (envelope(curve), envelope(other));
     let (first, other_first) = (ours.first()?.missed, theirs.first()?.missed);
@@ -127,15 +127,15 @@ pub fn compare(curve: &[Errors], other: &[Errors]) -> Option<Comparison> {
     let mut result =
         Comparison { from, below: 0, equal: 0, above: 0, margin: f64::INFINITY, reach: first - other_first };
     for rate in [from].into_iter().chain(ours.iter().chain(&theirs).map(|e| e.missed).filter(|&m| m > from)) {
-        let (own, others) = (at(&ours, rate), at(&theirs, rate));
-        if own < others || own <= 0.0 {
+        let (our_count, their_count) = (at(&ours, rate), at(&theirs, rate));
+        if our_count < their_count || our_count <= 0.0 {
             result.below += 1;
-        } else if own > others {
+        } else if our_count > their_count {
             result.above += 1;
         } else {
             result.equal += 1;
         }
-        result.margin = result.margin.min(others - own);
+        result.margin = result.margin.min(their_count - our_count);
     }
     Some(result)
 }

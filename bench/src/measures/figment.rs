@@ -31,7 +31,7 @@ use tracecut::discretize::Clusters;
 use tracecut::image::Plane;
 use tracecut::trajectory::Trajectories;
 
-/// What Table 1 has of a sequence; all but the over-segmentation and the number of objects in percent.
+/// Scores of a sequence as in the paper's Table 1, in percent but for the over-segmentation and the number of objects.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Scores {
@@ -69,14 +69,14 @@ pub fn score(
     let frames: Vec<Vec<Vec<u64>>> =
         labelled.iter().map(|l| overlap(std::slice::from_ref(l), num_objects, tracks, clusters)).collect();
     let table = Table::new(&frames, num_objects, clusters.count);
-    let (covered, seen) = cover(labelled, tracks, clusters, &table, radius);
-    let people: Vec<usize> = (1..num_objects).filter(|&g| seen[g].iter().any(|&n| n > 0)).collect();
+    let (covered, visible) = cover(labelled, tracks, clusters, &table, radius);
+    let people: Vec<usize> = (1..num_objects).filter(|&g| visible[g].iter().any(|&n| n > 0)).collect();
     let average =
         |value: &dyn Fn(usize) -> f64| people.iter().map(|&g| value(g)).sum::<f64>() / people.len().max(1) as f64;
     let tracked = |g: usize| {
-        let shown: Vec<usize> = (0..frames.len()).filter(|&t| seen[g][t] > 0).collect();
-        let kept = shown.iter().filter(|&&t| table.keeps(g, &frames[t])).count();
-        percent(kept as u64, shown.len() as u64)
+        let visible_frames: Vec<usize> = (0..frames.len()).filter(|&t| visible[g][t] > 0).collect();
+        let num_tracked = visible_frames.iter().filter(|&&t| table.keeps(g, &frames[t])).count();
+        percent(num_tracked as u64, visible_frames.len() as u64)
     };
     let (wrong, points) = (0..num_objects).map(|g| table.wrong(g)).fold((0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
     let error = |g: usize| {
@@ -89,7 +89,7 @@ pub fn score(
         clustering_error: percent(wrong, points),
         per_region_error: average(&error),
         oversegmentation: average(&|g| table.assigned_to(g).count().saturating_sub(1) as f64),
-        recall: average(&|g| percent(covered[g], seen[g].iter().sum())),
+        recall: average(&|g| percent(covered[g], visible[g].iter().sum())),
         leakage: average(&|g| if table.leaks(g) { 100.0 } else { 0.0 }),
         tracking_time: average(&tracked),
         objects: people.len() as f64,
@@ -158,21 +158,21 @@ impl Table {
     /// Points of object `g` in clusters of others, and all its points.
     fn wrong(&self, g: usize) -> (u64, u64) {
         let right: u64 = self.assigned_to(g).map(|c| self.overlap[g][c]).sum();
-        let all = self.overlap[g].iter().sum();
-        (all - right, all)
+        let total = self.overlap[g].iter().sum();
+        (total - right, total)
     }
 
-    /// Whether most of the cluster that holds most of `g` lies elsewhere.
+    /// Returns true if most of the cluster that has most of `g` lies elsewhere.
     fn leaks(&self, g: usize) -> bool {
         let Some(best) = first_largest(0..self.object.len(), |c| self.overlap[g][c]) else { return true };
         let size: u64 = self.overlap.iter().map(|row| row[best]).sum();
         2 * self.overlap[g][best] < size || self.overlap[g][best] == 0
     }
 
-    /// Whether most of the object's points in a frame are in its main cluster.
+    /// Returns true if most of the object's points in a frame are in its main cluster.
     fn keeps(&self, g: usize, frame: &[Vec<u64>]) -> bool {
-        let all: u64 = frame[g].iter().sum();
-        first_largest(self.assigned_to(g), |c| self.overlap[g][c]).is_some_and(|main| 2 * frame[g][main] > all)
+        let total: u64 = frame[g].iter().sum();
+        first_largest(self.assigned_to(g), |c| self.overlap[g][c]).is_some_and(|main| 2 * frame[g][main] > total)
     }
 }
 
@@ -185,17 +185,17 @@ fn first_largest(items: impl Iterator<Item = usize>, value: impl Fn(usize) -> u6
 fn occupied(labelled: &[(usize, &Plane<u8>)], tracks: &Trajectories) -> u64 {
     let mut count = 0;
     for (frame, map) in labelled {
-        let mut taken = vec![false; map.data().len()];
+        let mut is_occupied = vec![false; map.data().len()];
         for (_, x, y) in tracks.alive(*frame) {
             if let Some(pixel) = nearest_pixel(x, y, map.width(), map.height()) {
-                count += u64::from(!std::mem::replace(&mut taken[pixel], true));
+                count += u64::from(!std::mem::replace(&mut is_occupied[pixel], true));
             }
         }
     }
     count
 }
 
-/// Of each object the pixels near points of its own clusters, over all frames, and its pixels in each frame.
+/// Counts each object's pixels near points of its clusters, over all frames, and its pixels in each frame.
 fn cover(
     labelled: &[(usize, &Plane<u8>)],
     tracks: &Trajectories,
@@ -204,25 +204,25 @@ fn cover(
     radius: f64,
 ) -> (Vec<u64>, Vec<Vec<u64>>) {
     let num_objects = table.overlap.len();
-    let (mut covered, mut seen) = (vec![0; num_objects], vec![vec![0; labelled.len()]; num_objects]);
+    let (mut covered, mut visible) = (vec![0; num_objects], vec![vec![0; labelled.len()]; num_objects]);
     for (t, (frame, map)) in labelled.iter().enumerate() {
-        map.data().iter().for_each(|&g| seen[usize::from(g)][t] += 1);
-        let mut reached = map.map(|_| false);
+        map.data().iter().for_each(|&g| visible[usize::from(g)][t] += 1);
+        let mut is_covered = map.map(|_| false);
         for (i, x, y) in tracks.alive(*frame) {
             let (Some(pixel), Some(object)) =
                 (nearest_pixel(x, y, map.width(), map.height()), table.object[clusters.label[i] as usize])
             else {
                 continue;
             };
-            for near in disc(pixel, map.width(), map.height(), radius) {
-                reached.data_mut()[near] |= usize::from(map.data()[near]) == object;
+            for neighbour in disc(pixel, map.width(), map.height(), radius) {
+                is_covered.data_mut()[neighbour] |= usize::from(map.data()[neighbour]) == object;
             }
         }
-        for (&g, _) in map.data().iter().zip(reached.data()).filter(|(_, reached)| **reached) {
+        for (&g, _) in map.data().iter().zip(is_covered.data()).filter(|(_, is_covered)| **is_covered) {
             covered[usize::from(g)] += 1;
         }
     }
-    (covered, seen)
+    (covered, visible)
 }
 
 /// The pixels of an image whose centres are at most `radius` away from the centre of `pixel`.

@@ -20,7 +20,7 @@ const UNKNOWN: f32 = 1e9;
 pub struct FlowTruth {
     /// True displacement in pixels.
     pub flow: FlowField,
-    /// Where it is known.
+    /// True for pixels with known flow.
     pub known: Plane<bool>,
 }
 
@@ -31,8 +31,8 @@ impl FlowTruth {
     /// [`Error::Data`] when the tag is wrong, a side is not in `1..=16384`, or bytes are missing.
     pub fn from_flo(bytes: &[u8]) -> Result<Self, Error> {
         let data = |reason: String| Error::Data { reason };
-        let (words, _) = bytes.as_chunks::<4>();
-        let &[tag, width, height, ref values @ ..] = words else {
+        let (numbers, _) = bytes.as_chunks::<4>();
+        let &[tag, width, height, ref values @ ..] = numbers else {
             return Err(data(format!("flow file has {} bytes (expected at least 12)", bytes.len())));
         };
         if f32::from_le_bytes(tag) != TAG {
@@ -54,9 +54,9 @@ impl FlowTruth {
         }
         let component = |x: usize, y: usize, c: usize| f32::from_le_bytes(values[2 * (y * width + x) + c]);
         // Written so that not-a-number counts as unknown.
-        let known = Plane::from_fn(width, height, |x, y| (0..2).all(|c| component(x, y, c).abs() <= UNKNOWN));
-        let plane = |c| Plane::from_fn(width, height, |x, y| if known[(x, y)] { component(x, y, c) } else { 0.0 });
-        Ok(Self { flow: FlowField { u: plane(0), v: plane(1) }, known })
+        let is_known = Plane::from_fn(width, height, |x, y| (0..2).all(|c| component(x, y, c).abs() <= UNKNOWN));
+        let plane = |c| Plane::from_fn(width, height, |x, y| if is_known[(x, y)] { component(x, y, c) } else { 0.0 });
+        Ok(Self { flow: FlowField { u: plane(0), v: plane(1) }, known: is_known })
     }
 }
 

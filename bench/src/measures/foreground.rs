@@ -7,8 +7,8 @@
 //! (its grey value is 0, the one that unnamed grey values count as). All others are foreground, things that stand in
 //! front of an object included.
 //!
-//! Each trajectory alive in a labelled frame is one point, at its nearest pixel; those of all labelled frames of a shot
-//! are counted together, so that a frame counts by how many trajectories it has.
+//! Each trajectory alive in a labelled frame is one point, at its nearest pixel; the points of all labelled frames of
+//! a shot are counted together, so that a frame's weight is its number of trajectories.
 
 use super::definition::Definition;
 use serde::Serialize;
@@ -16,7 +16,7 @@ use tracecut::Error;
 use tracecut::image::Plane;
 use tracecut::trajectory::Trajectories;
 
-/// How the foreground of one shot matches the truth; each in `0.0..=1.0`.
+/// Agreement of the foreground of one shot with the truth; each in `0.0..=1.0`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct ForegroundScores {
@@ -62,7 +62,7 @@ pub fn score(
         }
     }
     let [[_, missed], [wrong, right]] = counts;
-    let share = |part: u64, whole: u64, of_none: f64| if whole == 0 { of_none } else { part as f64 / whole as f64 };
+    let share = |part: u64, total: u64, of_none: f64| if total == 0 { of_none } else { part as f64 / total as f64 };
     Ok(ForegroundScores {
         iou: share(right, right + wrong + missed, 1.0),
         recall: share(right, right + missed, 1.0),

@@ -4,14 +4,14 @@
 //! In: examples, each with its terms, how likely it is what is asked for, and its weight. Out: a base and a weight for
 //! each term. Newton's method on terms of mean 0 and variance 1; the same numbers at each run.
 
-/// What is known of one example.
+/// One example: terms, truth and weight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Example {
     /// The terms; each example has as many.
     pub terms: Vec<f64>,
-    /// How likely it is, 0 to 1.
+    /// Its true probability, 0 to 1.
     pub truth: f64,
-    /// How much it counts, above 0.
+    /// Its weight, above 0.
     pub weight: f64,
 }
 
@@ -24,8 +24,8 @@ const LEAST_VARIANCE: f64 = 1e-4;
 /// terms of variance 1. Empty without examples.
 pub fn fit(examples: &[Example], ridge: f64) -> Vec<f64> {
     let Some(first) = examples.first() else { return Vec::new() };
-    let (n, all) = (first.terms.len(), examples.iter().map(|e| e.weight).sum::<f64>());
-    let mean_of = |of: &dyn Fn(&Example) -> f64| examples.iter().map(|e| e.weight * of(e)).sum::<f64>() / all;
+    let (n, total) = (first.terms.len(), examples.iter().map(|e| e.weight).sum::<f64>());
+    let mean_of = |value: &dyn Fn(&Example) -> f64| examples.iter().map(|e| e.weight * value(e)).sum::<f64>() / total;
     let mean: Vec<f64> = (0..n).map(|k| mean_of(&|e| e.terms[k])).collect();
     let spread = |k: usize| mean_of(&|e| (e.terms[k] - mean[k]).powi(2)).sqrt().max(1e-9);
     let spread: Vec<f64> = (0..n).map(spread).collect();
@@ -33,12 +33,12 @@ pub fn fit(examples: &[Example], ridge: f64) -> Vec<f64> {
         .iter()
         .map(|e| std::iter::once(1.0).chain((0..n).map(|k| (e.terms[k] - mean[k]) / spread[k])).collect())
         .collect();
-    let mut found = vec![0.0; n + 1];
+    let mut parameters = vec![0.0; n + 1];
     for _ in 0..STEPS {
         let (mut slope, mut bend) = (vec![0.0; n + 1], vec![vec![0.0; n + 1]; n + 1]);
         for (row, e) in rows.iter().zip(examples) {
-            let p = probability(row.iter().zip(&found).map(|(x, w)| x * w).sum());
-            let (weight, variance) = (e.weight / all, (p * (1.0 - p)).max(LEAST_VARIANCE));
+            let p = probability(row.iter().zip(&parameters).map(|(x, w)| x * w).sum());
+            let (weight, variance) = (e.weight / total, (p * (1.0 - p)).max(LEAST_VARIANCE));
             for (a, &x) in row.iter().enumerate() {
                 slope[a] += weight * (p - e.truth) * x;
                 row.iter().enumerate().for_each(|(b, &y)| bend[a][b] += weight * variance * x * y);
@@ -47,13 +47,13 @@ pub fn fit(examples: &[Example], ridge: f64) -> Vec<f64> {
         for k in 0..=n {
             // The base is free, but for what makes the equations solvable.
             let price = if k == 0 { 1e-6 } else { ridge };
-            slope[k] += price * found[k];
+            slope[k] += price * parameters[k];
             bend[k][k] += price;
         }
-        found.iter_mut().zip(solve(bend, slope)).for_each(|(w, step)| *w -= step);
+        parameters.iter_mut().zip(solve(bend, slope)).for_each(|(w, step)| *w -= step);
     }
-    let weights: Vec<f64> = found[1..].iter().zip(&spread).map(|(w, s)| w / s).collect();
-    let base = found[0] - weights.iter().zip(&mean).map(|(w, m)| w * m).sum::<f64>();
+    let weights: Vec<f64> = parameters[1..].iter().zip(&spread).map(|(w, s)| w / s).collect();
+    let base = parameters[0] - weights.iter().zip(&mean).map(|(w, m)| w * m).sum::<f64>();
     std::iter::once(base).chain(weights).collect()
 }
 
@@ -69,11 +69,11 @@ pub fn probability(log_odds: f64) -> f64 {
 
 /// The mean loss, in nats: how surprising the truth of the examples is.
 pub fn loss(weights: &[f64], examples: &[Example]) -> f64 {
-    let of = |e: &Example| {
+    let weighted_loss = |e: &Example| {
         let p = probability(log_odds(weights, &e.terms)).clamp(1e-9, 1.0 - 1e-9);
         -e.weight * (e.truth * p.ln() + (1.0 - e.truth) * (1.0 - p).ln())
     };
-    examples.iter().map(of).sum::<f64>() / examples.iter().map(|e| e.weight).sum::<f64>().max(1e-9)
+    examples.iter().map(weighted_loss).sum::<f64>() / examples.iter().map(|e| e.weight).sum::<f64>().max(1e-9)
 }
 
 /// Solves a symmetric positive definite system by elimination.
@@ -88,8 +88,8 @@ fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
         }
     }
     for k in (0..n).rev() {
-        let known: f64 = (k + 1..n).map(|j| a[k][j] * b[j]).sum();
-        b[k] = (b[k] - known) / a[k][k];
+        let sum: f64 = (k + 1..n).map(|j| a[k][j] * b[j]).sum();
+        b[k] = (b[k] - sum) / a[k][k];
     }
     b
 }

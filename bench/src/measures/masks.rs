@@ -5,7 +5,7 @@
 //!
 //! Pixels that the truth ignores count nowhere. In a frame with an object
 //!
-//! - J and F are those of [`davis`](super::davis), of all labels other than 0 together;
+//! - J and F are computed as in [`davis`](super::davis), for all labels other than 0 together;
 //! - best is the J of the one label that has the most of it: below J an object is in parts, or many objects are apart;
 //! - recall is the labelled share of the true objects' pixels, the false share the labelled share of the background's.
 //!
@@ -24,7 +24,7 @@ use tracecut::Error;
 use tracecut::image::Plane;
 use tracecut::sets::DisjointSets;
 
-/// What a pixel truly is.
+/// The truth of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Truth {
     /// On no object.
@@ -35,7 +35,7 @@ pub enum Truth {
     Ignored,
 }
 
-/// How good masks are, in a frame or on average; `None` where nothing says.
+/// Scores of masks, of a frame or on average; `None` if undefined.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct MaskScores {
@@ -55,8 +55,8 @@ impl MaskScores {
     /// Mean of each number over those that have it.
     pub fn mean_of(all: &[Self]) -> Self {
         let over = |value: fn(&Self) -> Option<f64>| {
-            let known: Vec<f64> = all.iter().filter_map(value).collect();
-            (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
+            let values: Vec<f64> = all.iter().filter_map(value).collect();
+            (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
         };
         Self {
             j: over(|s| s.j),
@@ -68,7 +68,7 @@ impl MaskScores {
     }
 }
 
-/// What of a clip was found.
+/// Counts of objects and labels of a clip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Census {
@@ -78,7 +78,7 @@ pub struct Census {
     pub false_objects: usize,
     /// True objects.
     pub true_objects: usize,
-    /// Of these, those of which labels that are not false have at least half.
+    /// True objects with at least half of their pixels in labels that are not false.
     pub found_objects: usize,
 }
 
@@ -110,16 +110,16 @@ fn scores_of(counts: &Counts, labels: &Plane<u8>, truth: &Plane<Truth>) -> Resul
     let labelled = |kind: usize| counts[1..].iter().map(|c| c[kind]).sum::<u64>();
     let (wrong, right) = (labelled(0), labelled(1));
     let (background, object) = (wrong + counts[0][0], right + counts[0][1]);
-    let share = |part: u64, whole: u64| part as f64 / whole.max(1) as f64;
+    let share = |part: u64, total: u64| part as f64 / total.max(1) as f64;
     let false_share = Some(share(wrong, background));
     if object == 0 {
         return Ok(MaskScores { j: Some(1.0 - share(wrong, background)), false_share, ..MaskScores::default() });
     }
     let similarity = |c: &[u64; 2]| share(c[1], c[0] + object);
-    let (mask, sought) = (scored_mask(labels, truth), truth.map(|t| t == Truth::Object));
+    let (mask, objects) = (scored_mask(labels, truth), truth.map(|t| t == Truth::Object));
     Ok(MaskScores {
         j: Some(similarity(&[wrong, right])),
-        f: Some(boundary_measure(&mask, &sought)?),
+        f: Some(boundary_measure(&mask, &objects)?),
         best: Some(counts[1..].iter().map(similarity).fold(0.0, f64::max)),
         recall: Some(share(right, object)),
         false_share,
@@ -168,11 +168,12 @@ impl ClipScorer {
         &self.frames
     }
 
-    /// What was found in the frames so far.
+    /// Counts of the frames so far.
     pub fn census(&self) -> Census {
         let is_false: Vec<bool> = self.counts.iter().map(|[background, object]| background > object).collect();
         let is_seen = |label: &usize| self.counts[*label] != [0, 0];
-        let (true_objects, found_objects) = self.pieces.found(|label| label != 0 && !is_false[usize::from(label)]);
+        let (true_objects, found_objects) =
+            self.pieces.count_objects(|label| label != 0 && !is_false[usize::from(label)]);
         Census {
             labels: (1..256).filter(is_seen).count(),
             false_objects: (1..256).filter(|&l| is_false[l]).count(),
@@ -193,7 +194,7 @@ struct Piece {
     pixels: u64,
 }
 
-/// The pieces of all frames so far; those of neighbouring frames that overlap are one object.
+/// Connected pieces of all frames so far; pieces of neighbouring frames that overlap are one object.
 #[derive(Debug, Default)]
 struct Pieces {
     all: Vec<Piece>,
@@ -208,25 +209,25 @@ impl Pieces {
     fn add(&mut self, labels: &Plane<u8>, objects: &Plane<bool>) {
         let mut sets = connected(objects);
         let mut piece_of_root: BTreeMap<usize, usize> = BTreeMap::new();
-        let mut here = vec![None; objects.data().len()];
-        for i in (0..here.len()).filter(|&i| objects.data()[i]) {
+        let mut pieces = vec![None; objects.data().len()];
+        for i in (0..pieces.len()).filter(|&i| objects.data()[i]) {
             let piece = *piece_of_root.entry(sets.root(i)).or_insert_with(|| {
                 self.all.push(Piece::default());
                 self.all.len() - 1
             });
             self.all[piece].pixels += 1;
             *self.all[piece].labels.entry(labels.data()[i]).or_default() += 1;
-            here[i] = Some(piece);
+            pieces[i] = Some(piece);
         }
-        let overlaps = self.last.iter().zip(&here).filter_map(|(before, now)| Some(((*before)?, (*now)?)));
+        let overlaps = self.last.iter().zip(&pieces).filter_map(|(before, now)| Some(((*before)?, (*now)?)));
         self.links.extend(overlaps);
         self.links.sort_unstable();
         self.links.dedup();
-        self.last = here;
+        self.last = pieces;
     }
 
-    /// How many objects there are, and of how many at least half of the pixels have a label that `counts`.
-    fn found(&self, counts: impl Fn(u8) -> bool) -> (usize, usize) {
+    /// Counts the objects, and the objects with at least half of their pixels in labels that `counts`.
+    fn count_objects(&self, counts: impl Fn(u8) -> bool) -> (usize, usize) {
         let mut sets = DisjointSets::new(self.all.len());
         self.links.iter().for_each(|&(a, b)| sets.join(a, b));
         let least = (LEAST_SHARE * self.last.len() as f64).ceil() as u64;
@@ -242,18 +243,18 @@ impl Pieces {
     }
 }
 
-/// The true pixels, joined with those of their eight neighbours that are true.
+/// Joins each true pixel with its true neighbours among eight.
 fn connected(plane: &Plane<bool>) -> DisjointSets {
     let (width, height) = (plane.width(), plane.height());
     let mut sets = DisjointSets::new(width * height);
     for y in 0..height {
         for x in (0..width).filter(|&x| plane[(x, y)]) {
-            let here = y * width + x;
+            let pixel = y * width + x;
             if x > 0 && plane[(x - 1, y)] {
-                sets.join(here - 1, here);
+                sets.join(pixel - 1, pixel);
             }
             for above in (x.saturating_sub(1)..(x + 2).min(width)).filter(|&a| y > 0 && plane[(a, y - 1)]) {
-                sets.join((y - 1) * width + above, here);
+                sets.join((y - 1) * width + above, pixel);
             }
         }
     }
@@ -357,7 +358,7 @@ mod tests {
             let objects = plane(rows);
             pieces.add(&objects.map(|_| 0), &objects);
         }
-        pieces.found(|_| true).0
+        pieces.count_objects(|_| true).0
     }
 
     #[test]
@@ -379,11 +380,11 @@ mod tests {
         // 80 x 100 pixels: an object has 4 at least.
         let objects = Plane::from_fn(80, 100, |x, y| y == 0 && (x < 3 || (10..14).contains(&x)));
         pieces.add(&Plane::from_fn(80, 100, |x, _| u8::from(x >= 12) + u8::from(x < 3)), &objects);
-        assert_eq!(pieces.found(|label| label == 1), (1, 1));
-        assert_eq!(pieces.found(|label| label == 2), (1, 0));
+        assert_eq!(pieces.count_objects(|label| label == 1), (1, 1));
+        assert_eq!(pieces.count_objects(|label| label == 2), (1, 0));
         let fewer = Plane::from_fn(80, 100, |x, y| u8::from(y == 0 && x == 13));
         let mut pieces = Pieces::default();
         pieces.add(&fewer, &objects);
-        assert_eq!(pieces.found(|label| label == 1), (1, 0));
+        assert_eq!(pieces.count_objects(|label| label == 1), (1, 0));
     }
 }

@@ -35,7 +35,7 @@ const EXTRACTED_BELOW: f64 = 10.0;
 /// In a region map: a pixel that is not scored.
 pub const UNSCORED: u8 = u8::MAX;
 
-/// What the benchmark says about one shot.
+/// The benchmark's scores of one shot.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scores {
     /// Pixels of the labelled frames that carry a trajectory, in percent.
@@ -74,9 +74,9 @@ pub fn score(
     Ok(conclude(definition, &votes, maps))
 }
 
-/// How much of each object one cluster holds, and little else: the intersection over union of its points with those of
-/// its best cluster, as a mean over all regions with a point but the first, the background. `None` without one. An object
-/// in parts scores low here, which none of [`Scores`] but the over-segmentation shows. Inputs as those of [`score`].
+/// Computes the mean intersection over union of each object's points with its best cluster, over all regions with a point
+/// but the first, the background; `None` without one. A fragmented object scores low here, which only the
+/// over-segmentation of [`Scores`] shows. Inputs as in [`score`].
 ///
 /// # Errors
 /// As [`score`].
@@ -89,16 +89,16 @@ pub fn best_clusters(
     let overlap = overlap_of(definition, maps, tracks, clusters)?;
     let of_cluster = |c: usize| overlap.iter().map(|row| row[c]).sum::<u64>();
     let best = |row: &Vec<u64>| {
-        let all = row.iter().sum::<u64>();
-        let of = |(c, &both): (usize, &u64)| both as f64 / (all + of_cluster(c) - both).max(1) as f64;
-        (all > 0).then(|| row.iter().enumerate().map(of).fold(0.0, f64::max))
+        let total = row.iter().sum::<u64>();
+        let iou = |(c, &both): (usize, &u64)| both as f64 / (total + of_cluster(c) - both).max(1) as f64;
+        (total > 0).then(|| row.iter().enumerate().map(iou).fold(0.0, f64::max))
     };
-    let known: Vec<f64> = overlap.iter().skip(1).filter_map(best).collect();
-    Ok((!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64))
+    let values: Vec<f64> = overlap.iter().skip(1).filter_map(best).collect();
+    Ok((!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64))
 }
 
 /// `overlap[region][cluster]`: how many points each region and cluster have in common in the labelled frames. Inputs as
-/// those of [`score`].
+/// in [`score`].
 ///
 /// # Errors
 /// As [`score`].
@@ -147,8 +147,8 @@ pub fn trimmed_mean(shots: &[Scores]) -> Scores {
     combine(shots, |values| {
         values.sort_by(f64::total_cmp);
         let cut = (values.len() as f64 / 10.0).round() as usize;
-        let kept = &values[cut..values.len() - cut];
-        kept.iter().sum::<f64>() / kept.len().max(1) as f64
+        let middle = &values[cut..values.len() - cut];
+        middle.iter().sum::<f64>() / middle.len().max(1) as f64
     })
 }
 
@@ -225,15 +225,15 @@ impl Votes {
 
     /// Step 1 for one labelled frame.
     fn add_tracks(&mut self, map: &Plane<u8>, frame: usize, tracks: &Trajectories, clusters: &Clusters) {
-        let mut taken = map.map(|_| false);
+        let mut is_occupied = map.map(|_| false);
         for (i, x, y) in tracks.alive(frame) {
             let Some(pixel) = nearest_pixel(x, y, map.width(), map.height()) else { continue };
             if map.data()[pixel] == UNSCORED {
                 continue;
             }
             self.overlap[map.data()[pixel] as usize][clusters.label[i] as usize] += 1;
-            self.double += u64::from(taken.data()[pixel]);
-            taken.data_mut()[pixel] = true;
+            self.double += u64::from(is_occupied.data()[pixel]);
+            is_occupied.data_mut()[pixel] = true;
         }
     }
 
@@ -276,7 +276,7 @@ pub(super) fn nearest_pixel(x: f32, y: f32, width: usize, height: usize) -> Opti
     inside.then(|| y as usize * width + x as usize)
 }
 
-/// Which regions any of the maps shows.
+/// Marks the regions that appear in any of the maps.
 pub(super) fn visible_regions<'a>(num_regions: usize, maps: impl Iterator<Item = &'a Plane<u8>>) -> Vec<bool> {
     let mut visible = vec![false; num_regions];
     for &region in maps.flat_map(|m| m.data()).filter(|&&region| region != UNSCORED) {
@@ -285,7 +285,7 @@ pub(super) fn visible_regions<'a>(num_regions: usize, maps: impl Iterator<Item =
     visible
 }
 
-/// Which region a cluster stands for.
+/// The region that a cluster is assigned to.
 struct Assignment {
     region: usize,
     over_segmented: bool,
@@ -296,12 +296,12 @@ fn assign(overlap: &[Vec<u64>], num_clusters: usize) -> Vec<Option<Assignment>> 
     let largest = |values: &mut dyn Iterator<Item = (usize, u64)>| {
         values.reduce(|best, next| if next.1 > best.1 { next } else { best }).filter(|best| best.1 > 0)
     };
-    let taken: Vec<Option<usize>> =
+    let assigned_cluster: Vec<Option<usize>> =
         overlap.iter().map(|row| largest(&mut row.iter().copied().enumerate()).map(|(cluster, _)| cluster)).collect();
     let column = |cluster: usize| overlap.iter().map(move |row| row[cluster]).enumerate();
     (0..num_clusters)
         .map(|cluster| {
-            let takers = largest(&mut column(cluster).filter(|&(region, _)| taken[region] == Some(cluster)));
+            let takers = largest(&mut column(cluster).filter(|&(region, _)| assigned_cluster[region] == Some(cluster)));
             let majority = largest(&mut column(cluster))?;
             Some(Assignment { region: takers.unwrap_or(majority).0, over_segmented: takers.is_none() })
         })
@@ -331,7 +331,7 @@ fn summarize(
         }
     }
     let total: u64 = right.iter().chain(&wrong).sum();
-    let percent = |part: f64, whole: u64| if whole == 0 { 0.0 } else { 100.0 * part / whole as f64 };
+    let percent = |part: f64, total: u64| if total == 0 { 0.0 } else { 100.0 * part / total as f64 };
     let error = |r: usize| if right[r] == 0 { 100.0 } else { percent(wrong[r] as f64, right[r] + wrong[r]) };
     let num_visible = visible.iter().filter(|&&v| v).count();
     let average = (0..num_regions).filter(|&r| visible[r]).map(error).sum::<f64>() / num_visible.max(1) as f64;

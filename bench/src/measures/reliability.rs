@@ -12,7 +12,7 @@ use tracecut::image::Plane;
 /// Tenths.
 const BINS: usize = 10;
 
-/// What was said, and what was right.
+/// Sums of confidences and of right pixels, in bins of confidence.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Bin {
     /// The mean of what was said.
@@ -52,25 +52,25 @@ impl Reliability {
 
     /// The clips together, each with the same weight.
     pub fn of_clips<'a>(clips: impl IntoIterator<Item = &'a Self>) -> Self {
-        let mut all = Self::default();
+        let mut total = Self::default();
         for clip in clips {
             let pixels: f64 = clip.bins.iter().map(|bin| bin[2]).sum();
-            let sums = all.bins.iter_mut().flatten().zip(clip.bins.iter().flatten());
+            let sums = total.bins.iter_mut().flatten().zip(clip.bins.iter().flatten());
             sums.for_each(|(sum, add)| *sum += add / pixels.max(1.0));
         }
-        all
+        total
     }
 
     /// The tenths from 0 to 1; `None` where nothing is in one.
     pub fn curve(&self) -> Vec<Option<Bin>> {
-        let all: f64 = self.bins.iter().map(|bin| bin[2]).sum();
-        let of = |&[said, right, count]: &[f64; 3]| {
-            (count > 0.0).then(|| Bin { said: said / count, right: right / count, share: count / all })
+        let total: f64 = self.bins.iter().map(|bin| bin[2]).sum();
+        let bin = |&[said, right, count]: &[f64; 3]| {
+            (count > 0.0).then(|| Bin { said: said / count, right: right / count, share: count / total })
         };
-        self.bins.iter().map(of).collect()
+        self.bins.iter().map(bin).collect()
     }
 
-    /// How far the curve is from the diagonal at most, in bins with at least this share of the pixels.
+    /// Returns the largest distance of the curve from the diagonal, in bins with at least this share of the pixels.
     pub fn furthest(&self, share: f64) -> f64 {
         let fair = self.curve().into_iter().flatten().filter(|bin| bin.share >= share);
         fair.map(|bin| (bin.said - bin.right).abs()).fold(0.0, f64::max)

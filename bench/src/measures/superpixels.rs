@@ -16,7 +16,7 @@
 use tracecut::Error;
 use tracecut::image::Plane;
 
-/// How far a boundary may be missed, in pixels.
+/// Tolerance of matching boundaries, in pixels.
 const TOLERANCE: isize = 2;
 /// Share of a superpixel that may lie in a region without counting as leaked into it.
 const MAY_OVERLAP: f64 = 0.05;
@@ -91,24 +91,24 @@ fn overlap_scores(label: &Plane<u32>, regions: &Plane<u16>) -> SuperpixelScores 
 }
 
 fn boundary_recall(label: &Plane<u32>, regions: &Plane<u16>) -> f64 {
-    let (found, wanted) = (boundary(label), boundary(regions));
+    let (boundary_found, boundary_true) = (boundary(label), boundary(regions));
     let (width, height) = (label.width() as isize, label.height() as isize);
-    let near = |x: isize, y: isize| {
+    let is_near = |x: isize, y: isize| {
         (-TOLERANCE..=TOLERANCE).any(|dy| {
             (-TOLERANCE..=TOLERANCE).any(|dx| {
                 dx * dx + dy * dy <= TOLERANCE * TOLERANCE
                     && (0..width).contains(&(x + dx))
                     && (0..height).contains(&(y + dy))
-                    && found[((x + dx) as usize, (y + dy) as usize)]
+                    && boundary_found[((x + dx) as usize, (y + dy) as usize)]
             })
         })
     };
     let (mut hits, mut total) = (0, 0);
     for y in 0..height {
         for x in 0..width {
-            if wanted[(x as usize, y as usize)] {
+            if boundary_true[(x as usize, y as usize)] {
                 total += 1;
-                hits += usize::from(near(x, y));
+                hits += usize::from(is_near(x, y));
             }
         }
     }
@@ -118,8 +118,8 @@ fn boundary_recall(label: &Plane<u32>, regions: &Plane<u16>) -> f64 {
 
 fn boundary<T: Copy + PartialEq>(plane: &Plane<T>) -> Plane<bool> {
     Plane::from_fn(plane.width(), plane.height(), |x, y| {
-        let here = plane[(x, y)];
-        (x + 1 < plane.width() && plane[(x + 1, y)] != here) || (y + 1 < plane.height() && plane[(x, y + 1)] != here)
+        let label = plane[(x, y)];
+        (x + 1 < plane.width() && plane[(x + 1, y)] != label) || (y + 1 < plane.height() && plane[(x, y + 1)] != label)
     })
 }
 

@@ -84,7 +84,7 @@ fn folders_that_cannot_be_scored_are_refused_with_the_reason() {
     assert_refused(&score("davis", &root.join("nowhere"), &[]), 1, &["nowhere", "cannot be read"]);
     let (images, annotations) = (root.join("toy/JPEGImages"), root.join("toy/Annotations"));
     fs::create_dir_all(&images).unwrap();
-    assert_refused(&score("davis", &root, &[]), 3, &["toy", "holds no images"]);
+    assert_refused(&score("davis", &root, &[]), 3, &["toy", "has no images"]);
     clip(&images, 2, SIZE, &moving);
     assert_refused(&score("davis", &root, &[]), 3, &["toy", "2 images (expected at least 3"]);
     clip(&images, 4, SIZE, &moving);

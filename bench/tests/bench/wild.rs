@@ -108,7 +108,7 @@ fn clips_that_cannot_be_scored_are_refused_with_the_reason() {
     let (frames, masks) = (root.join("toy--bad/frames"), root.join("toy--bad/masks"));
     fs::create_dir_all(&frames).unwrap();
     fs::create_dir_all(&masks).unwrap();
-    assert_refused(&score("masks", &root, &[]), 3, &["toy--bad", "holds no images"]);
+    assert_refused(&score("masks", &root, &[]), 3, &["toy--bad", "has no images"]);
     clip(&frames, 4, SIZE, &moving);
     clip(&masks, 1, SIZE, &|_, _, _| 255);
     assert_refused(&score("masks", &root, &[]), 3, &["toy--bad", "no mask of a frame but the first"]);

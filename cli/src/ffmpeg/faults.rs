@@ -1,7 +1,7 @@
 //! The place of damage: which decoded picture is the first that must not be given.
 
 use super::listing::{ListedPicture, Packet, Track};
-use super::log::{Message, Shown};
+use super::log::{Message, ShownPicture};
 use std::collections::VecDeque;
 
 /// Times that differ by less are the same, in seconds: far below the spacing of pictures, far above rounding.
@@ -98,7 +98,7 @@ impl FaultFinder {
     }
 
     /// Returns whether the next picture is whole, and so are all that should have come before it.
-    pub(super) fn is_whole(&mut self, shown: &Shown) -> bool {
+    pub(super) fn is_whole(&mut self, shown: &ShownPicture) -> bool {
         while self.faulty.front().is_some_and(|&index| index < shown.index) {
             self.faulty.pop_front();
         }
@@ -118,7 +118,7 @@ impl FaultFinder {
     }
 
     /// Notes that a picture is given.
-    pub(super) fn give(&mut self, shown: &Shown) {
+    pub(super) fn give(&mut self, shown: &ShownPicture) {
         let Some(time) = shown.time else { return };
         if self.last_time.is_none() {
             self.num_before_first = self.num_before(time - SAME_TIME_S);
@@ -177,8 +177,8 @@ mod tests {
         Track { packets: order.iter().enumerate().map(packet).collect(), ..Track::default() }
     }
 
-    fn shown(index: usize, k: usize) -> Shown {
-        Shown { index, time: Some(k as f64 * STEP_S), width: 1, height: 1, is_key: false }
+    fn shown(index: usize, k: usize) -> ShownPicture {
+        ShownPicture { index, time: Some(k as f64 * STEP_S), width: 1, height: 1, is_key: false }
     }
 
     /// Gives pictures of these numbers as long as they are whole; returns how many, and whether the end is.

@@ -3,7 +3,7 @@
 //! Checked with ffmpeg 5.1 and 9. Threads of `ffmpeg` write at once: one may begin a message on the line of another,
 //! but the words looked for here are never torn.
 
-/// A message that tells something of the pictures.
+/// A message about the pictures.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Message {
     /// The next packet of the track was read from the file.
@@ -18,14 +18,14 @@ pub(super) enum Message {
     PictureIsFaulty,
     PictureDecoded,
     /// A picture is next on standard output.
-    Shown(Shown),
+    Shown(ShownPicture),
     NoDecoder,
     UnknownOption,
 }
 
 /// A picture as the filters give it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Shown {
+pub(super) struct ShownPicture {
     /// Counts from 0.
     pub(super) index: usize,
     /// Presentation time of the file, in seconds.
@@ -67,8 +67,8 @@ pub(super) struct LogReader {
 const DEMUXER: &str = "[in#0";
 const SHOWINFO: &str = "[Parsed_showinfo";
 
-/// Words of demuxers that have come to a wrong place of the file before its end.
-const END_WORDS: [&str; 4] =
+/// Texts of demuxers at an unexpected end of the file.
+const END_TEXTS: [&str; 4] =
     ["ended prematurely", "partial file", "exceeds containing master element", "invalid as first byte of an EBML"];
 
 impl LogReader {
@@ -80,7 +80,7 @@ impl LogReader {
     /// Returns the messages of a line in their order.
     pub(super) fn read_line(&mut self, line: &str) -> Vec<Message> {
         let mut messages: Vec<(usize, Message)> = Vec::new();
-        for (words, message) in [
+        for (text, message) in [
             ("demuxer -> ", Message::PacketRead),
             ("decoder -> ", Message::PictureDecoded),
             ("corrupt decoded frame", Message::PictureIsFaulty),
@@ -91,38 +91,38 @@ impl LogReader {
             ("not found for input stream", Message::NoDecoder),
             ("Unrecognized option", Message::UnknownOption),
         ] {
-            messages.extend(line.match_indices(words).map(|(at, _)| (at, message.clone())));
+            messages.extend(line.match_indices(text).map(|(at, _)| (at, message.clone())));
         }
-        for words in [DEMUXER, self.demuxer.as_str()] {
-            let errors = line.match_indices(words).filter(|&(at, _)| is_error(&line[at..]));
-            let is_end = END_WORDS.iter().any(|words| line.contains(words));
+        for prefix in [DEMUXER, self.demuxer.as_str()] {
+            let errors = line.match_indices(prefix).filter(|&(at, _)| is_error(&line[at..]));
+            let is_end = END_TEXTS.iter().any(|text| line.contains(text));
             messages.extend(errors.map(|(at, _)| (at, Message::ReadingFailed { is_end })));
         }
         if line.starts_with("[error] file:") {
             messages.push((0, Message::ReadingFailed { is_end: false }));
         }
         for (at, _) in line.match_indices(SHOWINFO) {
-            let words = &line[at + SHOWINFO.len()..];
-            let words = words.find(SHOWINFO).map_or(words, |next| &words[..next]);
-            if let Some((_, base)) = words.split_once("config in time_base: ") {
+            let text = &line[at + SHOWINFO.len()..];
+            let text = text.find(SHOWINFO).map_or(text, |next| &text[..next]);
+            if let Some((_, base)) = text.split_once("config in time_base: ") {
                 self.time_base = base.split(',').next().and_then(TimeBase::parse);
             }
-            messages.extend(self.parse_shown(words).map(|shown| (at, Message::Shown(shown))));
+            messages.extend(self.parse_picture(text).map(|picture| (at, Message::Shown(picture))));
         }
         messages.sort_by_key(|&(at, _)| at);
         messages.into_iter().map(|(_, message)| message).collect()
     }
 
     /// Parses `n:   0 pts:   1024 pts_time:0.08 ... s:240x180 i:P iskey:1 ...`.
-    fn parse_shown(&self, words: &str) -> Option<Shown> {
-        let (width, height) = value(words, " s:")?.split_once('x')?;
-        let ticks = value(words, " pts:")?.parse().ok();
-        Some(Shown {
-            index: value(words, " n:")?.parse().ok()?,
+    fn parse_picture(&self, text: &str) -> Option<ShownPicture> {
+        let (width, height) = value(text, " s:")?.split_once('x')?;
+        let ticks = value(text, " pts:")?.parse().ok();
+        Some(ShownPicture {
+            index: value(text, " n:")?.parse().ok()?,
             time: ticks.and_then(|ticks| self.time_base.map(|base| base.seconds(ticks))),
             width: width.parse().ok()?,
             height: height.parse().ok()?,
-            is_key: value(words, " iskey:") == Some("1"),
+            is_key: value(text, " iskey:") == Some("1"),
         })
     }
 }
@@ -153,11 +153,11 @@ mod tests {
     fn pictures_have_times_sizes_and_keys() {
         let shown = "[Parsed_showinfo_3 @ 0x1] [info] n:  12 pts:    306 pts_time:0.306   pos:  485 fmt:rgb24 sar:1/1 \
             s:240x180 i:P iskey:1 type:I ";
-        let expected = Shown { index: 12, time: Some(0.306), width: 240, height: 180, is_key: true };
+        let expected = ShownPicture { index: 12, time: Some(0.306), width: 240, height: 180, is_key: true };
         assert_eq!(messages(&[CONFIG, shown]), [Message::Shown(expected)]);
         let newer = "[Parsed_showinfo_3 @ 0x1] [info] n:   0 pts:  NOPTS pts_time:NOPTS duration:     40 \
             duration_time:0.04    fmt:rgb24 cl:left sar:1/1 s:240x180 i:P iskey:0 type:B ";
-        let expected = Shown { index: 0, time: None, width: 240, height: 180, is_key: false };
+        let expected = ShownPicture { index: 0, time: None, width: 240, height: 180, is_key: false };
         assert_eq!(messages(&[CONFIG, newer]), [Message::Shown(expected)]);
         assert_eq!(messages(&["[Parsed_showinfo_3 @ 0x1] [info] color_range:tv color_space:unknown"]), []);
     }
@@ -166,7 +166,7 @@ mod tests {
     fn messages_on_one_line_keep_their_order() {
         let torn = "[Parsed_showinfo_3 @ 0x1] [info] n:   1 pts:     40 pts_time:0.04 sar:1/1 s:4x2 i:P iskey:0 type:B \
             [vist#0:0/h264 @ 0x2] [dec:h264 @ 0x3] [warning] corrupt decoded frame";
-        let shown = Shown { index: 1, time: Some(0.04), width: 4, height: 2, is_key: false };
+        let shown = ShownPicture { index: 1, time: Some(0.04), width: 4, height: 2, is_key: false };
         assert_eq!(messages(&[CONFIG, torn]), [Message::Shown(shown), Message::PictureIsFaulty]);
         let other = "[info] color_range:tv[vist#0:0/h264 @ 0x2] [info] demuxer -> ist_index:0:0 type:video pkt_pts:0";
         assert_eq!(messages(&[other]), [Message::PacketRead]);

@@ -83,8 +83,8 @@ fn a_place_that_cannot_be_written_is_named_and_what_is_there_stays() {
     clip(&input, 4, SIZE, &moving);
     let file = around.join("file");
     fs::write(&file, "mine").unwrap();
-    assert_refused(&segment(&input, &file.join("out"), &[]), 1, &["place-out", "cannot be written", "name a folder"]);
-    assert_refused(&segment(&input, &file, &["--overwrite"]), 2, &["file", "holds no result"]);
+    assert_refused(&segment(&input, &file.join("out"), &[]), 1, &["place-out", "cannot be written", "choose a folder"]);
+    assert_refused(&segment(&input, &file, &["--overwrite"]), 2, &["file", "has no results"]);
     fs::write(around.join("other.partial"), "mine").unwrap();
     let refused = segment(&input, &around.join("other"), &["--overwrite"]);
     assert_refused(&refused, 2, &["other.partial", "not replaced"]);
@@ -205,7 +205,7 @@ fn lists_may_name_files_anywhere_but_no_devices_and_pipes() {
     };
     for name in ["/dev/zero", "/dev/stdin", "../../named-in"] {
         let path = list(&["../f0.png", name]);
-        assert_refused(&segment(&path, &out, &[]), 3, &["clip.bmf", name, "no file"]);
+        assert_refused(&segment(&path, &out, &[]), 3, &["clip.bmf", name, "not a file"]);
     }
     // Results are named by the number of the frame, whatever the list says.
     let last = input.join("f3.png");

@@ -475,7 +475,7 @@ fn several_inputs_have_folders_of_their_own_and_a_bad_one_does_not_stop_the_othe
     let copy = input.join("more");
     fs::create_dir_all(copy.join("one")).unwrap();
     let [a, b, to] = [&one, &copy.join("one"), &absent("several-same")].map(|path| path.to_str().unwrap().to_owned());
-    assert_refused(&tracecut(["segment", &a, &b, "--out", &to]), 2, &["would lie where"]);
+    assert_refused(&tracecut(["segment", &a, &b, "--out", &to]), 2, &["would overwrite"]);
 }
 
 #[test]

@@ -204,7 +204,7 @@ fn tracks_of_a_file_take_the_place_of_those_of_the_tracker() {
     assert_ne!(mask[(50, 35)], mask[(5, 5)]);
     fs::write(&half, given.replacen("10\n", "11\n", 1)).unwrap();
     let refused = segment(&input, &folder("tracks-refused"), &["--tracks", half.to_str().unwrap()]);
-    assert_refused(&refused, 3, &["trajectories of 11 frames with 10 frames pushed"]);
+    assert_refused(&refused, 3, &["trajectories of 11 frames (expected 10"]);
 }
 
 #[test]

@@ -22,6 +22,7 @@ export interface MaskEdges {
 /** A label for each pixel, row by row. */
 export type Mask = { labels: Uint8Array; width: number; height: number };
 
+/** Options of `adjustMask`. */
 export interface AdjustMaskOptions {
   /** Objects to adjust; all but the background if not given. Others stay as they are. */
   objects?: ObjectChoice;

@@ -16,6 +16,7 @@ import type { EncodeFrames, EncodeItem } from '../export/video.js';
 /** `labels` holds a label for each pixel, `alpha` the opacity of the selected objects there, 0 to 255. */
 export type MaskAtSize = { width: number; height: number; labels: Uint8Array; alpha: Uint8Array<ArrayBuffer> };
 
+/** Options of `masksAtSize`. */
 export interface MasksAtSizeOptions {
   /** Called for each frame. */
   onProgress?: (progress: ExportProgress) => void;

@@ -68,7 +68,7 @@ export async function carry(
 async function* followRegion(
   paint: Paint,
   step: number,
-  { start, picture, first, last, least: minEvidence, signal }: ReturnType<typeof checkCarry>,
+  { start, picture, first, last, minEvidence, signal }: ReturnType<typeof checkCarry>,
   masks: { width: number; height: number },
   engine: ImageEngine,
 ) {
@@ -95,16 +95,11 @@ function checkCarry(
   if (start === undefined) throw illegal('param', 'edit', edit, 'an edit that paints');
   // Beyond a cut there is another scene.
   const shot = editor.shots?.find(({ first, last }) => first <= start && start <= last);
-  const {
-    picture,
-    first = shot?.first ?? 0,
-    last = shot?.last ?? editor.numFrames - 1,
-    minEvidence: leastEvidence = 0.6,
-  } = options;
+  const { picture, first = shot?.first ?? 0, last = shot?.last ?? editor.numFrames - 1, minEvidence = 0.6 } = options;
   checkWholeNumber('param', 'first', first, 0, start);
   checkWholeNumber('param', 'last', last, start, editor.numFrames - 1);
-  checkNumber('leastEvidence', leastEvidence, 0, 1);
-  return { start, picture, first, last, least: leastEvidence, signal: options.signal, onFrame: options.onFrame };
+  checkNumber('minEvidence', minEvidence, 0, 1);
+  return { start, picture, first, last, minEvidence, signal: options.signal, onFrame: options.onFrame };
 }
 
 function checkPicture(picture: Picture, t: number) {

@@ -48,6 +48,7 @@ export async function fromCocoRle(
   return mask as Uint8Array<ArrayBuffer>;
 }
 
+/** Options of `cocoRle`. */
 export interface CocoOptions {
   /** Objects to write; all but the background if not given. */
   objects?: ObjectChoice;

@@ -19,6 +19,7 @@ import type { MaskSource, ObjectChoice } from '../../check/masks.js';
 import type { WasmSource } from '../../check/options.js';
 import type { ExportProgress } from './masks.js';
 
+/** Options of `encodeImages`. */
 export interface EncodeImagesOptions {
   /** `cutout`, the objects alone on a clear background, if not given; `alpha`, their opacity, white on black. */
   style?: 'cutout' | 'alpha';

@@ -25,6 +25,7 @@ export type ObjectPrompt = {
   mask: { size: [number, number]; counts: string };
 };
 
+/** Options of `prompts`. */
 export interface PromptsOptions {
   /** Objects to prompt for; all but the background if not given. */
   objects?: ObjectChoice;

@@ -34,6 +34,7 @@ export type EncodeFrames = Iterable<EncodeItem> | AsyncIterable<EncodeItem>;
 
 export type EncodeItem = EncodeFrame | { frame: EncodeFrame };
 
+/** Options of `encodeVideo`. */
 export interface EncodeVideoOptions {
   /**
    * `overlay`, the frames with the masks drawn over them, if not given; `cutout`, the objects alone; `masks`, the

@@ -1,4 +1,4 @@
-"""Finds the moving objects in a video, without a trained model and without a click.
+"""Finds the moving objects in a video, without a trained model and without clicks.
 
 >>> import tracecut
 >>> result = tracecut.segment(tracecut.synth.Scene("sample", 160, 90, frames=8), preset="fast")
@@ -23,7 +23,7 @@ from ._types import (
     Discontinuities,
     EdgeKind,
     Embedding,
-    Enlarged,
+    EnlargedMask,
     FlowField,
     ImageDiscontinuities,
     Parameter,
@@ -45,7 +45,7 @@ __all__ = [
     "Discontinuities",
     "EdgeKind",
     "Embedding",
-    "Enlarged",
+    "EnlargedMask",
     "Evidence",
     "Explanation",
     "Flip",

@@ -21,41 +21,41 @@ _LATER, _USAGE, _INPUT, _MEMORY, _INTERRUPTED = 1, 2, 3, 4, 130
 _EXIT_CODES = {"param": _USAGE, "frame-size": _MEMORY, "too-large": _MEMORY, "state": _LATER}
 
 _HELP = """\
-Results in the folder, which is there when all is done:
+Results in the folder, which appears when everything is done:
   00000.png ...  label of each pixel, 0 for the background, at the size of the frames
-  result.json    sizes, objects, times of the frames, settings; where the clip is damaged
+  result.json    sizes, objects, times of the frames, settings, and any damage of the clip
 
-Exit codes, of several clips that failed the lowest:
-  0    all is done
-  1    may succeed later: a clip is missing or cannot be opened, there is no PyAV, results cannot be written, or a
+Exit codes; of several failures, the lowest:
+  0    success
+  1    may succeed later: a clip is missing or cannot be opened, PyAV is missing, results cannot be written, or a
        fault of the program
-  2    wrong use: an option, a parameter, a folder that exists already
-  3    bad input, now and later: no images or video, frames of different sizes, fewer than two frames; damaged: the
-       results hold the frames before
+  2    wrong use: an option, a parameter, a folder that already exists
+  3    bad input, which will not succeed later: no images or video, frames of different sizes, fewer than two
+       frames; or damaged: results hold the frames before the damage
   4    out of memory, or frames too large
-  130  interrupted (SIGINT), 143 ended (SIGTERM): nothing is written of the clip at work"""
+  130  interrupted (SIGINT), 143 ended (SIGTERM): no results of the current clip"""
 
 
-def main(words: Optional[list[str]] = None) -> int:
-    """Runs the program; gives its exit code."""
-    args = _parse(words)
+def main(argv: Optional[list[str]] = None) -> int:
+    """Runs the program and returns its exit code."""
+    args = _parse(argv)
     failures: list[int] = []
     try:
-        # What is wrong with parameters is said before anything is touched.
+        # Refuses wrong parameters before anything is touched.
         Session(**dict(args.set))
         for clip, out in zip(args.clips, _targets(args.clips, args.out)):
             code = _attempt(clip, out, args)
             failures += [code] if code else []
     except TraceCutError as error:
-        return _tell(error, _USAGE)
+        return _print_error(error, _USAGE)
     except KeyboardInterrupt:
-        return _tell("interrupted", _INTERRUPTED)
+        return _print_error("interrupted", _INTERRUPTED)
     if failures and len(args.clips) > 1:
-        _tell(f"{len(failures)} of {len(args.clips)} clips failed", 0)
+        _print_error(f"{len(failures)} of {len(args.clips)} clips failed", 0)
     return min(failures, default=0)
 
 
-def _parse(words: Optional[list[str]]) -> argparse.Namespace:
+def _parse(argv: Optional[list[str]]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python -m tracecut",
         description="Finds the moving objects in videos.",
@@ -64,19 +64,19 @@ def _parse(words: Optional[list[str]]) -> argparse.Namespace:
     )
     clips = "folders of PNG or JPEG files in name order, or videos (which need PyAV)"
     parser.add_argument("clips", nargs="+", metavar="CLIP", help=clips)
-    out = "folder for the results; of several clips a folder in it for each, with its name"
+    out = "folder for the results; with several clips, a folder in it for each"
     parser.add_argument("--out", required=True, type=Path, metavar="FOLDER", help=out)
-    parser.add_argument("--overwrite", action="store_true", help="replace results that are there already")
-    parser.add_argument("--window", type=int, default=WINDOW, metavar="N", help=f"frames of a window [{WINDOW}]")
-    threads = "as many as the machine runs at once if not given; results are the same for any number"
+    parser.add_argument("--overwrite", action="store_true", help="replace existing results")
+    parser.add_argument("--window", type=int, default=WINDOW, metavar="N", help=f"frames per window [{WINDOW}]")
+    threads = "number of threads [as many as the machine runs at once]; results do not depend on it"
     parser.add_argument("--threads", type=int, metavar="N", help=threads)
     setting = "a parameter, such as flow.patch_stride=5; may be repeated"
     parser.add_argument("--set", action="append", default=[], type=_setting, metavar="NAME=VALUE", help=setting)
-    return parser.parse_args(words)
+    return parser.parse_args(argv)
 
 
 def _setting(text: str) -> tuple[str, Any]:
-    """A number, true, false, or a name."""
+    """Parses NAME=VALUE; the value is a number, true, false, or a name."""
     name, equals, value = text.partition("=")
     if not equals:
         raise argparse.ArgumentTypeError(f"{text!r} (expected NAME=VALUE, such as flow.patch_stride=5)")
@@ -93,20 +93,20 @@ def _targets(clips: list[str], out: Path) -> list[Path]:
     names = [Path(clip).name if Path(clip).is_dir() else Path(clip).stem for clip in clips]
     for clip, name in zip(clips, names):
         if not name or names.count(name) > 1:
-            raise _refuse(clip, "its results would lie where those of another clip do (give it a run of its own)")
+            raise _refuse(clip, "its results would overwrite those of another clip (run it separately)")
     return [out / name for name in names]
 
 
 def _attempt(clip: str, out: Path, args: argparse.Namespace) -> int:
-    """Runs a clip and tells of it; gives its exit code."""
+    """Segments a clip, prints the outcome, and returns the exit code."""
     try:
         _run(clip, out, args)
     except TraceCutError as error:
-        return _tell(error, _EXIT_CODES.get(error.code, _INPUT))
+        return _print_error(error, _EXIT_CODES.get(error.code, _INPUT))
     except MemoryError:
-        return _tell(f"{clip}: there is not enough memory", _MEMORY)
+        return _print_error(f"{clip}: there is not enough memory", _MEMORY)
     except (OSError, ImportError) as error:
-        return _tell(error, _LATER)
+        return _print_error(error, _LATER)
     return 0
 
 
@@ -123,21 +123,21 @@ def _run(clip: str, out: Path, args: argparse.Namespace) -> None:
         result, damage = error.result, error
         report["truncated"] = {"frames": len(result), "reason": error.message.removeprefix(f"{clip}: ")}
     _write(result, report, out)
-    found = f"{len(result)} frames of {result.width}x{result.height}: {len(result.objects)} object(s)"
-    print(f"{found}, {time.perf_counter() - start:.2f} s; see {out}", flush=True)
+    summary = f"{len(result)} frames of {result.width}x{result.height}: {len(result.objects)} object(s)"
+    print(f"{summary}, {time.perf_counter() - start:.2f} s; see {out}", flush=True)
     if damage is not None:
         raise damage
 
 
 def _check_target(out: Path, overwrite: bool) -> None:
-    """Refuses what the results would take the place of."""
+    """Refuses an output folder whose content must not be replaced."""
     if not out.exists() or (out.is_dir() and not any(out.iterdir())):
         return
     if not overwrite:
-        raise _refuse(out, "exists already (--overwrite replaces results, or name another folder)")
+        raise _refuse(out, "exists already (use --overwrite to replace results, or choose another folder)")
     report = out / "result.json"
     if not report.is_file() or '"workingWidth"' not in report.read_text("utf-8", errors="replace"):
-        raise _refuse(out, "holds no result of this program and is not replaced: name another folder")
+        raise _refuse(out, "has no results of this program and is not replaced: choose another folder")
 
 
 def _refuse(path: object, reason: str) -> TraceCutError:
@@ -151,7 +151,7 @@ def _write(result: Result, report: dict[str, Any], out: Path) -> None:
         (folder / "result.json").write_text(text + "\n", encoding="utf-8")
 
 
-def _tell(reason: object, code: int) -> int:
+def _print_error(reason: object, code: int) -> int:
     print(f"error: {reason}", file=sys.stderr, flush=True)
     return code
 

@@ -1,4 +1,4 @@
-"""Decodes the video track of a file by PyAV, up to the first picture that is damaged or missing."""
+"""Decodes the video track of a file with PyAV, up to the first damaged or missing picture."""
 
 from __future__ import annotations
 
@@ -9,29 +9,29 @@ from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, NamedTuple, Optional
 
-#: Steps between pictures that are longer by this factor than the one before may have lost pictures in them.
+#: A step between pictures longer than the previous one by this factor may contain lost pictures.
 _LONG_STEP = 1.5
 
 
 class FaultFinder:
     """Compares decoded pictures with the packets of the file, by time stamps in units of the stream. Damage is
 
-    - a picture that the decoder calls corrupt;
-    - a packet that is not whole: pictures from its time on;
-    - a packet that could not be decoded: the first time of a packet that has no picture;
-    - a file that could not be read on: what the end lacks, and pictures that are shown after lost ones.
+    - a picture that the decoder marks as corrupt;
+    - an incomplete packet: pictures from its time on;
+    - a packet that could not be decoded: from the first packet time without a picture;
+    - a file that could not be read to its end: missing pictures at the end, and pictures shown after lost ones.
 
-    What is wrong before the first whole picture does not count: a recording may begin between two key frames.
+    Faults before the first whole picture do not count: a recording may begin between two key frames.
 
     Parameters
     ----------
     is_animation : bool
-        Whether all pictures are painted over the first one, so that damage of that one counts too.
+        True if all pictures are painted over the first one, so that damage of the first counts too.
     marks_are_late : bool
-        Whether the mark of a packet that is not whole is on the one before it, as where the demuxer cuts packets out of a
-        stream.
+        True if the corrupt mark of an incomplete packet is on the previous packet, as when the demuxer cuts packets out
+        of a stream.
     is_cut_off : bool
-        Whether the file is known to end too early.
+        True if the file is known to end too early.
     """
 
     def __init__(self, is_animation: bool, marks_are_late: bool, is_cut_off: bool) -> None:
@@ -39,7 +39,7 @@ class FaultFinder:
         self._marks_are_late = marks_are_late
         self._mark_is_due = False
         self._waits_for_key = False
-        #: Durations by the times of packets whose pictures are not there yet.
+        #: Durations by the times of packets whose pictures are still pending.
         self._expected: dict[int, int] = {}
         self._torn: set[int] = set()
         self._failed: set[int] = set()
@@ -50,11 +50,11 @@ class FaultFinder:
 
     @property
     def lacks_data(self) -> bool:
-        """Whether the file ends too early, or a packet was not whole."""
+        """True if the file ends too early, or a packet was incomplete."""
         return self.is_cut_off or self._mark_is_due or len(self._torn) > 0
 
     def add_packet(self, packet: Any) -> None:
-        """Takes the next packet of the file."""
+        """Adds the next packet of the file."""
         is_torn = self._mark_is_due if self._marks_are_late else packet.is_corrupt
         self._mark_is_due = self._marks_are_late and packet.is_corrupt
         if packet.pts is not None and is_torn:
@@ -75,14 +75,14 @@ class FaultFinder:
             self._torn.add(pts)
 
     def take_duration(self, pts: Optional[int]) -> int:
-        """Returns the duration of the picture that was decoded, 0 where the file says none."""
+        """Removes and returns the duration of a decoded picture, 0 if the file has none."""
         if pts is None:
             return 0
         self._failed.discard(pts)
         return self._expected.pop(pts, 0)
 
     def is_whole(self, frame: Any) -> bool:
-        """Tells whether a picture is whole, and no other is missing before it."""
+        """Returns True if a picture is whole and none is missing before it."""
         if frame.is_corrupt or frame.pts in self._torn:
             self._waits_for_key = not self._has_begun
             return False
@@ -90,8 +90,8 @@ class FaultFinder:
             return frame.key_frame or not self._waits_for_key
         return frame.pts is None or not (self._is_missing_before(frame.pts) or self._is_behind_gap(frame.pts))
 
-    def give(self, pts: Optional[int]) -> None:
-        """Notes that a whole picture is given."""
+    def add_whole(self, pts: Optional[int]) -> None:
+        """Notes that a whole picture was returned."""
         if not self._has_begun:
             self._has_begun = True
             self._forget_before(pts)
@@ -102,7 +102,7 @@ class FaultFinder:
         self._last_pts = pts
 
     def is_whole_at_end(self) -> bool:
-        """Tells whether nothing is missing after the last picture."""
+        """Returns True if nothing is missing after the last picture."""
         return not (self.is_cut_off or self._mark_is_due or self._is_missing_before(math.inf))
 
     def _is_missing_before(self, pts: float) -> bool:
@@ -110,7 +110,7 @@ class FaultFinder:
         return is_torn or (len(self._failed) > 0 and any(expected < pts for expected in self._expected))
 
     def _is_behind_gap(self, pts: int) -> bool:
-        """Tells whether lost pictures may come before. None of these is shown before its decoding time."""
+        """Returns True if lost pictures may come before. None of them is shown before its decoding time."""
         if not self.is_cut_off or self._last_pts is None:
             return False
         return pts > self._next_decoding and pts - self._last_pts > _LONG_STEP * self._last_step
@@ -122,23 +122,23 @@ class FaultFinder:
             self._expected = {expected: ticks for expected, ticks in self._expected.items() if expected > pts}
 
 
-#: Duration of a picture where the file says nothing.
+#: Duration of a picture if the file has none.
 DEFAULT_DURATION_S = 1 / 25
 
-#: Codecs whose pictures are painted over the one before.
+#: Codecs whose pictures are painted over the previous one.
 _ANIMATION_CODECS = ("gif", "apng")
 
-#: Codecs whose decoder says only by a message that a picture is damaged.
+#: Codecs whose decoder reports a damaged picture only by a message.
 _QUIET_CODECS = ("gif",)
 
 #: Demuxers that cut packets out of a stream.
 _STREAM_DEMUXERS = ("mpegts", "mpeg")
 
-#: Demuxers of FFmpeg that make pictures of text.
+#: FFmpeg demuxers that turn text into pictures.
 TEXT_DEMUXERS = ("tty", "bin", "xbin", "adf", "idf")
 
-#: Words of demuxers that come to a wrong place of the file before its end, even while they look for its tracks.
-_END_WORDS = (
+#: Messages of demuxers that reach a bad position before the end of the file, even while they probe its tracks.
+_END_MESSAGES = (
     "ended prematurely",
     "partial file",
     "exceeds containing master element",
@@ -147,7 +147,7 @@ _END_WORDS = (
 
 
 class Picture(NamedTuple):
-    """A decoded picture with its time in seconds, and its duration, which is 0 where the file says none."""
+    """A decoded picture with its time and duration in seconds; the duration is 0 if the file has none."""
 
     frame: Any
     time: float
@@ -159,7 +159,7 @@ class Damage(Exception):
 
 
 class _ErrorMessages:
-    """The error messages of FFmpeg. Its log level, one for the whole process, is changed only while somebody listens."""
+    """The error messages of FFmpeg. Its log level is global, and is changed only while there are listeners."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -188,12 +188,12 @@ class _ErrorMessages:
                     logging.set_skip_repeated(self._settings[1])
 
 
-#: Listened to for as long as a reader works, and by each part of it that looks at messages.
+#: A reader listens while it works, and so does each part of it that checks messages.
 ERROR_MESSAGES = _ErrorMessages()
 
 
 class Track(NamedTuple):
-    """A video stream of an open container, which is known to be cut off or not yet known to be."""
+    """A video stream of an open container; ``is_cut_off`` if the file is already known to end too early."""
 
     container: Any
     stream: Any
@@ -202,7 +202,7 @@ class Track(NamedTuple):
 
 @contextmanager
 def open_track(open_file: Callable[[], Any]) -> Generator[Optional[Track], None, None]:
-    """Opens the video track of a file, twice where the file has to be read to choose it; None where there is none."""
+    """Opens the video track of a file, twice if choosing it needs reading the file; yields None if there is none."""
     container, is_cut_off = _open(open_file)
     with container:
         tracks = _video_tracks(container)
@@ -216,14 +216,14 @@ def open_track(open_file: Callable[[], Any]) -> Generator[Optional[Track], None,
 
 
 def _open(open_file: Callable[[], Any]) -> tuple[Any, bool]:
-    """Returns a container, and whether FFmpeg came to a premature end while it looked for the tracks."""
+    """Returns a container, and True if FFmpeg reached a premature end while it probed the tracks."""
     with ERROR_MESSAGES.listen() as messages:
         container = open_file()
-    return container, any(words in text for _, _, text in messages for words in _END_WORDS)
+    return container, any(message in text for _, _, text in messages for message in _END_MESSAGES)
 
 
 def _video_tracks(container: Any) -> list[Any]:
-    """Returns the video streams that are no covers, in the order of preference: default ones, then others by their size."""
+    """Returns the video streams except covers, in order of preference: default ones, then others by size."""
     from av.stream import Disposition
 
     tracks = [each for each in container.streams.video if not each.disposition & Disposition.attached_pic]
@@ -237,9 +237,9 @@ def _area(stream: Any) -> int:
 
 
 def _choose_track(container: Any, tracks: list[Any]) -> int:
-    """Returns the index of the first of these tracks that has several pictures, or else of the largest that has one.
+    """Returns the index of the first of these tracks with several pictures, or else of the largest with one.
 
-    Reads the container until this is known, or the container is broken.
+    Reads the container until this is known or reading fails.
     """
     from av.error import FFmpegError
 
@@ -264,7 +264,7 @@ class Decoder:
 
     def __init__(self, track: Track) -> None:
         self._container, self._stream, is_cut_off = track
-        # With one thread, errors come in the order of the packets.
+        # With one thread, errors arrive in packet order.
         self._stream.codec_context.thread_count = 1
         is_animation = self._stream.codec_context.name in _ANIMATION_CODECS
         self._faults = FaultFinder(is_animation, self._container.format.name in _STREAM_DEMUXERS, is_cut_off)
@@ -272,50 +272,50 @@ class Decoder:
 
     @property
     def lacks_data(self) -> bool:
-        """Whether the file ends too early, or a part of it cannot be read."""
+        """True if the file ends too early, or a part of it cannot be read."""
         return self._faults.lacks_data or not self._has_packets
 
     def pictures(self) -> Iterator[Picture]:
-        """Gives the pictures in display order, with increasing times. Those that end at or before 0 are not shown.
+        """Yields the pictures in display order, with increasing times. Pictures that end at or before 0 are dropped.
 
         Raises
         ------
         Damage
-            After the last whole picture, if the file is damaged or cut off.
+            After the last whole picture, if the file is damaged or truncated.
         """
-        held: Optional[Picture] = None
+        pending: Optional[Picture] = None
         for picture in self._timed_pictures():
-            if held is not None and picture.time > 0:
-                yield held
-            held = picture if picture.time < 0 else None
-            if held is None:
+            if pending is not None and picture.time > 0:
+                yield pending
+            pending = picture if picture.time < 0 else None
+            if pending is None:
                 yield picture
-        if held is not None and held.time + held.duration > 0:
-            yield held
+        if pending is not None and pending.time + pending.duration > 0:
+            yield pending
 
     def _timed_pictures(self) -> Iterator[Picture]:
-        """Mends times: one that is missing or not above the one before it follows that after its duration."""
-        before: Optional[float] = None
+        """Repairs times: one that is missing or not above the previous one follows it after its duration."""
+        previous: Optional[float] = None
         step = DEFAULT_DURATION_S
         for frame, ticks in self._whole_frames():
             duration = float(ticks * self._stream.time_base)
             time = None if frame.pts is None else float(frame.pts * self._stream.time_base)
-            if before is None:
+            if previous is None:
                 time = time or 0.0
-            elif time is None or time <= before:
-                time = before + step
-            step = duration or (step if before is None else time - before)
-            before = time
+            elif time is None or time <= previous:
+                time = previous + step
+            step = duration or (step if previous is None else time - previous)
+            previous = time
             yield Picture(frame, time, duration)
 
     def _whole_frames(self) -> Iterator[tuple[Any, int]]:
-        """Gives whole frames with their durations in units of the stream."""
+        """Yields whole frames with their durations in units of the stream."""
         faults, has_begun = self._faults, False
         for frame in self._frames():
             duration = faults.take_duration(frame.pts)
             if faults.is_whole(frame):
                 has_begun = True
-                faults.give(frame.pts)
+                faults.add_whole(frame.pts)
                 yield frame, duration
             elif has_begun:
                 raise Damage
@@ -329,7 +329,7 @@ class Decoder:
         yield from self._decode(None)
 
     def _packets(self) -> Iterator[Any]:
-        """Reads packets up to where the container is broken. Errors before the first packet do not count."""
+        """Reads packets until the container is broken. Errors before the first packet do not count."""
         from av.error import FFmpegError
 
         packets = self._container.demux(self._stream)
@@ -345,13 +345,13 @@ class Decoder:
                 return
             if packet is None:
                 return
-            # An empty one would mean the end to the decoder.
+            # An empty packet would tell the decoder that the stream ends.
             if packet.size > 0:
                 self._has_packets = True
                 yield packet
 
     def _decode(self, packet: Optional[Any]) -> list[Any]:
-        """Returns the frames that a packet completes, or without one those that are left in the decoder."""
+        """Returns the frames that a packet completes, or without a packet the frames left in the decoder."""
         from av.error import FFmpegError
 
         pts = None if packet is None else packet.pts

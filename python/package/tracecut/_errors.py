@@ -1,4 +1,4 @@
-"""The one exception of the package."""
+"""The exception of the package."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ if TYPE_CHECKING:
 
 
 class TraceCutError(Exception):
-    """An error with a stable code and a message that names the value and what is legal.
+    """An error with a stable code and a message that names the value and what is allowed.
 
     Parameters
     ----------
     code : str
         ``frame-size``, ``frame-bytes``, ``frame-size-changed``, ``too-few-frames``, ``too-large``, ``decode``,
-        ``param``, ``data`` or ``state``, as in Rust, on the command line and in JavaScript; of videos ``no-video``,
-        ``codec``, ``unsupported`` (the installed PyAV lacks something) and ``truncated`` (cut off or damaged).
+        ``param``, ``data`` or ``state``, as in Rust, on the command line and in JavaScript; for videos
+        ``no-video``, ``codec``, ``unsupported`` (by the installed PyAV) and ``truncated`` (truncated or damaged).
     message : str
-        What is wrong.
+        Describes the error.
 
     Attributes
     ----------
     code : str
-        What it is about; the message may change, this does not.
+        The stable code; the message may change.
     frames : int or None
-        The number of whole frames before the damage, of the code ``truncated``.
+        The number of whole frames before the damage, for the code ``truncated``.
     result : Result or None
-        The result of these frames, of `segment` where there are at least two of them. It stays in its process: a copy
-        of the error in another one has none.
+        The result of these frames, from `segment` if there are at least two. It stays in its process: a copy of the
+        error in another process has none.
     """
 
     def __init__(self, code: str, message: str) -> None:
@@ -46,5 +46,5 @@ class TraceCutError(Exception):
 
 
 def illegal(name: str, value: object, expected: str) -> TraceCutError:
-    """The error of an argument that is not legal."""
+    """Returns the error for an invalid argument."""
     return TraceCutError("param", f"{name} = {value!r} (expected {expected})")

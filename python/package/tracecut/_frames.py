@@ -1,4 +1,4 @@
-"""Where frames come from: arrays, image files, folders of them, videos."""
+"""Reads frames from arrays, image files, folders of images, and videos."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from typing_extensions import TypeGuard
 
 #: A frame: an array of uint8 of shape (height, width), (height, width, 3) or (height, width, 4), anything that NumPy
-#: makes such an array of (images of Pillow), or the path or the bytes of a PNG or JPEG file.
+#: converts to such an array (Pillow images), or the path or the bytes of a PNG or JPEG file.
 FrameLike = Union[npt.NDArray[np.uint8], str, "os.PathLike[str]", bytes, Any]
 
 #: A clip: frames one by one (those of `read_video` bring their times), an array of shape (frames, height, width[,
@@ -33,12 +33,12 @@ _IMAGES = {".png", ".jpg", ".jpeg"}
 
 
 class Source:
-    """Frames one by one, their number where it is known before, and the video that they come from, if they do.
+    """Frames one by one, their number if it is known in advance, and their video if there is one.
 
     Attributes
     ----------
     damage : TraceCutError or None
-        Why the frames of `read_whole` ended before the clip does.
+        The reason why `read_whole` ended before the clip.
     """
 
     def __init__(self, frames: Iterator[Any], length: Optional[int] = None) -> None:
@@ -48,7 +48,7 @@ class Source:
         self.damage: Optional[TraceCutError] = None
 
     def read_whole(self) -> Iterator[Any]:
-        """Gives the frames before the damage, if there is any, which is no error then."""
+        """Yields the frames before any damage, which is stored instead of raised."""
         try:
             yield from self.frames
         except TraceCutError as error:
@@ -58,7 +58,7 @@ class Source:
 
 
 def open_frames(source: Frames) -> Source:
-    """Opens a clip, whose frames are read one at a time."""
+    """Opens a clip; its frames are read one at a time."""
     if _is_path(source):
         return _open_path(Path(source))
     if isinstance(source, VideoReader):
@@ -77,9 +77,9 @@ def _is_path(source: object) -> TypeGuard[Union[str, os.PathLike[str]]]:
 
 
 def as_array(frame: FrameLike) -> Any:
-    """A frame as an array: of what is an array already, the same; image files are decoded.
+    """Returns a frame as an array. Arrays stay the same, image files are decoded.
 
-    What cannot be a frame is refused where it is used.
+    Invalid frames are refused where they are used.
     """
     if _is_path(frame):
         return read_image(Path(frame))
@@ -110,17 +110,17 @@ def _open_path(path: Path) -> Source:
         return Source(read_video(path))
     images = in_name_order(p for p in path.iterdir() if _is_frame_name(p.name) and p.is_file())
     if not images:
-        raise TraceCutError("data", f"{path}: holds no images (expected PNG or JPEG files, one a frame)")
+        raise TraceCutError("data", f"{path}: has no images (expected PNG or JPEG files, one per frame)")
     return Source((read_image(image) for image in images), len(images))
 
 
 def _is_frame_name(name: str) -> bool:
-    """Tells images from other files, and from hidden ones: macOS puts files with the same ending beside them."""
+    """Returns True for images that are not hidden: macOS adds hidden files with the same suffix."""
     return Path(name).suffix.lower() in _IMAGES and not name.startswith(".")
 
 
 def in_name_order(paths: Iterable[_Path]) -> list[_Path]:
-    """Sorts paths by their names as a person would: digits by their value, letters without regard to case.
+    """Sorts paths by name in natural order: digits by their value, letters ignoring case.
 
     ``2.png`` comes before ``10.png``, and ``img_3.png`` between ``IMG_2.png`` and ``IMG_4.png``.
     """
@@ -128,46 +128,45 @@ def in_name_order(paths: Iterable[_Path]) -> list[_Path]:
 
 
 def _name_key(path: Union[str, os.PathLike[str]]) -> tuple[list[tuple[int, int, str]], str]:
-    """The exact name decides between names that are alike otherwise. The command line and the package have the same order."""
+    """Returns the sort key of a name; the exact name breaks ties. Same order as on the command line."""
     name = Path(path).name
     parts = re.findall(r"([0-9]+)|([^0-9])", name.lower())
     return [_digits_key(digits) if digits else (int(letter > "9") * 2, 0, letter) for digits, letter in parts], name
 
 
 def _digits_key(digits: str) -> tuple[int, int, str]:
-    """The key of a number, which stands where digits stand among characters."""
+    """Returns the key of a number, which sorts where digits sort among characters."""
     value = digits.lstrip("0")
     return 1, len(value), value
 
 
 def read_video(path: Union[str, "os.PathLike[str]", BinaryIO]) -> VideoReader:
-    """Reads the frames of a video file one at a time, by PyAV.
+    """Reads the frames of a video file one at a time, with PyAV.
 
     Each picture of the file comes once, in display order, as RGB: upright, with square pixels, all at the size of the
-    first, in the colours that the file says. The pixels are those that the command line and the package for Node have.
-    Of several video tracks the default one is read, or else the largest; covers never are.
+    first, in the file's colours, with the same pixels as on the command line and in Node. Of several video tracks the
+    default one is read, or else the largest; cover images are skipped.
 
     Parameters
     ----------
     path : path or file
-        A file that FFmpeg reads, such as MP4, WebM or GIF, whatever its name; or an open one that can be read and
-        sought in.
+        A file that FFmpeg reads, such as MP4, WebM or GIF, whatever its name; or an open, seekable file.
 
     Returns
     -------
     VideoReader
-        An iterator of arrays of shape (height, width, 3), which also has the ``times`` and ``durations`` of the frames
-        that were read.
+        An iterator of arrays of shape (height, width, 3), with the ``times`` and ``durations`` of the frames read so
+        far.
 
     Raises
     ------
     ImportError
-        When PyAV is not installed (``pip install tracecut[video]``).
+        If PyAV is not installed (``pip install tracecut[video]``).
     OSError
-        When there is no such file, or it cannot be opened.
+        If the file does not exist or cannot be opened.
     TraceCutError
-        ``no-video`` when the file is no video or has no video track, ``codec`` when it cannot be decoded,
-        ``unsupported`` when this PyAV cannot read its format; ``truncated``, after the frames that are whole, when it
-        is cut off or damaged. These come with the first frame, or later.
+        ``no-video`` if the file is not a video or has no video track, ``codec`` if it cannot be decoded,
+        ``unsupported`` if this PyAV cannot read its format; ``truncated``, after the whole frames, if it is truncated
+        or damaged. These come with the first frame, or later.
     """
     return VideoReader(path)

@@ -1,4 +1,4 @@
-"""Single images, and pairs of them."""
+"""Functions for single images and pairs of images."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, Optional
 from . import _tracecut
 from ._errors import illegal
 from ._frames import FrameLike, as_array
-from ._types import U8, BoundaryMap, Enlarged, FlowField, ImageDiscontinuities, Parameter, Superpixels
+from ._types import U8, BoundaryMap, EnlargedMask, FlowField, ImageDiscontinuities, Parameter, Superpixels
 
 
 def boundaries(image: FrameLike, **params: Any) -> BoundaryMap:
@@ -16,9 +16,9 @@ def boundaries(image: FrameLike, **params: Any) -> BoundaryMap:
     Parameters
     ----------
     image : frame
-        An array, an image of Pillow, or the path or the bytes of a PNG or JPEG file.
+        An array, a Pillow image, or the path or bytes of a PNG or JPEG file.
     **params
-        As those of `Session`; ``clip.max_pixels`` alone counts.
+        As for `Session`; only ``clip.max_pixels`` is used.
     """
     return BoundaryMap(*_tracecut.boundaries(as_array(image), params))
 
@@ -31,9 +31,9 @@ def superpixels(image: FrameLike, count: Optional[int] = None, **params: Any) ->
     image : frame
         As `boundaries`.
     count : int, optional
-        The largest number of superpixels; if not given, what the contours above the thresholds enclose.
+        The maximum number of superpixels; by default, as many as the contours above the thresholds enclose.
     **params
-        As those of `Session`; the sections ``contour`` and ``superpixel`` count.
+        As for `Session`; the sections ``contour`` and ``superpixel`` are used.
     """
     if count is not None and not 1 <= count <= 1 << 26:
         raise illegal("count", count, f"a whole number, 1..={1 << 26}")
@@ -41,47 +41,47 @@ def superpixels(image: FrameLike, count: Optional[int] = None, **params: Any) ->
 
 
 def image_discontinuities(image: FrameLike, **params: Any) -> ImageDiscontinuities:
-    """Boundaries of an image by the discontinuities of its pixel embedding.
+    """Boundaries of an image from the discontinuities of its pixel embedding.
 
     Parameters
     ----------
     image : frame
-        As `boundaries`; reduced to ``still.max_side``.
+        As `boundaries`; scaled down to ``still.max_side``.
     **params
-        As those of `Session`; the section ``still`` counts.
+        As for `Session`; the section ``still`` is used.
     """
     return ImageDiscontinuities(**_tracecut.image_discontinuities(as_array(image), params))
 
 
 def flow(first: FrameLike, second: FrameLike, **params: Any) -> FlowField:
-    """The optical flow from one image to another of the same size: where each pixel goes.
+    """The optical flow from one image to another of the same size.
 
     Parameters
     ----------
     first, second : frame
         As `boundaries`.
     **params
-        As those of `Session`; the section ``flow`` counts.
+        As for `Session`; the section ``flow`` is used.
 
     Raises
     ------
     TraceCutError
-        ``frame-size-changed`` when they differ in size.
+        ``frame-size-changed`` if they differ in size.
     """
     return FlowField(*_tracecut.flow(as_array(first), as_array(second), params))
 
 
-def enlarge(mask: U8, picture: FrameLike) -> Enlarged:
-    """A mask at the size of its picture, with borders where that has them.
+def enlarge(mask: U8, picture: FrameLike) -> EnlargedMask:
+    """Scales a mask to the size of its picture, with borders that follow the picture.
 
     Parameters
     ----------
     mask : array of uint8, shape (height, width)
-        At the size that the frame was processed at.
+        The mask at the working size.
     picture : frame
-        The frame as it was before it was reduced.
+        The frame at its original size.
     """
-    return Enlarged(*_tracecut.enlarge(mask, as_array(picture)))
+    return EnlargedMask(*_tracecut.enlarge(mask, as_array(picture)))
 
 
 def parameters(expert: bool = False) -> list[Parameter]:
@@ -90,7 +90,7 @@ def parameters(expert: bool = False) -> list[Parameter]:
     Parameters
     ----------
     expert : bool, default False
-        Those that only research changes, in the place of the others. All can be set.
+        Lists the expert parameters instead of the common ones. All can be set.
     """
     return [_parameter(*raw) for raw in _tracecut.parameters(expert)]
 

@@ -1,4 +1,4 @@
-"""Masks in little memory, as COCO has them, as PNG files, and as prompts for models such as SAM 2."""
+"""Masks as run lengths, in COCO's format, as PNG files, and as prompts for models such as SAM 2."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ class Runs:
         self.ends = np.append(last + 1, flat.size).astype(np.uint32)
 
     def mask(self) -> U8:
-        """The mask again."""
+        """The decoded mask."""
         return np.repeat(self.values, self._lengths()).reshape(self.shape)
 
     def areas(self) -> npt.NDArray[np.int64]:
-        """Pixels of each label, 0 to 255."""
+        """Number of pixels of each label, 0 to 255."""
         return np.bincount(self.values, weights=self._lengths(), minlength=256).astype(np.int64)
 
     def _lengths(self) -> npt.NDArray[np.int64]:
@@ -40,13 +40,13 @@ class Runs:
 
 
 def coco_rle(mask: Union[U8, Bool], label: int = 1) -> dict[str, Any]:
-    """The pixels of one label as a COCO segmentation, which pycocotools reads.
+    """The pixels of one label as a COCO segmentation, as pycocotools reads it.
 
     Parameters
     ----------
     mask : array of uint8 or bool, shape (height, width)
     label : int, default 1
-        What counts as inside.
+        The label to encode.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def from_coco_rle(segmentation: Mapping[str, Any]) -> Bool:
     Raises
     ------
     TraceCutError
-        ``data`` when it is none.
+        ``data`` if it is not a valid segmentation.
     """
     try:
         height, width = (int(side) for side in segmentation["size"])
@@ -79,11 +79,11 @@ def from_coco_rle(segmentation: Mapping[str, Any]) -> Bool:
 
 
 def _voc_palette() -> list[int]:
-    """The colours that the VOC and DAVIS benchmarks share: bits of the label, three at a time."""
+    """The colours of the VOC and DAVIS benchmarks: bits of the label, three at a time."""
     colours: list[int] = []
     for label in range(256):
         for channel in range(3):
-            colours.append(sum((label >> (3 * place + channel) & 1) << (7 - place) for place in range(3)))
+            colours.append(sum((label >> (3 * bit + channel) & 1) << (7 - bit) for bit in range(3)))
     return colours
 
 
@@ -102,9 +102,9 @@ def mask_png(mask: U8) -> bytes:
 
 @dataclass(frozen=True)
 class Prompt:
-    """What tells a promptable model which object is meant.
+    """A prompt that selects one object for a model such as SAM 2.
 
-    The names are those of SAM 2's video predictor; places are in pixels of the masks.
+    The names are those of SAM 2's video predictor; positions are in pixels of the masks.
 
     Attributes
     ----------
@@ -115,9 +115,9 @@ class Prompt:
     box : array of float32, shape (4,)
         Left, top, right and bottom.
     points : array of float32, shape (points, 2)
-        Up to three points deep in the object, then up to three beside it.
+        Up to three points deep inside the object, then up to three outside it.
     labels : array of int32, shape (points,)
-        1 for points on the object, 0 for those beside it.
+        1 for points inside the object, 0 for points outside.
     mask : array of bool, shape (height, width)
         The largest connected part of the object.
     """
@@ -138,7 +138,7 @@ class Prompt:
         return {name: getattr(self, name) for name in ("frame_idx", "obj_id", "mask")}
 
     def as_json(self) -> dict[str, Any]:
-        """As an entry of ``prompts.json``, which the command line writes: the mask as COCO run lengths."""
+        """An entry of the command line's ``prompts.json``, with the mask as COCO run lengths."""
         return {
             "obj_id": self.obj_id,
             "frame_idx": self.frame_idx,
@@ -150,7 +150,7 @@ class Prompt:
 
 
 def prompts(masks: Iterable[U8]) -> list[Prompt]:
-    """A prompt for each object: nobody has to click for models that follow an object from a click, a box or a mask.
+    """A prompt for each object, for models that follow an object from a click, a box or a mask.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def prompts(masks: Iterable[U8]) -> list[Prompt]:
     Returns
     -------
     list of Prompt
-        By their objects, ascending.
+        Sorted by object.
     """
     finder = _tracecut.Prompts()
     for mask in masks:

@@ -1,4 +1,4 @@
-"""Progress: what callbacks hear, and bars of tqdm."""
+"""Progress callbacks and tqdm bars."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import Any, Optional, Union
 
 from ._types import Progress
 
-#: True for a bar of tqdm, or what is called with each step.
+#: True for a tqdm bar, or a function that is called with each step.
 Listener = Union[bool, Callable[[Progress], object], None]
 
 Raw = Optional[Callable[[str, int, int], object]]
 
 
 class Bar:
-    """A bar of tqdm for each stage."""
+    """Shows one tqdm bar per stage."""
 
     def __init__(self) -> None:
         try:
@@ -27,14 +27,14 @@ class Bar:
 
     def __call__(self, stage: str, done: int, total: int) -> None:
         if stage == "trajectories":
-            return  # Takes turns with the flow, which takes far longer.
+            return  # Alternates with the flow, which takes far longer.
         if stage != self._stage or done < self._bar.n:
             self.close()
             self._bar, self._stage = self._tqdm(total=total, desc=stage, unit="step"), stage
         self._bar.update(done - self._bar.n)
 
     def close(self) -> None:
-        """Ends the bar at hand."""
+        """Closes the current bar."""
         if self._bar is not None:
             self._bar.close()
             self._bar = None
@@ -42,7 +42,7 @@ class Bar:
 
 
 def raw_listener(progress: Listener) -> Raw:
-    """What the native module calls."""
+    """Returns the callback for the native module."""
     if progress is None or progress is False:
         return None
     if progress is True:
@@ -52,6 +52,6 @@ def raw_listener(progress: Listener) -> Raw:
 
 
 def close(listener: Raw) -> None:
-    """Ends a bar, if it is one."""
+    """Closes the listener if it is a bar."""
     if isinstance(listener, Bar):
         listener.close()

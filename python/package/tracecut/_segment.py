@@ -1,4 +1,4 @@
-"""A clip in, masks out; long clips window by window."""
+"""Segments clips; long clips window by window."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WINDOW = _tracecut.window_frames
 
 @dataclass(frozen=True)
 class Window:
-    """A window of a clip that was run.
+    """A processed window of a clip.
 
     Attributes
     ----------
@@ -32,13 +32,13 @@ class Window:
     shot : int
         The number of its shot, from 0.
     first_frame : int
-        The clip's number of its first frame.
+        Number of its first frame in the clip.
     settled : range
-        The frames, by the clip's numbers, whose masks are final: over all windows each frame of the clip once.
+        The frames of the clip whose masks are final: over all windows, each frame of the clip once.
     session : SessionView
-        All results of the window, until the next is asked for. Its frames count from 0, which is ``first_frame``. Its
-        masks can be corrected. What is merged or split is so in this window; those that follow find their objects anew,
-        and give them the labels that most of their trajectories bear here after all corrections.
+        All results of the window, until the next window is requested. Its frame 0 is ``first_frame``. Its masks can be
+        corrected. Merges and splits apply to this window; later windows find their objects again, and give each the
+        label that most of its trajectories have here after all corrections.
     """
 
     index: int
@@ -48,7 +48,7 @@ class Window:
     session: SessionView
 
     def labels(self, t: int) -> U8:
-        """The mask of frame ``t`` of the clip, at the size of the frames; until the next window is asked for."""
+        """The mask of frame ``t`` of the clip, at the size of the frames; until the next window is requested."""
         if not self.first_frame <= t < self.first_frame + self.session.num_frames:
             frames = f"{self.first_frame}..{self.first_frame + self.session.num_frames}"
             raise illegal("t", t, f"a frame of the window, {frames}")
@@ -64,18 +64,18 @@ def windows(
     progress: _progress.Listener = None,
     **params: Any,
 ) -> Iterator[Window]:
-    """Runs a clip of any length window by window, in the memory of one.
+    """Segments a clip of any length window by window, in the memory of one window.
 
-    Objects keep their labels from window to window. A cut ends a window, and begins a new shot with new labels.
+    Objects keep their labels in all windows. A cut ends a window, and starts a new shot with new labels.
 
     Parameters
     ----------
     frames : frames
         As `segment`.
     window : int, default 50
-        Frames of a window, 2 to 400.
+        Number of frames in a window, 2 to 400.
     overlap : int, optional
-        Frames that neighbours have in common, 1 to ``window - 1``; 10 where a window has more.
+        Number of frames shared with the next window, 1 to ``window - 1``; 10 by default if the window has more.
     threads, progress, **params
         As `segment`.
 
@@ -86,8 +86,8 @@ def windows(
     Raises
     ------
     TraceCutError
-        As `segment`; it ends the iterator, and so does `KeyboardInterrupt`. ``truncated`` comes after the windows of all
-        whole frames.
+        As `segment`; it ends the iterator, and so does `KeyboardInterrupt`. ``truncated`` follows the windows of all whole
+        frames.
 
     Examples
     --------
@@ -120,8 +120,8 @@ def _run_windows(
 
 def _all(raw: _tracecut.Windows, listener: _progress.Raw) -> Iterator[Window]:
     try:
-        while (found := raw.next()) is not None:
-            (index, shot, first, begin, end), session = found
+        while (item := raw.next()) is not None:
+            (index, shot, first, begin, end), session = item
             yield Window(index, shot, first, range(first + begin, first + end), SessionView(session))
     finally:
         _progress.close(listener)
@@ -134,22 +134,22 @@ def _then_damage(parts: Iterator[Window], source: Source) -> Iterator[Window]:
 
 
 class Result:
-    """The masks of a clip, kept as runs of equal labels.
+    """The masks of a clip, stored as run lengths.
 
-    ``result[t]`` is the mask of frame ``t``, and iterating gives one after the other.
+    ``result[t]`` is the mask of frame ``t``; iterating yields all masks in order.
 
     Attributes
     ----------
     shots : list of int
         The first frame of each shot.
     times : array of float64 or None
-        Presentation time of each frame in seconds, as the video file says it; None where frames came from no video.
+        Presentation time of each frame in seconds, as in the video file; None if the frames are not from a video.
     durations : array of float64 or None
-        How long each frame is shown, in seconds.
+        Duration of each frame in seconds.
     working_size : tuple of int
         Width and height at which frames were processed.
     session : SessionView or None
-        The results of all stages, of a clip that was one window; None of a longer one, whose windows are gone.
+        The results of all stages for a clip of one window; None for longer clips, whose windows are gone.
     """
 
     def __init__(self) -> None:
@@ -174,29 +174,29 @@ class Result:
 
     @property
     def width(self) -> int:
-        """Width and height of the masks in pixels; the frames have the same."""
+        """Width of the masks and frames in pixels."""
         return self._runs[0].shape[1] if self._runs else 0
 
     @property
     def height(self) -> int:
-        """As ``width``."""
+        """Height of the masks and frames in pixels."""
         return self._runs[0].shape[0] if self._runs else 0
 
     @property
     def frame_rate(self) -> Optional[float]:
-        """The average number of frames a second, to a millionth; None where frames have no times."""
+        """The average number of frames per second, to a millionth; None if frames have no times."""
         if self.times is None or self.durations is None or len(self.times) == 0:
             return None
         return round(float(len(self.times) / (self.times[-1] + self.durations[-1] - self.times[0])), 6)
 
     @property
     def objects(self) -> list[int]:
-        """The labels that any mask has, without the background's 0."""
+        """The labels that appear in any mask, without the background's 0."""
         return [int(label) for label in np.flatnonzero(self.areas().sum(axis=0)) if label > 0]
 
     @property
     def trajectories(self) -> Optional[Trajectories]:
-        """The trajectories of a clip that was one window."""
+        """The trajectories of a clip of one window."""
         return None if self.session is None else self.session.trajectories()
 
     def labels(self, t: int) -> U8:
@@ -208,11 +208,11 @@ class Result:
         return np.stack(list(self)) if self._runs else np.zeros((0, 0, 0), np.uint8)
 
     def areas(self) -> npt.NDArray[np.int64]:
-        """Pixels of each label in each frame, shape (frames, 256)."""
+        """Number of pixels of each label in each frame, shape (frames, 256)."""
         return np.array([runs.areas() for runs in self._runs], np.int64).reshape(-1, 256)
 
     def coco(self, t: int) -> dict[int, dict[str, Any]]:
-        """A COCO segmentation for each object in frame ``t``, by label."""
+        """The COCO segmentation of each object in frame ``t``, by label."""
         mask = self.labels(t)
         return {int(label): _masks.coco_rle(mask, int(label)) for label in np.unique(mask) if label > 0}
 
@@ -221,7 +221,7 @@ class Result:
         return _masks.mask_png(self.labels(t))
 
     def as_json(self) -> dict[str, Any]:
-        """Sizes, objects and times, by the names that they have in ``result.json`` of the command line."""
+        """Sizes, objects and times, with the names of the command line's ``result.json``."""
         areas = self.areas()
         times = {}
         if self.times is not None and self.durations is not None:
@@ -239,7 +239,7 @@ class Result:
         }
 
     def save(self, folder: Union[str, "os.PathLike[str]"]) -> list[Path]:
-        """Writes all masks as ``00000.png`` and so on into a folder, which is made if needed."""
+        """Writes all masks as ``00000.png`` and so on into a folder, creating it if needed."""
         out = Path(folder)
         out.mkdir(parents=True, exist_ok=True)
         paths = [out / f"{t:05}.png" for t in range(len(self))]
@@ -281,21 +281,22 @@ def segment(
     ----------
     frames : frames
         The path of a folder of images or of a video file (which needs PyAV), an array of uint8 of shape (frames,
-        height, width, 3), or arrays, images of Pillow, or paths or bytes of image files one by one. All have one size;
-        RGB, RGBA or grey.
+        height, width, 3), or arrays, Pillow images, or paths or bytes of image files one by one. All have the same
+        size; RGB, RGBA or grey.
     window : int or None, default 50
-        Length of a window in frames. Longer clips are run window by window, in the memory of one; a cut begins a
-        new shot with new labels. None takes all frames at once, without looking for cuts, in memory that grows with the clip.
+        Length of a window in frames. Longer clips are processed window by window, in the memory of one window; a cut
+        starts a new shot with new labels. None takes all frames at once, without cut detection; memory then grows with
+        the clip.
     overlap : int, optional
-        Frames that neighbouring windows have in common; 10 where a window has more.
+        Number of frames that neighbouring windows share; 10 by default if the window has more.
     threads : int, optional
-        As many as the machine runs at once if not given; results are the same bits for any number.
+        As many as the machine runs at once by default; results are bit-identical for any number.
     progress : callable or bool, optional
-        Called with a `Progress` at each step; True shows bars of tqdm.
+        Called with a `Progress` at each step; True shows tqdm bars.
     trajectories : Trajectories, optional
-        Of any other tracker, in the place of those that tracking would find; all frames are taken at once then.
+        The trajectories of another tracker, used instead of tracking; all frames are then taken at once.
     **params
-        Parameters, as those of `Session`.
+        Parameters, as for `Session`.
 
     Returns
     -------
@@ -304,12 +305,11 @@ def segment(
     Raises
     ------
     TraceCutError
-        ``param`` for a parameter that is not known or not legal; ``frame-size``, ``frame-size-changed``,
-        ``too-few-frames``, ``data`` and ``decode`` for frames; those of `read_video` for videos. Of a video that is cut
-        off or damaged (``truncated``) the error has the ``result`` of the ``frames`` before the damage, if these are at
-        least two.
+        ``param`` for an unknown or invalid parameter; ``frame-size``, ``frame-size-changed``, ``too-few-frames``,
+        ``data`` and ``decode`` for frames; those of `read_video` for videos. For a truncated or damaged video
+        (``truncated``) the error has the ``result`` of the ``frames`` before the damage, if there are at least two.
     KeyboardInterrupt
-        Within a step of the signal.
+        Within one step of the signal.
 
     Examples
     --------
@@ -338,7 +338,7 @@ def segment(
 
 def _by_windows(parts: Iterator[Window]) -> Result:
     result = Result()
-    shot, given = -1, 0
+    shot, num_frames = -1, 0
     for part in parts:
         if part.shot != shot:
             shot = part.shot
@@ -347,10 +347,10 @@ def _by_windows(parts: Iterator[Window]) -> Result:
             result._add(part.labels(t))
         result.session = part.session if part.index == 0 else None
         result.working_size = part.session.working_size or (0, 0)
-        given = part.first_frame + part.session.num_frames
-    if given < 2:
+        num_frames = part.first_frame + part.session.num_frames
+    if num_frames < 2:
         needed = "expected at least 2: motion needs two images"
-        raise TraceCutError("too-few-frames", f"{given} frame(s) given ({needed})")
+        raise TraceCutError("too-few-frames", f"{num_frames} frame(s) given ({needed})")
     return result
 
 
@@ -361,10 +361,10 @@ def _at_once(
     progress: _progress.Listener,
     params: dict[str, Any],
 ) -> Result:
-    session, kept = Session(**params), _Kept()
+    session, originals = Session(**params), _OriginalFrames()
     for frame in source.read_whole():
         session.push(frame)
-        kept.keep(session, frame)
+        originals.add(session, frame)
     if trajectories is not None:
         session.set_trajectories(trajectories)
     session.run(threads=threads, progress=progress)
@@ -373,17 +373,17 @@ def _at_once(
     result.working_size = session.working_size or (0, 0)
     if session.objects() is not None:
         for t in range(session.num_frames):
-            result._add(session.labels(t, kept.get(t)))
+            result._add(session.labels(t, originals.get(t)))
     return result
 
 
-class _Kept:
-    """Frames at their own size, where they are reduced for the run."""
+class _OriginalFrames:
+    """Frames at their original size, if the run scales them down."""
 
     def __init__(self) -> None:
         self._frames: list[Any] = []
 
-    def keep(self, session: Session, frame: Any) -> None:
+    def add(self, session: Session, frame: Any) -> None:
         if session.working_size != session.size:
             self._frames.append(frame)
 

@@ -1,4 +1,4 @@
-"""One clip on its way through the stages."""
+"""Processes one clip through the stages."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ from ._types import (
 )
 from ._why import Explanation, explanation
 
-_Found = TypeVar("_Found")
+_Type = TypeVar("_Type")
 
 
 def threads_of(threads: Optional[int]) -> int:
-    """So many, or as many as this process may run at once."""
+    """Returns the number of threads: the given one, or as many as this process may run at once."""
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if not 1 <= threads <= 256:
@@ -42,20 +42,21 @@ def threads_of(threads: Optional[int]) -> int:
     return threads
 
 
-def _made(kind: Callable[..., _Found], raw: Optional[Union[dict[str, Any], tuple[Any, ...]]]) -> Optional[_Found]:
-    """What the native module found as a class of its own; None where there is nothing."""
+def _wrap(kind: Callable[..., _Type], raw: Optional[Union[dict[str, Any], tuple[Any, ...]]]) -> Optional[_Type]:
+    """Wraps a value of the native module in a class; None stays None."""
     if raw is None:
         return None
     return kind(**raw) if isinstance(raw, dict) else kind(*raw)
 
 
 class SessionView:
-    """The results of a session, stage by stage; what is not known yet is None, or an error with the code ``state``.
+    """The results of a session, stage by stage. Missing results are None, or an error with the code ``state``.
 
-    Masks can be corrected: `merge`, `split`, `together`, `apart`, then `run` where they are made anew, `undo_correction`.
+    Masks can be corrected: `merge`, `split`, `together`, `apart`, then `run` if they must be computed again,
+    `undo_correction`.
 
-    What is computed at the call is handed over without a copy; what the session keeps is copied once, so that arrays
-    stay as they are whatever becomes of the session. Computing releases the interpreter's lock.
+    Values computed by a call are returned without a copy; values stored in the session are copied once, so arrays stay
+    valid whatever happens to the session. Computing releases the interpreter's lock.
     """
 
     def __init__(self, raw: _tracecut.Session) -> None:
@@ -67,7 +68,7 @@ class SessionView:
 
     @property
     def num_frames(self) -> int:
-        """Frames pushed."""
+        """Number of frames pushed."""
         return self._raw.info()[0]
 
     @property
@@ -84,7 +85,7 @@ class SessionView:
 
     @property
     def params(self) -> dict[str, dict[str, Any]]:
-        """The parameters in force, a dictionary for each section."""
+        """The current parameters, one dictionary per section."""
         return self._raw.params()
 
     def flow(self, t: int) -> FlowField:
@@ -93,58 +94,58 @@ class SessionView:
 
     def trajectories(self) -> Optional[Trajectories]:
         """Trajectories in input pixels."""
-        return _made(Trajectories, self._raw.trajectories())
+        return _wrap(Trajectories, self._raw.trajectories())
 
     def mask_trajectories(self) -> Optional[Trajectories]:
-        """The denser ones that masks are made from, in pixels of the working size."""
-        return _made(Trajectories, self._raw.mask_trajectories())
+        """The denser trajectories for the masks, in pixels of the working size."""
+        return _wrap(Trajectories, self._raw.mask_trajectories())
 
     def affinities(self) -> Optional[Affinities]:
-        """How alike the motions of trajectories are."""
-        return _made(Affinities, self._raw.affinities())
+        """Similarities of the trajectories' motions."""
+        return _wrap(Affinities, self._raw.affinities())
 
     def embedding(self) -> Optional[Embedding]:
         """The leading eigenvectors of the affinities."""
-        return _made(Embedding, self._raw.embedding())
+        return _wrap(Embedding, self._raw.embedding())
 
     def discontinuities(self) -> Optional[Discontinuities]:
-        """Neighbouring trajectories, and where the embedding breaks between them."""
-        return _made(Discontinuities, self._raw.discontinuities())
+        """Discontinuities of the embedding between neighbouring trajectories."""
+        return _wrap(Discontinuities, self._raw.discontinuities())
 
     def saliency(self) -> Optional[Saliency]:
-        """How salient trajectories are; None without frames."""
-        return _made(Saliency, self._raw.saliency())
+        """Saliency of the trajectories; None without frames."""
+        return _wrap(Saliency, self._raw.saliency())
 
     def saliency_map(self, t: int) -> F32:
-        """How salient each pixel of frame ``t`` is, 0 to 1, at working size; computed anew at each call."""
+        """Saliency of each pixel of frame ``t``, 0 to 1, at working size; computed at each call."""
         return self._raw.saliency_map(t)
 
     def components(self) -> Optional[Components]:
-        """Connected pieces of the foreground, frame by frame."""
-        return _made(Components, self._raw.components())
+        """Connected components of the foreground, frame by frame."""
+        return _wrap(Components, self._raw.components())
 
     def clusters(self) -> Optional[Clusters]:
         """The cluster of each trajectory."""
-        return _made(Clusters, self._raw.clusters())
+        return _wrap(Clusters, self._raw.clusters())
 
     def threshold_clusters(self) -> Optional[Clusters]:
-        """What stays connected when discontinuities above ``discontinuity.threshold`` are cut."""
-        return _made(Clusters, self._raw.threshold_clusters())
+        """Connected components after cutting discontinuities above ``discontinuity.threshold``."""
+        return _wrap(Clusters, self._raw.threshold_clusters())
 
     def motion_clusters(self) -> Optional[Clusters]:
-        """What the clusters would be with connectedness off, to see what it changes; computed anew at each call."""
-        return _made(Clusters, self._raw.motion_clusters())
+        """The clusters without connectedness, for comparison; computed at each call."""
+        return _wrap(Clusters, self._raw.motion_clusters())
 
     def clusters_by(self, method: str, count: int) -> Optional[Clusters]:
-        """What another discretization makes of the embedding, to compare with `clusters`; computed anew at each call.
+        """Clusters of the embedding by another discretization, for comparison with `clusters`; computed at each call.
 
         Parameters
         ----------
         method : str
-            ``"rotation-evidence"``, ``"rotation-merge"``, ``"rotation"`` or ``"k-means"``, as the parameter
+            ``"rotation-evidence"``, ``"rotation-merge"``, ``"rotation"`` or ``"k-means"``, like the parameter
             ``discretize.method``.
         count : int
-            Clusters before any merging, 1 to the embedding's number of eigenvectors.
+            Number of clusters before any merging, 1 to the embedding's number of eigenvectors.
 
         Returns
         -------
@@ -154,26 +155,26 @@ class SessionView:
         Raises
         ------
         TraceCutError
-            ``param`` for a method or a count that is not legal.
+            ``param`` for an invalid method or count.
         """
         embedding = self.embedding()
-        most = 1 if embedding is None else max(1, len(embedding.eigenvalues))
-        if not 1 <= count <= most and embedding is not None:
-            raise illegal("count", count, f"a whole number, 1..={most}")
-        return _made(Clusters, self._raw.clusters_by(method, max(1, count)))
+        max_count = 1 if embedding is None else max(1, len(embedding.eigenvalues))
+        if not 1 <= count <= max_count and embedding is not None:
+            raise illegal("count", count, f"a whole number, 1..={max_count}")
+        return _wrap(Clusters, self._raw.clusters_by(method, max(1, count)))
 
     def superpixels(self, t: int) -> Superpixels:
         """The Gabriel superpixels of frame ``t``, at working size."""
         return Superpixels(**self._raw.superpixels(t))
 
     def boundaries(self, t: int) -> BoundaryMap:
-        """The boundary probability of frame ``t``, at working size; computed anew at each call."""
+        """The boundary probability of frame ``t``, at working size; computed at each call."""
         return BoundaryMap(*self._raw.boundaries(t))
 
     def objects(self) -> Optional[U8]:
-        """The mask label of each cluster, 0 for the background; None until the cut is made.
+        """The mask label of each cluster, 0 for the background; None until the cut is done.
 
-        An object may be without a pixel in any mask: `Result.objects` leaves such out.
+        An object may have no pixel in any mask: `Result.objects` omits these.
         """
         return self._raw.objects()
 
@@ -185,8 +186,8 @@ class SessionView:
         t : int
             The frame.
         picture : frame, optional
-            The frame as it was pushed. Where frames are reduced for processing (``clip.max_side``), the borders of the
-            mask come to where it has them, as in the files of the command line.
+            The frame as it was pushed. If frames are scaled down for processing (``clip.max_side``), the mask's borders
+            follow this picture, as in the files of the command line.
 
         Returns
         -------
@@ -200,15 +201,15 @@ class SessionView:
         return self._raw.working_labels(t)
 
     def cluster_labels(self, t: int) -> U32:
-        """The cluster of each pixel of frame ``t``: masks before objects are told from background."""
+        """The cluster of each pixel of frame ``t``, before clusters become objects or background."""
         return self._raw.cluster_labels(t)
 
     def confidence(self, t: int) -> F32:
-        """How likely the label of each pixel of frame ``t`` is right, 0 to 1, at working size."""
+        """The probability that the label of each pixel of frame ``t`` is right, 0 to 1, at working size."""
         return self._raw.confidence(t)
 
     def object_confidence(self) -> F32:
-        """The mean of that for each label, the background first."""
+        """The mean confidence of each label, the background first."""
         return self._raw.object_confidence()
 
     def background(self, t: int) -> U8:
@@ -228,13 +229,13 @@ class SessionView:
         Returns
         -------
         Explanation
-            What each label would cost there and why, the trajectories that vote, and what would change the label.
+            The cost of each label there and its terms, the trajectories that vote, and what would change the label.
 
         Raises
         ------
         TraceCutError
-            ``state`` unless the run is done and has masks, or when there is no such frame; ``param`` when the pixel is
-            not in the frame.
+            ``state`` unless the run is done and has masks, or if there is no such frame; ``param`` if the pixel is
+            outside the frame.
         """
         for name, value in (("t", t), ("x", x), ("y", y)):
             if value < 0:
@@ -242,7 +243,7 @@ class SessionView:
         return explanation(self._raw.explain(t, x, y))
 
     def object_table(self, times: Optional[Sequence[float]] = None) -> str:
-        """Box, area, centre and mean motion of each object in each frame, as ``objects.csv`` of the command line.
+        """Box, area, centre and mean motion of each object in each frame, like ``objects.csv`` of the command line.
 
         Parameters
         ----------
@@ -252,32 +253,33 @@ class SessionView:
         Raises
         ------
         TraceCutError
-            ``data`` unless there are as many as frames.
+            ``data`` unless there is one for each frame.
         """
-        given = None if times is None else [float(time) for time in times]
-        if given is not None and len(given) != self.num_frames:
-            raise TraceCutError("data", f"times has {len(given)} entries (expected {self.num_frames}, one for each frame)")
-        return self._raw.object_table(given)
+        seconds = None if times is None else [float(time) for time in times]
+        if seconds is not None and len(seconds) != self.num_frames:
+            expected = f"expected {self.num_frames}, one for each frame"
+            raise TraceCutError("data", f"times has {len(seconds)} entries ({expected})")
+        return self._raw.object_table(seconds)
 
     @property
     def num_corrections(self) -> int:
-        """Corrections in force."""
+        """Number of active corrections."""
         return self._raw.info()[3]
 
     def run(self, *, threads: Optional[int] = None, progress: _progress.Listener = None) -> None:
-        """Takes all steps, with the same results on any number of threads; of a window, those that corrections ask for.
+        """Takes all steps, with the same results on any number of threads; in a window, those that corrections need.
 
         Parameters
         ----------
         threads : int, optional
-            As many as the machine runs at once if not given.
+            As many as the machine runs at once by default.
         progress : callable or bool, optional
-            Called with a `Progress` at each step; True shows bars of tqdm.
+            Called with a `Progress` at each step; True shows tqdm bars.
 
         Raises
         ------
         KeyboardInterrupt
-            Within a step of the signal; calling again goes on.
+            Within one step of the signal; calling again continues.
         TraceCutError
             ``too-few-frames`` with fewer than two.
         """
@@ -288,7 +290,7 @@ class SessionView:
             _progress.close(listener)
 
     def merge(self, into: int, from_: int) -> None:
-        """What has the label ``from_`` gets ``into``; 0 makes it background. Masks can be read at once.
+        """Gives ``into`` the pixels of ``from_``; 0 makes them background. Masks can be read immediately.
 
         Raises
         ------
@@ -298,57 +300,57 @@ class SessionView:
         self._raw.merge(_label("into", into), _label("from_", from_))
 
     def split(self, label: int, at: Optional[tuple[int, float, float]] = None) -> None:
-        """An object becomes two; `run` makes the masks.
+        """Splits an object in two; `run` computes the masks.
 
         Parameters
         ----------
         label : int
-            The object; 0, which needs a place, makes an object of what is there.
+            The object; 0, which needs a point, makes the part there an object.
         at : (t, x, y), optional
-            A place in the part that is new; without it the smaller part is.
+            A point in the part that becomes the new object; by default the smaller part.
 
         Raises
         ------
         TraceCutError
-            As `merge`, and ``data`` where there is nothing to split.
+            As `merge`, and ``data`` if there is nothing to split.
         """
         self._raw.split(_label("label", label), at)
 
     def together(self, strokes: Iterable[Stroke]) -> None:
-        """All that the strokes touch is one thing; `run` makes the masks. Errors as `split`."""
+        """Joins everything the strokes touch into one object; `run` computes the masks. Errors as `split`."""
         self._raw.strokes(False, _raw_strokes(strokes))
 
     def apart(self, strokes: Iterable[Stroke]) -> None:
-        """What each stroke touches is a thing of its own; `run` makes the masks. Errors as `split`."""
+        """Makes what each stroke touches a separate object; `run` computes the masks. Errors as `split`."""
         self._raw.strokes(True, _raw_strokes(strokes))
 
     def undo_correction(self) -> None:
-        """Takes the last correction back.
+        """Undoes the last correction.
 
         Raises
         ------
         TraceCutError
-            ``state`` without a correction in force.
+            ``state`` without an active correction.
         """
         self._raw.undo_correction()
 
 
 class Session(SessionView):
-    """One clip on its way through the stages.
+    """Processes one clip through the stages.
 
-    Push frames (or set trajectories, or both), `run` or `step`, read results; those of a finished stage can be read
-    while later ones are still to come. A run that was interrupted goes on where it stood, and ends in the same result.
+    Push frames (or set trajectories, or both), `run` or `step`, then read results. Results of a finished stage can be
+    read before later stages are done. An interrupted run continues where it stopped, with the same result.
 
     Parameters
     ----------
     **params
         Parameters by section, such as ``flow={"patch_stride": 5}``, or ``preset="paper"`` or ``"fast"``; dotted names
-        go as ``**{"flow.patch_stride": 5}``. `tracecut.parameters` lists them.
+        as ``**{"flow.patch_stride": 5}``. `tracecut.parameters` lists them.
 
     Raises
     ------
     TraceCutError
-        ``param`` for a name that is not known, or a value that is not legal.
+        ``param`` for an unknown name or an invalid value.
 
     Examples
     --------
@@ -373,27 +375,27 @@ class Session(SessionView):
         Raises
         ------
         TraceCutError
-            ``frame-size-changed`` unless it has the size of the first; ``data`` when it is no frame; ``state`` when the
-            run has begun. The session stays as it was.
+            ``frame-size-changed`` unless it has the size of the first; ``data`` if it is not a frame; ``state`` if the
+            run has begun. The session stays unchanged.
         """
         self._raw.push(as_array(frame))
 
     def push_all(self, frames: Frames) -> None:
-        """Adds all frames of a clip; of a damaged video those before the damage, then it raises ``truncated``."""
+        """Adds all frames of a clip. For a damaged video, adds those before the damage and raises ``truncated``."""
         for frame in open_frames(frames).frames:
             self._raw.push(frame)
 
     def set_trajectories(self, trajectories: Trajectories) -> None:
-        """Uses trajectories of any other tracker in the place of those that tracking would find.
+        """Uses the trajectories of another tracker instead of tracking.
 
-        With frames, as many as the trajectories have, masks are made too; without, a run ends with the labels of the
-        trajectories.
+        With frames, one for each frame of the trajectories, the run also computes masks; without frames, it ends with
+        the labels of the trajectories.
 
         Raises
         ------
         TraceCutError
-            ``data`` when they are not of the form that `Trajectories` describes, or of another size than the frames;
-            ``state`` when the run has begun.
+            ``data`` if they are not as `Trajectories` describes, or differ from the frames in size; ``state`` if the
+            run has begun.
         """
         t = trajectories
         start, offset = np.asarray(t.start_frame, np.uint32).tolist(), np.asarray(t.offset, np.uint32).tolist()
@@ -401,14 +403,14 @@ class Session(SessionView):
         self._raw.set_trajectories(t.num_frames, (t.width, t.height), start, offset, x, y)
 
     def step(self) -> Optional[Progress]:
-        """Takes one bounded step; None when nothing is left to do.
+        """Takes one bounded step; returns None when the run is done.
 
         Raises
         ------
         TraceCutError
             ``too-few-frames`` with fewer than two.
         """
-        return _made(Progress, self._raw.step())
+        return _wrap(Progress, self._raw.step())
 
     def steps(self) -> Iterator[Progress]:
         """Takes all steps, one at a time."""

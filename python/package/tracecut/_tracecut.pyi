@@ -1,4 +1,4 @@
-"""The native module; what is public is in the Python files."""
+"""The native module; the public interface is in the Python files."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Optional

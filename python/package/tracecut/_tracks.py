@@ -23,18 +23,18 @@ def read_tracks(
     ----------
     path : path
     size : (width, height)
-        Of the frames in pixels, which is not in the file.
+        Size of the frames in pixels, which the file lacks.
 
     Returns
     -------
     Trajectories
     array of uint32
-        The label of each.
+        The label of each trajectory.
 
     Raises
     ------
     TraceCutError
-        ``data`` naming the line.
+        ``data``, naming the line.
     """
     try:
         fields, label = _tracecut.read_tracks(Path(path).read_text("utf-8"))
@@ -53,7 +53,7 @@ def write_tracks(
     path : path
     trajectories : Trajectories
     label : array of uint32, optional
-        The label of each, without gaps; 0 if not given.
+        The label of each trajectory, without gaps; 0 by default.
     """
     t = trajectories
     labels = np.zeros(len(t), np.uint32) if label is None else np.asarray(label, np.uint32)

@@ -1,4 +1,4 @@
-"""What the stages find, as groups of arrays."""
+"""Results of the stages, as groups of arrays."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Bool = npt.NDArray[np.bool_]
 
 
 class Progress(NamedTuple):
-    """How far a run is: ``done`` of ``total`` steps of ``stage``."""
+    """Progress of a run: ``done`` of ``total`` steps of ``stage``."""
 
     stage: str
     done: int
@@ -25,7 +25,7 @@ class Progress(NamedTuple):
 
 
 class FlowField(NamedTuple):
-    """Where each pixel goes, in pixels: to the right ``u`` and down ``v``, each of shape (height, width)."""
+    """Motion of each pixel, in pixels: ``u`` to the right and ``v`` down, each of shape (height, width)."""
 
     u: F32
     v: F32
@@ -38,8 +38,8 @@ class BoundaryMap(NamedTuple):
     thin: F32
 
 
-class Enlarged(NamedTuple):
-    """A mask at the size of its picture: its labels, and how opaque the objects are there, 0 to 255."""
+class EnlargedMask(NamedTuple):
+    """A mask at the size of its picture: its labels, and the opacity of the objects, 0 to 255."""
 
     labels: U8
     alpha: U8
@@ -47,7 +47,7 @@ class Enlarged(NamedTuple):
 
 @dataclass(frozen=True)
 class Clusters:
-    """A cluster label for each trajectory, ``0`` to ``count - 1``; 0 has most points."""
+    """The cluster of each trajectory, ``0`` to ``count - 1``; 0 has most points."""
 
     count: int
     label: U32
@@ -55,7 +55,7 @@ class Clusters:
 
 @dataclass(frozen=True)
 class Components:
-    """Connected pieces of the foreground: how many in each frame, and of each trajectory point, -1 for none."""
+    """Connected components of the foreground: their number in each frame, and the one of each point, -1 for none."""
 
     count: U32
     of_point: I32
@@ -71,22 +71,22 @@ class Affinities(NamedTuple):
 
 @dataclass(frozen=True)
 class Trajectories:
-    """Points that were followed through a clip.
+    """Points tracked through a clip.
 
     Trajectory ``i`` has the points ``offset[i]`` to ``offset[i + 1]`` of ``x`` and ``y``, in pixels with pixel centres
-    at integers, one a frame from ``start_frame[i]`` on.
+    at integers, one per frame from ``start_frame[i]`` on.
 
     Parameters
     ----------
     num_frames : int
-        Frames of the clip.
+        Number of frames of the clip.
     width, height : int
         Size of its frames in pixels.
     start_frame : array of uint32, shape (count,)
     offset : array of uint32, shape (count + 1,)
     x, y : array of float32, shape (points,)
     id : array of uint32, shape (count,), optional
-        Number of each trajectory in the clip, which it keeps from window to window.
+        Identity of each trajectory in the clip, the same in all windows.
     """
 
     num_frames: int
@@ -112,7 +112,7 @@ class Trajectories:
         return np.flatnonzero((start <= t) & (t < start + np.diff(self.offset.astype(np.int64))))
 
     def at(self, t: int) -> F32:
-        """Where the trajectories that are alive in frame ``t`` are there: x and y, shape (alive, 2)."""
+        """The points in frame ``t`` of the trajectories in `alive`: x and y, shape (alive, 2)."""
         alive = self.alive(t)
         point = self.offset[alive].astype(np.int64) + t - self.start_frame[alive]
         return np.stack([self.x[point], self.y[point]], axis=1)
@@ -127,13 +127,13 @@ class Embedding:
     eigenvalues : array of float64, shape (dimensions,)
         Largest first.
     vectors : array of float64, shape (trajectories, dimensions)
-        Row by row the place of each trajectory.
+        The position of each trajectory in the embedding.
     embedded : array of bool, shape (trajectories,)
-        Whether it has one.
+        True for trajectories that have a position.
     converged : bool
-        Whether the eigensolver came to its tolerance.
+        True if the eigensolver reached its tolerance.
     residual : float
-        How far the eigenpairs are from exact ones.
+        Residual of the eigenpairs.
     """
 
     eigenvalues: F64
@@ -145,7 +145,7 @@ class Embedding:
 
 @dataclass(frozen=True)
 class Discontinuities:
-    """Neighbouring trajectories, and how far the affinity falls between them below what is usual around them.
+    """Discontinuities between neighbouring trajectories: drops of their affinity below the local level.
 
     Attributes
     ----------
@@ -165,16 +165,16 @@ class Discontinuities:
 
 @dataclass(frozen=True)
 class Saliency:
-    """How salient trajectories are, in 0 to 1.
+    """Saliency of the trajectories, 0 to 1.
 
     Attributes
     ----------
     of_points : array of float32, shape (trajectories,)
-        By its own points: nearly the greatest of them.
+        From its own points: nearly their maximum.
     in_context : array of float32, shape (trajectories,)
-        With those that move alike.
+        Averaged over trajectories with similar motion.
     foreground : array of bool, shape (trajectories,)
-        Whether that is above the threshold.
+        True where ``in_context`` is above the threshold.
     """
 
     of_points: F32
@@ -183,7 +183,7 @@ class Saliency:
 
 
 class EdgeKind:
-    """What an edge between superpixels is."""
+    """Kinds of edges between superpixels."""
 
     CONSTRAINT = 0
     FRAME = 1
@@ -198,13 +198,13 @@ class Superpixels:
     Attributes
     ----------
     count : int
-        How many there are.
+        Number of superpixels.
     label : array of uint32, shape (height, width)
-        Which of them each pixel is in.
+        The superpixel of each pixel.
     border_pair : array of uint32, shape (borders, 2)
         Superpixels that touch.
     border_length, border_pb : array of float32, shape (borders,)
-        How long their border is, in pixels, and the mean boundary probability along it.
+        Length of their border in pixels, and the mean boundary probability along it.
     edge : array of float32, shape (edges, 4)
         The triangulation: x and y of both ends.
     edge_kind : array of uint8, shape (edges,)
@@ -222,20 +222,20 @@ class Superpixels:
 
 @dataclass(frozen=True)
 class ImageDiscontinuities:
-    """Where the pixel embedding of an image changes; maps of shape (height, width) with values in 0 to 1.
+    """Discontinuities of the pixel embedding of an image; maps of shape (height, width) with values in 0 to 1.
 
     Attributes
     ----------
     pb : array of float32
-        Boundary probability, which the embedding comes from.
+        Boundary probability, the input of the embedding.
     discontinuity : array of float32
         Discontinuities of the embedding.
     spectral : array of float32
-        Gradients of its eigenvectors, to compare with.
+        Gradients of its eigenvectors, for comparison.
     combined : array of float32
-        Boundary probability with the discontinuities.
+        Boundary probability combined with the discontinuities.
     eigenvalues : array of float64
-        Largest first; none of an image without any boundary.
+        Largest first; empty for an image without boundaries.
     """
 
     pb: F32
@@ -247,7 +247,7 @@ class ImageDiscontinuities:
 
 @dataclass(frozen=True)
 class Stroke:
-    """A stroke of a brush, which says what belongs together.
+    """A brush stroke that marks an object.
 
     Parameters
     ----------
@@ -256,7 +256,7 @@ class Stroke:
     points : sequence of (x, y)
         Its path in input pixels.
     radius : float
-        Of the brush, in input pixels.
+        Radius of the brush in input pixels.
     """
 
     t: int
@@ -266,7 +266,7 @@ class Stroke:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter that can be chosen, by its dotted name, such as ``flow.patch_stride``.
+    """A parameter with its dotted name, such as ``flow.patch_stride``.
 
     Attributes
     ----------
@@ -274,10 +274,10 @@ class Parameter:
     kind : str
         ``number``, ``integer``, ``boolean`` or ``choice``.
     low, high : float, optional
-        Legal range of numbers.
+        Range of a number.
     default : bool, int, float or str
     choices : tuple of str
-        Legal values of a choice.
+        Values of a choice.
     """
 
     name: str

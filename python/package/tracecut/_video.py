@@ -1,4 +1,4 @@
-"""Reads videos by PyAV, by the contract of ``docs/frames.md``: each picture of the file once, in display order, with the
+"""Reads videos with PyAV by the rules of ``docs/frames.md``: each picture of the file once, in display order, with the
 file's own time, upright, with square pixels, in the file's own colours, up to the first damaged one.
 """
 
@@ -16,7 +16,7 @@ from ._decode import DEFAULT_DURATION_S, ERROR_MESSAGES, TEXT_DEMUXERS, Damage, 
 from ._errors import TraceCutError
 from ._types import F64, U8
 
-#: Bicubic, the same bits on every machine. The command line and the package for Node give ffmpeg the same flags.
+#: Bicubic, bit-identical on every machine. The command line and the package for Node give ffmpeg the same flags.
 _SCALER_FLAGS = "flags=bicubic+accurate_rnd+full_chroma_int+bitexact"
 
 #: The size at which pixels are square. It never has fewer columns or rows than the file stores.
@@ -24,14 +24,14 @@ _DISPLAY_SIZE = "w='if(gt(sar,1),round(iw*sar),iw)':h='if(gt(sar,1),ih,round(ih/
 
 
 class Filter(NamedTuple):
-    """A filter of FFmpeg, and its arguments."""
+    """An FFmpeg filter with its arguments."""
 
     name: str
     arguments: Optional[str] = None
 
 
-class Form(NamedTuple):
-    """All that a filter graph depends on."""
+class PictureFormat(NamedTuple):
+    """Everything a filter graph depends on."""
 
     width: int
     height: int
@@ -47,7 +47,7 @@ class RgbConverter:
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream
-        self._form: Optional[Form] = None
+        self._format: Optional[PictureFormat] = None
         self._graph: Any = None
         self._size: Optional[tuple[int, int]] = None
 
@@ -57,36 +57,36 @@ class RgbConverter:
         Raises
         ------
         av.FFmpegError
-            When FFmpeg cannot convert pixels of this format.
+            If FFmpeg cannot convert pixels of this format.
         """
-        form = self._form_of(frame)
-        if form != self._form:
-            self._graph, self._form = _build_graph(form, self._size), form
+        picture = self._format_of(frame)
+        if picture != self._format:
+            self._graph, self._format = _build_graph(picture, self._size), picture
         self._graph.push(frame)
         rgb = np.asarray(self._graph.pull().to_ndarray(), np.uint8)
         self._size = (rgb.shape[1], rgb.shape[0])
         return rgb
 
-    def _form_of(self, frame: Any) -> Form:
+    def _format_of(self, frame: Any) -> PictureFormat:
         aspect = self._stream.sample_aspect_ratio or self._stream.codec_context.sample_aspect_ratio or 1
         pixels = (frame.format.name, int(frame.colorspace), int(frame.color_range), str(aspect))
-        return Form(frame.width, frame.height, *pixels, turn_filters(*_display_matrix(frame)))
+        return PictureFormat(frame.width, frame.height, *pixels, turn_filters(*_display_matrix(frame)))
 
 
-def _build_graph(form: Form, size: Optional[tuple[int, int]]) -> Any:
-    """Builds the graph from pictures of a form to RGB, at this size or else at the display size.
+def _build_graph(picture: PictureFormat, size: Optional[tuple[int, int]]) -> Any:
+    """Builds the graph that converts pictures of a format to RGB, at the given size or else at the display size.
 
-    It turns pictures, then scales and converts them in one step, as ffmpeg does for the command line.
+    It rotates pictures, then scales and converts them in one step, as ffmpeg does for the command line.
     """
     from av.filter import Graph
 
-    pixels = f"video_size={form.width}x{form.height}:pix_fmt={form.pixel_format}:time_base=1/1"
-    colours = f"colorspace={form.colorspace}:range={form.color_range}"
+    pixels = f"video_size={picture.width}x{picture.height}:pix_fmt={picture.pixel_format}:time_base=1/1"
+    colours = f"colorspace={picture.colorspace}:range={picture.color_range}"
     scaled = _DISPLAY_SIZE if size is None else f"w={size[0]}:h={size[1]}"
     filters = [
         Filter("buffer", f"{pixels}:{colours}"),
-        Filter("setsar", form.pixel_aspect),
-        *form.turn,
+        Filter("setsar", picture.pixel_aspect),
+        *picture.turn,
         Filter("scale", f"{scaled}:{_SCALER_FLAGS}"),
         Filter("setsar", "1"),
         Filter("format", "rgb24"),
@@ -99,21 +99,21 @@ def _build_graph(form: Form, size: Optional[tuple[int, int]]) -> Any:
 
 
 def _display_matrix(frame: Any) -> tuple[float, float, float, float]:
-    """Returns the four numbers of the display matrix that turn and mirror; those of an upright picture by default."""
+    """Returns the 2 × 2 part of the display matrix, which rotates and mirrors; the identity by default."""
     try:
         for data in frame.side_data:
             if data.type.name == "DISPLAYMATRIX":
                 a, b, _, c, d = struct.unpack("=5i", bytes(data)[:20])
                 return a, b, c, d
     except ValueError:
-        # PyAV knows no side data that is newer than it is, and then gives none. It still tells the angle.
+        # PyAV fails on side data it does not know, but still reports the angle.
         angle = math.radians(-frame.rotation)
         return math.cos(angle), math.sin(angle), -math.sin(angle), math.cos(angle)
     return 1, 0, 0, 1
 
 
 def turn_filters(a: float, b: float, c: float, d: float) -> tuple[Filter, ...]:
-    """Returns the filters that turn and mirror a picture as its display matrix says, which are those of ffmpeg."""
+    """Returns the filters that rotate and mirror a picture by its display matrix, the same as ffmpeg's."""
     columns = math.hypot(a, c), math.hypot(b, d)
     if 0 in columns:
         return ()
@@ -128,19 +128,19 @@ def turn_filters(a: float, b: float, c: float, d: float) -> tuple[Filter, ...]:
     return (Filter("rotate", f"{angle_deg}*PI/180"),)
 
 
-#: Bytes that are looked at to tell why a file cannot be opened.
+#: Number of bytes read to find out why a file cannot be opened.
 _START_BYTES = 32
 
-#: How files begin that hold videos: Matroska, AVI and WebP, Ogg, GIF, PNG. MP4 files have their mark behind a length.
+#: First bytes of video files: Matroska, AVI and WebP, Ogg, GIF, PNG. In MP4 files a length precedes the signature.
 _SIGNATURES = (b"\x1aE\xdf\xa3", b"RIFF", b"OggS", b"GIF8", b"\x89PNG")
-_MP4_SIGNATURE, _MP4_SIGNATURE_PLACE = b"ftyp", 4
+_MP4_SIGNATURE, _MP4_SIGNATURE_OFFSET = b"ftyp", 4
 
-#: The part of an animated WebP's head behind `RIFF` and the length, and the byte of the flags, of which one says so.
-_ANIMATED_WEBP, _WEBP_FLAGS_PLACE, _WEBP_ANIMATION_FLAG = b"WEBPVP8X", 20, 2
+#: The header of an animated WebP after `RIFF` and the length, the offset of its flags, and the animation flag.
+_ANIMATED_WEBP, _WEBP_FLAGS_OFFSET, _WEBP_ANIMATION_FLAG = b"WEBPVP8X", 20, 2
 
 
 class VideoReader(Iterator[U8]):
-    """An iterator over the frames of a video, arrays of shape (height, width, 3); `read_video` makes it."""
+    """An iterator over the frames of a video, as arrays of shape (height, width, 3); see `read_video`."""
 
     def __init__(self, file: Union[str, "os.PathLike[str]", BinaryIO]) -> None:
         if isinstance(file, (str, os.PathLike)):
@@ -164,12 +164,12 @@ class VideoReader(Iterator[U8]):
 
     @property
     def times(self) -> F64:
-        """The presentation times of the frames read so far, in seconds, as the file says them."""
+        """The presentation times of the frames read so far, in seconds, as in the file."""
         return np.array(self._times, np.float64)
 
     @property
     def durations(self) -> F64:
-        """Seconds from each of these frames to the next one, and of the last one as the file says it."""
+        """Seconds from each of these frames to the next; the last one's duration is the file's."""
         steps: list[float] = np.diff(self.times).tolist()
         last = self._last_duration or (steps[-1] if steps else DEFAULT_DURATION_S)
         return np.array([*steps, last][: len(self._times)], np.float64)
@@ -205,7 +205,7 @@ class VideoReader(Iterator[U8]):
     def _open(self) -> Any:
         try:
             if self._stream is None:
-                # With its protocol named, no file name means anything else.
+                # With an explicit protocol, a file name cannot be taken for a URL.
                 container = self._pyav.open(f"file:{self._name}")
             else:
                 self._stream.seek(0)
@@ -218,7 +218,7 @@ class VideoReader(Iterator[U8]):
         return container
 
     def _read_start(self) -> bytes:
-        """Returns the first bytes. A file that is missing or may not be read is an error of the system's."""
+        """Returns the first bytes. A missing or unreadable file raises the system's error."""
         if self._stream is None:
             with open(self._name, "rb") as file:
                 return file.read(_START_BYTES)
@@ -228,7 +228,7 @@ class VideoReader(Iterator[U8]):
     def _unreadable(self) -> TraceCutError:
         if not self._start:
             return self._error("no-video", "is empty")
-        if self._start.startswith(_MP4_SIGNATURE, _MP4_SIGNATURE_PLACE):
+        if self._start.startswith(_MP4_SIGNATURE, _MP4_SIGNATURE_OFFSET):
             return self._truncated("is cut off: the index, which MP4 files may have at their end, is missing")
         if self._start.startswith(_SIGNATURES):
             return self._truncated("is cut off or damaged before the first frame")
@@ -237,7 +237,7 @@ class VideoReader(Iterator[U8]):
     def _without_picture(self, decoder: Decoder, codec: str) -> TraceCutError:
         if decoder.lacks_data:
             return self._truncated("is cut off or damaged before the first frame")
-        if self._start.startswith(_ANIMATED_WEBP, 8) and self._start[_WEBP_FLAGS_PLACE] & _WEBP_ANIMATION_FLAG:
+        if self._start.startswith(_ANIMATED_WEBP, 8) and self._start[_WEBP_FLAGS_OFFSET] & _WEBP_ANIMATION_FLAG:
             reason = f"is an animated WebP, which PyAV {self._pyav.__version__} cannot read (convert it to APNG or GIF)"
             return self._error("unsupported", reason)
         return self._error("codec", f"no picture of its {codec} video can be decoded")

@@ -1,4 +1,4 @@
-"""Why a pixel has its label."""
+"""Explains why a pixel has its label."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from typing import Any, NamedTuple, Optional
 
 
 class Evidence(NamedTuple):
-    """What speaks for an object, or against one where negative: the ``background``, and what things look like."""
+    """Evidence for an object, or against it if negative: from the ``background``, and from appearance (``looks``)."""
 
     background: float
     looks: float
 
 
 class LabelCost(NamedTuple):
-    """What a cluster would cost a superpixel, all else as it is.
+    """The cost of assigning a cluster to a superpixel, with all others unchanged.
 
     Attributes
     ----------
     cluster : int
     label : int
-        That of the cluster in the masks.
+        The mask label of the cluster.
     votes : int
         The cluster's trajectories in the superpixel.
     trajectories, colours, evidence, links, forbidden : float
-        The cost by its trajectories; by colours, where no trajectory has a say; by background and looks; by links to
-        superpixels of other clusters; and where a stroke forbids it.
+        The cost from its trajectories; from colours, where no trajectory votes; from background and appearance; from
+        links to superpixels of other clusters; and from strokes that forbid it.
     total : float
         Their sum.
     """
@@ -42,16 +42,16 @@ class LabelCost(NamedTuple):
 
 
 class SuperpixelLink(NamedTuple):
-    """A superpixel that shares a border (same ``t``), or is of the frame before or after.
+    """A linked superpixel: one that shares a border (same ``t``), or one in the previous or next frame.
 
     Attributes
     ----------
     t, superpixel, cluster : int
         Its frame, its number there, and its cluster.
     tracks : int
-        Trajectories that both have.
+        Number of shared trajectories.
     cost : float
-        Of having another cluster than that one.
+        The cost of a different cluster.
     """
 
     t: int
@@ -62,9 +62,9 @@ class SuperpixelLink(NamedTuple):
 
 
 class Voter(NamedTuple):
-    """A trajectory in a superpixel, in input pixels; ``cluster`` is -1 where that is not known.
+    """A trajectory in a superpixel, in input pixels; ``cluster`` is -1 if unknown.
 
-    A ``stranger`` moves like nothing around it, and counts for all objects.
+    A ``stranger`` moves unlike its surroundings, and votes for all objects.
     """
 
     x: float
@@ -74,9 +74,9 @@ class Voter(NamedTuple):
 
 
 class Flip(NamedTuple):
-    """The cheapest cluster of another label, and what it costs more.
+    """The cheapest cluster of another label, and its extra cost.
 
-    ``votes`` more trajectories of it here would make it as cheap; None where no number would.
+    ``votes`` more of its trajectories here would make it as cheap; None if no number would.
     """
 
     cluster: int
@@ -85,9 +85,9 @@ class Flip(NamedTuple):
 
 
 class Border(NamedTuple):
-    """The edges of the frame between trajectories of two labels: their number, their mean discontinuity.
+    """The edges of the frame between trajectories of two labels: their number and mean discontinuity.
 
-    The greatest discontinuity ``d`` is that between the trajectories ``i`` and ``j``.
+    The largest discontinuity ``d`` is between the trajectories ``i`` and ``j``.
     """
 
     edges: int
@@ -107,31 +107,31 @@ class Explanation:
     Attributes
     ----------
     label : int
-        In the masks.
+        The label in the masks.
     source : str
-        What gave the pixel its label: ``superpixel``, by the cut; ``border``, the step after it; or ``stroke``. The
-        costs are those of the superpixel in any case.
+        The source of the label: ``superpixel``, the cut; ``border``, border refinement; or ``stroke``. The costs are
+        the superpixel's in any case.
     superpixel : int
         Its number in the frame.
     cluster : int
-        That the cut gave the superpixel.
+        The cluster that the cut gave the superpixel.
     weight : float
-        How much the superpixel's trajectories count, 0 where none has a say.
+        The weight of the superpixel's trajectories, 0 if none votes.
     evidence : Evidence
     costs : list of LabelCost
-        Of each cluster.
+        The cost of each cluster.
     links : list of SuperpixelLink
-        What binds the superpixel to others.
+        The links of the superpixel to others.
     voters : list of Voter
         The trajectories in it.
     nearest : int or None
-        The clustered trajectory nearest to the pixel; None where none is alive.
+        The clustered trajectory nearest to the pixel; None if the frame has none.
     affinities : list of (int, float)
-        Its 8 greatest affinities, each after the trajectory that it is to.
+        Its 8 largest affinities, as pairs of the other trajectory and the affinity.
     flip : Flip or None
-        None where there is no other label.
+        None if there is no other label.
     border : Border or None
-        None where no edge joins both labels.
+        None if no edge joins the two labels.
     """
 
     label: int
@@ -150,7 +150,7 @@ class Explanation:
 
 
 def explanation(raw: dict[str, Any]) -> Explanation:
-    """An explanation from what the native module gives."""
+    """Builds an explanation from the native module's values."""
     classes: dict[str, Any] = {
         "evidence": Evidence(*raw["evidence"]),
         "costs": [LabelCost(*cost) for cost in raw["costs"]],

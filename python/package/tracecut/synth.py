@@ -1,4 +1,4 @@
-"""Made clips whose masks and flow are known."""
+"""Synthetic clips with known masks and flow."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ._types import U8, FlowField
 
 
 class Scene:
-    """A made clip, which can be given as frames.
+    """A synthetic clip, usable as frames.
 
     Parameters
     ----------
@@ -19,9 +19,9 @@ class Scene:
     width, height : int
         Size of the frames in pixels.
     frames : int
-        How many there are.
+        Number of frames.
     seed : int, default 0
-        Another makes another clip.
+        Seed of the clip.
     """
 
     def __init__(
@@ -44,9 +44,9 @@ class Scene:
         return (self._raw.frame(t) for t in range(len(self)))
 
     def mask(self, t: int) -> U8:
-        """What is where in frame ``t``: 0 for the ground, or the number of an object; shape (height, width)."""
+        """The true mask of frame ``t``: 0 for the background, or the number of an object; shape (height, width)."""
         return self._raw.mask(t)
 
     def flow(self, t: int) -> FlowField:
-        """Where each pixel of frame ``t`` goes until ``t + 1``."""
+        """The true flow from frame ``t`` to ``t + 1``."""
         return FlowField(*self._raw.flow(t))

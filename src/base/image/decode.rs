@@ -1,8 +1,8 @@
-//! Image files to RGB, by the PNG and JPEG decoders of the `image` crate.
+//! Decodes image files to RGB with the PNG and JPEG decoders of the `image` crate.
 //!
-//! In: the bytes of one file. Out: three bytes a pixel, upright as the file's EXIF orientation says. Sixteen bits become
-//! eight, grey becomes RGB; alpha and colour profiles are ignored. The decoders are called one by one, not through `image::DynamicImage`:
-//! its conversions between all colour types and profiles would double the size of the wasm file.
+//! In: the bytes of one file. Out: three bytes a pixel, turned upright by the file's EXIF orientation. Sixteen bits
+//! become eight, grey becomes RGB; alpha and colour profiles are ignored. The decoders are called directly, not through
+//! `image::DynamicImage`, whose conversions between all colour types and profiles would double the size of the wasm file.
 
 use crate::Error;
 use crate::error::{MAX_PIXELS, check_size};
@@ -18,36 +18,36 @@ type Pixels = (Vec<u8>, usize, usize);
 const PNG_MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
 const JPEG_MAGIC: &[u8] = b"\xff\xd8\xff";
 
-/// The parameter that says how large a file may be.
-const LIMIT: &str = "clip.maxPixels";
+/// The parameter that limits the size of a file.
+const LIMIT_PARAMETER: &str = "clip.maxPixels";
 
-/// RGB bytes, width and height of a PNG or JPEG file. Sizes are checked before memory is taken.
+/// Decodes a PNG or JPEG file of at most `max_pixels` pixels. The size is checked before memory is allocated.
 pub(super) fn decode(bytes: &[u8], max_pixels: usize) -> Result<Pixels, Error> {
-    // A decoder that panics on damaged bytes is an error of these, where panics can be caught at all.
-    let outcome = catch_unwind(AssertUnwindSafe(|| pixels_of(bytes, max_pixels)));
-    outcome.unwrap_or_else(|_| Err(failure(&"the decoder stopped on an internal error")))
+    // A decoder's panic on damaged bytes becomes an error, where panics can be caught.
+    let result = catch_unwind(AssertUnwindSafe(|| decode_any(bytes, max_pixels)));
+    result.unwrap_or_else(|_| Err(failure(&"the decoder stopped on an internal error")))
 }
 
-fn pixels_of(bytes: &[u8], most: usize) -> Result<Pixels, Error> {
+fn decode_any(bytes: &[u8], max_pixels: usize) -> Result<Pixels, Error> {
     if bytes.starts_with(PNG_MAGIC) {
         // Version 0.18 of the decoder panics on such a palette.
         if let Some(palette) = png_chunk(bytes, b"PLTE").filter(|palette| palette.len() % 3 != 0) {
             return Err(failure(&format_args!("its palette has {} bytes, not three for each colour", palette.len())));
         }
-        // A colour profile may be compressed a thousandfold.
+        // Limits colour profiles, which may expand a thousandfold.
         let mut limits = Limits::no_limits();
-        limits.max_alloc = Some(most.max(MAX_PIXELS) as u64);
-        let pixels = read(PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(|e| failure(&e))?, most)?;
-        Ok(turned_upright(pixels, orientation_in(png_chunk(bytes, b"eXIf"))))
+        limits.max_alloc = Some(max_pixels.max(MAX_PIXELS) as u64);
+        let pixels =
+            read_rgb(PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(|e| failure(&e))?, max_pixels)?;
+        Ok(turn_upright(pixels, orientation_in(png_chunk(bytes, b"eXIf"))))
     } else if bytes.starts_with(JPEG_MAGIC) {
-        // The decoder paints what is missing of a truncated file grey, which would pass for an image.
-        if !jpeg_is_whole(bytes) {
+        if !is_complete_jpeg(bytes) {
             return Err(failure(&"the JPEG data are truncated"));
         }
-        let pixels = read(JpegDecoder::new(Cursor::new(bytes)).map_err(|e| failure(&e))?, most)?;
-        Ok(turned_upright(pixels, orientation_in(jpeg_exif(bytes))))
-    } else if let Some(outcome) = decode_pnm(bytes, most) {
-        outcome
+        let pixels = read_rgb(JpegDecoder::new(Cursor::new(bytes)).map_err(|e| failure(&e))?, max_pixels)?;
+        Ok(turn_upright(pixels, orientation_in(jpeg_exif(bytes))))
+    } else if let Some(result) = decode_pnm(bytes, max_pixels) {
+        result
     } else {
         Err(failure(&format_args!("{} bytes that begin like neither", bytes.len())))
     }
@@ -55,9 +55,9 @@ fn pixels_of(bytes: &[u8], most: usize) -> Result<Pixels, Error> {
 
 /// The original layout of the Moseg benchmark holds PPM files; only the command line reads them.
 #[cfg(feature = "pnm")]
-fn decode_pnm(bytes: &[u8], most: usize) -> Option<Result<Pixels, Error>> {
+fn decode_pnm(bytes: &[u8], max_pixels: usize) -> Option<Result<Pixels, Error>> {
     let decoder = bytes.starts_with(b"P").then(|| image::codecs::pnm::PnmDecoder::new(Cursor::new(bytes)))?;
-    Some(decoder.map_err(|e| failure(&e)).and_then(|decoder| read(decoder, most)))
+    Some(decoder.map_err(|e| failure(&e)).and_then(|decoder| read_rgb(decoder, max_pixels)))
 }
 
 #[cfg(not(feature = "pnm"))]
@@ -65,12 +65,16 @@ fn decode_pnm(_: &[u8], _: usize) -> Option<Result<Pixels, Error>> {
     None
 }
 
-fn read(decoder: impl ImageDecoder, most: usize) -> Result<Pixels, Error> {
+fn read_rgb(decoder: impl ImageDecoder, max_pixels: usize) -> Result<Pixels, Error> {
     let (width, height) = (decoder.dimensions().0 as usize, decoder.dimensions().1 as usize);
     check_size(width, height)?;
-    if width * height > most {
-        let what = "pixels in an image file";
-        return Err(Error::TooLarge { what, actual: width * height, limit: most, name: LIMIT });
+    if width * height > max_pixels {
+        return Err(Error::TooLarge {
+            what: "pixels in an image file",
+            actual: width * height,
+            limit: max_pixels,
+            name: LIMIT_PARAMETER,
+        });
     }
     let color = decoder.color_type();
     let mut pixels = vec![0; width * height * usize::from(color.bytes_per_pixel())];
@@ -84,13 +88,13 @@ fn read(decoder: impl ImageDecoder, most: usize) -> Result<Pixels, Error> {
         ColorType::La16 => high_bytes(&pixels, 2, [0, 0, 0]),
         ColorType::Rgb16 => high_bytes(&pixels, 3, [0, 1, 2]),
         ColorType::Rgba16 => high_bytes(&pixels, 4, [0, 1, 2]),
-        other => return Err(failure(&format_args!("its colour type {other:?} is not supported"))),
+        unsupported => return Err(failure(&format_args!("its colour type {unsupported:?} is not supported"))),
     };
     Ok((rgb, width, height))
 }
 
-/// Applies an orientation: the columns and rows of the result are rows and columns of `pixels`, or run backwards, or both.
-fn turned_upright(pixels: Pixels, orientation: Orientation) -> Pixels {
+/// Applies an EXIF orientation, a transposition followed by mirroring.
+fn turn_upright(pixels: Pixels, orientation: Orientation) -> Pixels {
     let (is_transposed, is_mirrored, is_flipped) = match orientation {
         Orientation::NoTransforms => return pixels,
         Orientation::FlipHorizontal => (false, true, false),
@@ -103,19 +107,19 @@ fn turned_upright(pixels: Pixels, orientation: Orientation) -> Pixels {
     };
     let (rgb, width, height) = pixels;
     let size = if is_transposed { (height, width) } else { (width, height) };
-    let mut turned = Vec::with_capacity(rgb.len());
+    let mut upright = Vec::with_capacity(rgb.len());
     for y in 0..size.1 {
         for x in 0..size.0 {
             let (x, y) = if is_transposed { (y, x) } else { (x, y) };
             let x = if is_mirrored { width - 1 - x } else { x };
             let y = if is_flipped { height - 1 - y } else { y };
-            turned.extend_from_slice(&rgb[3 * (y * width + x)..][..3]);
+            upright.extend_from_slice(&rgb[3 * (y * width + x)..][..3]);
         }
     }
-    (turned, size.0, size.1)
+    (upright, size.0, size.1)
 }
 
-/// Three channels of pixels of `channels` 16-bit numbers in the machine's byte order, as bytes.
+/// Returns the high bytes of three channels of pixels that have `channels` 16-bit numbers in native byte order.
 fn high_bytes(pixels: &[u8], channels: usize, pick: [usize; 3]) -> Vec<u8> {
     let byte = |pixel: &[u8], c: usize| (u16::from_ne_bytes([pixel[2 * c], pixel[2 * c + 1]]) >> 8) as u8;
     pixels.chunks_exact(2 * channels).flat_map(|pixel| pick.map(|c| byte(pixel, c))).collect()
@@ -129,7 +133,7 @@ fn png_chunk<'a>(bytes: &'a [u8], name: &[u8; 4]) -> Option<&'a [u8]> {
         if chunk.starts_with(name) {
             return chunk.get(4..end.min(chunk.len()));
         }
-        // The checksum stands at the end.
+        // Skips the checksum.
         rest = chunk.get(end.checked_add(4)?..)?;
     }
     None
@@ -137,12 +141,12 @@ fn png_chunk<'a>(bytes: &'a [u8], name: &[u8; 4]) -> Option<&'a [u8]> {
 
 const START_OF_SCAN: u8 = 0xda;
 
-/// Splits the header of a JPEG file into its segments: marker, and what follows that up to the next segment; of the last,
-/// where the scans begin, all that is left.
+/// Splits a JPEG file into its header segments, each with its marker. The last one is the start of scan with the rest of
+/// the file.
 fn jpeg_segments(bytes: &[u8]) -> impl Iterator<Item = (u8, &[u8])> {
     let mut rest = bytes.get(2..).unwrap_or(&[]);
     std::iter::from_fn(move || {
-        // Fill bytes stand before some markers.
+        // Skips fill bytes before a marker.
         while let [0xff, 0xff, ..] = rest {
             rest = &rest[1..];
         }
@@ -151,16 +155,15 @@ fn jpeg_segments(bytes: &[u8]) -> impl Iterator<Item = (u8, &[u8])> {
             [high, low, ..] if *marker != START_OF_SCAN => usize::from(u16::from_be_bytes([*high, *low])),
             _ => data.len(),
         };
-        let (segment, others) = data.split_at_checked(length)?;
-        rest = others;
+        let segment;
+        (segment, rest) = data.split_at_checked(length)?;
         Some((*marker, segment))
     })
 }
 
-/// Whether the end-of-image marker follows the first scan. The decoder paints what is missing of a truncated file grey
-/// instead of failing, and grey areas that come and go would pass for motion. A thumbnail in the header has an end marker
-/// of its own.
-fn jpeg_is_whole(bytes: &[u8]) -> bool {
+/// Returns true if an end-of-image marker follows the first scan (a thumbnail in the header has its own). The decoder
+/// fills the missing part of a truncated file with grey instead of failing, and such areas would pass for motion.
+fn is_complete_jpeg(bytes: &[u8]) -> bool {
     const END_OF_IMAGE: [u8; 2] = [0xff, 0xd9];
     let scans = jpeg_segments(bytes).find(|&(marker, _)| marker == START_OF_SCAN);
     scans.is_some_and(|(_, data)| data.windows(2).any(|two| two == END_OF_IMAGE))
@@ -173,7 +176,7 @@ fn jpeg_exif(bytes: &[u8]) -> Option<&[u8]> {
     blocks.filter_map(|(_, block)| block.get(2..)?.strip_prefix(b"Exif\0\0")).next()
 }
 
-/// Returns the orientation in EXIF data; a mark that cannot be read is none.
+/// Returns the orientation in EXIF data; unreadable data has none.
 fn orientation_in(exif: Option<&[u8]>) -> Orientation {
     exif.and_then(Orientation::from_exif_chunk).unwrap_or(Orientation::NoTransforms)
 }
@@ -202,7 +205,7 @@ mod tests {
             (8, (2, 3), [2, 5, 1, 4, 0, 3]),
         ] {
             let orientation = Orientation::from_exif(mark).unwrap();
-            let (rgb, width, height) = turned_upright((stored.clone(), 3, 2), orientation);
+            let (rgb, width, height) = turn_upright((stored.clone(), 3, 2), orientation);
             let first: Vec<u8> = rgb.iter().step_by(3).copied().collect();
             assert_eq!(((width, height), first), (size, upright.to_vec()), "orientation {mark}");
         }

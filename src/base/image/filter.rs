@@ -2,28 +2,30 @@
 
 use super::Plane;
 
-/// Gaussian blur with standard deviation `sigma` in pixels; `sigma <= 0` copies. Borders are replicated.
+/// Blurs `plane` by a Gaussian of standard deviation `sigma` in pixels, cut off at 3 `sigma`; `sigma <= 0` copies.
+///
+/// Borders are replicated. Separable: O(pixels · sigma).
 pub fn gaussian_blur(plane: &Plane<f32>, sigma: f32) -> Plane<f32> {
     if sigma <= 0.0 || plane.data().is_empty() {
         return plane.clone();
     }
     let kernel = gaussian_kernel(sigma);
     let (radius, width) = (kernel.len() - 1, plane.width());
-    let mut across = Plane::filled(width, plane.height(), 0.0);
+    let mut row_blurred = Plane::filled(width, plane.height(), 0.0);
     let mut padded = Vec::new();
     for y in 0..plane.height() {
         pad_row(plane.row(y), radius, &mut padded);
-        weigh(across.row_mut(y), &kernel, |k| &padded[(radius as isize + k) as usize..][..width]);
+        convolve_symmetric(row_blurred.row_mut(y), &kernel, |k| &padded[(radius as isize + k) as usize..][..width]);
     }
-    let mut down = Plane::filled(width, plane.height(), 0.0);
+    let mut blurred = Plane::filled(width, plane.height(), 0.0);
     let last = plane.height() as isize - 1;
     for y in 0..plane.height() {
-        weigh(down.row_mut(y), &kernel, |k| across.row((y as isize + k).clamp(0, last) as usize));
+        convolve_symmetric(blurred.row_mut(y), &kernel, |k| row_blurred.row((y as isize + k).clamp(0, last) as usize));
     }
-    down
+    blurred
 }
 
-/// Weights at `0..=r`, `r = ceil(3 sigma)`, such that those at `-r..=r` sum to one.
+/// Returns weights at `0..=r`, `r = ceil(3 sigma)`, whose sum over `-r..=r` is 1.
 fn gaussian_kernel(sigma: f32) -> Vec<f32> {
     let radius = (3.0 * sigma).ceil() as i32;
     let weights: Vec<f32> = (0..=radius).map(|k| libm::expf(-0.5 * (k as f32 / sigma).powi(2))).collect();
@@ -38,9 +40,9 @@ fn pad_row(row: &[f32], radius: usize, padded: &mut Vec<f32>) {
     padded.extend(std::iter::repeat_n(row[row.len() - 1], radius));
 }
 
-/// Sum over `k` of the slice that stands `k` steps away, weighted by `kernel[|k|]`. Two pairs of slices at a time, as
-/// `out` would otherwise be loaded and stored for each.
-pub(crate) fn weigh<'a>(out: &mut [f32], kernel: &[f32], slice: impl Fn(isize) -> &'a [f32]) {
+/// Computes `out = Σ_k kernel[|k|] slice(k)`. Takes two pairs of slices at a time, so that `out` is loaded and stored half
+/// as often.
+pub(crate) fn convolve_symmetric<'a>(out: &mut [f32], kernel: &[f32], slice: impl Fn(isize) -> &'a [f32]) {
     for (o, s) in out.iter_mut().zip(slice(0)) {
         *o = kernel[0] * s;
     }
@@ -57,7 +59,7 @@ pub(crate) fn weigh<'a>(out: &mut [f32], kernel: &[f32], slice: impl Fn(isize) -
     }
 }
 
-// Not inlined: as a function of its own, the compiler knows that the slices do not overlap.
+// Not inlined: separate arguments tell the compiler that the slices do not overlap.
 #[inline(never)]
 fn add_two_pairs(out: &mut [f32], pairs: [&[f32]; 4], v: f32, w: f32) {
     let n = out.len();
@@ -67,45 +69,49 @@ fn add_two_pairs(out: &mut [f32], pairs: [&[f32]; 4], v: f32, w: f32) {
     }
 }
 
-/// The value at `(x, y)` by bilinear interpolation; coordinates outside are clamped to the border.
+/// Interpolates `plane` bilinearly at `(x, y)`; coordinates outside are clamped to the border.
 pub fn sample_bilinear(plane: &Plane<f32>, x: f32, y: f32) -> f32 {
-    Spot::new((plane.width(), plane.height()), x, y).of(plane)
+    BilinearPoint::new(plane.width(), plane.height(), x, y).sample(plane)
 }
 
-/// A place between pixels, for several planes of one size.
+/// A position between pixels, to sample several planes of one size.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Spot {
-    /// The left pixel above, and how far it is to the right one and to those below.
+pub(crate) struct BilinearPoint {
+    /// Index of the upper left pixel.
     first: usize,
+    /// Offset to the pixel on its right; 0 on the border.
     right: usize,
+    /// Offset to the pixel below; 0 on the border.
     below: usize,
-    share: (f32, f32),
+    fraction_x: f32,
+    fraction_y: f32,
 }
 
-impl Spot {
-    /// In planes of this size; coordinates outside are clamped to the border.
-    pub(crate) fn new((width, height): (usize, usize), x: f32, y: f32) -> Self {
-        let ((x, fx), (y, fy)) = (split(x, width), split(y, height));
+impl BilinearPoint {
+    /// Locates `(x, y)` in planes of a size; coordinates outside are clamped to the border.
+    pub(crate) fn new(width: usize, height: usize, x: f32, y: f32) -> Self {
+        let ((x, fraction_x), (y, fraction_y)) = (split(x, width), split(y, height));
         let right = usize::from(x + 1 < width);
         let below = if y + 1 < height { width } else { 0 };
-        Self { first: y * width + x, right, below, share: (fx, fy) }
+        Self { first: y * width + x, right, below, fraction_x, fraction_y }
     }
 
-    /// The value there.
+    /// Returns the interpolated value.
     #[inline]
-    pub(crate) fn of(&self, plane: &Plane<f32>) -> f32 {
-        let Self { first, right, below, share } = *self;
+    pub(crate) fn sample(&self, plane: &Plane<f32>) -> f32 {
+        let Self { first, right, below, fraction_x, fraction_y } = *self;
         let (top, bottom) = (&plane.data()[first..], &plane.data()[first + below..]);
-        let above = top[0] + share.0 * (top[right] - top[0]);
-        let below = bottom[0] + share.0 * (bottom[right] - bottom[0]);
-        above + share.1 * (below - above)
+        let above = top[0] + fraction_x * (top[right] - top[0]);
+        let below = bottom[0] + fraction_x * (bottom[right] - bottom[0]);
+        above + fraction_y * (below - above)
     }
 }
 
+/// Splits a position into pixel and fraction.
 fn split(position: f32, length: usize) -> (usize, f32) {
     let clamped = position.clamp(0.0, (length - 1) as f32);
-    let whole = clamped.floor();
-    (whole as usize, clamped - whole)
+    let pixel = clamped.floor();
+    (pixel as usize, clamped - pixel)
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use crate::error::{MAX_PIXELS, check_size};
 
 /// An RGB image; three bytes a pixel, row by row.
 ///
-/// Law: `rgb.len() == 3 * width * height`, both sides in `1..=MAX_SIDE`.
+/// Invariants: `rgb.len() == 3 * width * height`, both sides in `1..=MAX_SIDE`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
     rgb: Vec<u8>,
@@ -15,7 +15,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// From RGBA bytes, four a pixel, as `ImageData` holds them; alpha is ignored.
+    /// Creates a frame from RGBA bytes, four a pixel, as `ImageData` holds them; alpha is ignored.
     ///
     /// # Errors
     /// [`Error::FrameSize`] or [`Error::FrameBytes`].
@@ -31,7 +31,7 @@ impl Frame {
         Ok(Self { rgb, width, height })
     }
 
-    /// From RGB bytes, three a pixel.
+    /// Creates a frame from RGB bytes, three a pixel.
     ///
     /// # Errors
     /// [`Error::FrameSize`] or [`Error::FrameBytes`].
@@ -43,7 +43,7 @@ impl Frame {
         Ok(Self { rgb, width, height })
     }
 
-    /// From the bytes of a PNG or JPEG file of at most [`MAX_PIXELS`] pixels, upright as its EXIF orientation says.
+    /// Decodes a PNG or JPEG file of at most [`MAX_PIXELS`] pixels and turns it upright by its EXIF orientation.
     ///
     /// # Errors
     /// [`Error::Decode`] when the file is truncated, broken or of another kind; [`Error::FrameSize`] or
@@ -52,7 +52,7 @@ impl Frame {
         Self::decode_within(bytes, MAX_PIXELS)
     }
 
-    /// From the bytes of a PNG or JPEG file of at most `max_pixels` pixels. Sizes are looked at before memory is taken.
+    /// Decodes a PNG or JPEG file of at most `max_pixels` pixels. The size is checked before memory is allocated.
     ///
     /// # Errors
     /// As [`Frame::decode`].
@@ -62,22 +62,22 @@ impl Frame {
         Self::from_rgb(rgb, width, height)
     }
 
-    /// Width in pixels.
+    /// Returns the width in pixels.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Height in pixels.
+    /// Returns the height in pixels.
     pub fn height(&self) -> usize {
         self.height
     }
 
-    /// The bytes, three a pixel, row by row.
+    /// Returns the bytes, three a pixel, row by row.
     pub fn rgb(&self) -> &[u8] {
         &self.rgb
     }
 
-    /// Brightness in `0.0..=255.0` (ITU-R BT.601 weights).
+    /// Computes the brightness in `0.0..=255.0` (weights of ITU-R BT.601).
     pub fn luma(&self) -> Plane<f32> {
         let data = self
             .rgb
@@ -87,13 +87,13 @@ impl Frame {
         Plane::from_vec(self.width, self.height, data).unwrap_or_default()
     }
 
-    /// Colour channel `c` (0 red, 1 green, 2 blue) in `0.0..=255.0`.
+    /// Returns colour channel `c` (0 red, 1 green, 2 blue) in `0.0..=255.0`.
     pub(crate) fn channel(&self, c: usize) -> Plane<f32> {
         Plane::from_vec(self.width, self.height, self.rgb[c..].iter().step_by(3).map(|&v| f32::from(v)).collect())
             .unwrap_or_default()
     }
 
-    /// A copy of half the size, of means of 2×2 pixels; the last row or column of an odd side counts twice.
+    /// Returns a copy of half the size, means of 2×2 pixels; the last row or column of an odd side counts twice.
     pub(crate) fn halved(&self) -> Self {
         let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
         let row = |y: usize| &self.rgb[3 * self.width * y.min(self.height - 1)..][..3 * self.width];
@@ -110,7 +110,7 @@ impl Frame {
         Self { rgb, width, height }
     }
 
-    /// A copy of `width × height` pixels, each the mean of the area that it covers. Meant for making frames smaller.
+    /// Returns a copy of `width × height` pixels, each the mean of the area that it covers. Meant for reducing frames.
     pub(crate) fn resized(&self, width: usize, height: usize) -> Self {
         if (width, height) == (self.width, self.height) {
             return self.clone();
@@ -140,14 +140,14 @@ impl Frame {
     }
 }
 
-/// The size reduced in proportion so that its longer side is at most `max_side`, rounded; no side becomes 0.
-pub(crate) fn fit_within((width, height): (usize, usize), max_side: usize) -> (usize, usize) {
+/// Reduces a size in proportion until its longer side is at most `max_side`, rounded to at least 1 pixel a side.
+pub(crate) fn fit_within(width: usize, height: usize, max_side: usize) -> (usize, usize) {
     let long = width.max(height);
     let side = |side: usize| if long > max_side { ((side * max_side + long / 2) / long).max(1) } else { side };
     (side(width), side(height))
 }
 
-/// For each of `to` cells over `from` pixels: the pixels that it covers and their shares, summing to one.
+/// Returns, for each of `to` cells over `from` pixels, the pixels that it covers and their shares, whose sum is 1.
 fn coverage(from: usize, to: usize) -> Vec<Vec<(usize, f32)>> {
     let scale = from as f64 / to as f64;
     (0..to)

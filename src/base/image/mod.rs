@@ -1,4 +1,4 @@
-//! Planes, frames and the filters that several stages share.
+//! Planes, frames, run lengths, and filters that several stages share.
 
 mod decode;
 mod filter;
@@ -6,11 +6,13 @@ mod frame;
 mod plane;
 mod runs;
 
+pub(crate) use self::{
+    filter::{BilinearPoint, convolve_symmetric},
+    frame::fit_within,
+    runs::Runs,
+};
 pub use crate::error::{MAX_PIXELS, MAX_SIDE};
-pub(crate) use filter::{Spot, weigh};
 #[doc(hidden)]
 pub use filter::{gaussian_blur, sample_bilinear};
 pub use frame::Frame;
-pub(crate) use frame::fit_within;
 pub use plane::Plane;
-pub(crate) use runs::Runs;

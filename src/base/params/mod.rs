@@ -1,4 +1,4 @@
-//! Parameters: how they are declared, listed, set by name and checked.
+//! Declaration of parameters, their listing, setting by name and checking.
 //!
 //! Each stage owns a plain struct of public numbers, declared once through [`params!`](crate::params) with name,
 //! meaning, default and legal range. From that one declaration come `Default`, the JSON form (camelCase, the same in
@@ -14,37 +14,39 @@ pub use value::{ParamTree, ParamValue};
 use crate::Error;
 use value::Number;
 
-/// One parameter as the outside sees it: its name, meaning and range, and its value.
+/// One parameter: name, meaning, legal range and value.
 pub struct ParamField<'a> {
     /// Section and name in camelCase, e.g. `flow.patchStride`.
     pub name: String,
-    /// What it means, its unit and its source; empty in the wasm module for JavaScript, whose package has it from the build.
+    /// Meaning, unit and source. Empty in the wasm module for JavaScript, whose package gets it from the build.
     pub doc: &'static str,
-    /// Smallest and largest legal value.
-    pub range: (f64, f64),
-    /// Whether only research changes it: such parameters are listed apart.
+    /// Smallest legal value.
+    pub min: f64,
+    /// Largest legal value.
+    pub max: f64,
+    /// True for parameters that only research changes; they are listed separately.
     pub expert: bool,
     value: &'a mut dyn Number,
 }
 
 impl std::fmt::Debug for ParamField<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} = {} in {:?}", self.name, self.value.get(), self.range)
+        write!(f, "{} = {} in {}..={}", self.name, self.value.get(), self.min, self.max)
     }
 }
 
 impl ParamField<'_> {
-    /// The present value; truth values read as 0 or 1, choices as their place among [`ParamField::choices`].
+    /// Returns the value: 0 or 1 for a boolean, the index in [`ParamField::choices`] for a choice.
     pub fn get(&self) -> f64 {
         self.value.get()
     }
 
-    /// The names of all values of a choice; empty for numbers and truth values.
+    /// Returns the names of all values of a choice; none for numbers and booleans.
     pub fn choices(&self) -> &'static [&'static str] {
         self.value.choices()
     }
 
-    /// `number`, `integer`, `boolean` or `choice`.
+    /// Returns `number`, `integer`, `boolean` or `choice`.
     pub fn kind(&self) -> &'static str {
         self.value.kind()
     }
@@ -52,9 +54,9 @@ impl ParamField<'_> {
     /// Sets the value.
     ///
     /// # Errors
-    /// [`Error::Param`] when it is of another type or out of range; the old value stays.
+    /// [`Error::Param`] if it is of another type or out of range; the old value stays.
     pub(crate) fn set(&mut self, value: &ParamValue) -> Result<(), Error> {
-        let number = self.value.accept(value).filter(|n| (self.range.0..=self.range.1).contains(n));
+        let number = self.value.accept(value).filter(|&n| self.is_legal(n));
         match number {
             Some(n) => {
                 self.value.put(n);
@@ -64,24 +66,25 @@ impl ParamField<'_> {
         }
     }
 
-    /// Whether the present value is legal.
+    /// Checks that the value is legal.
     ///
     /// # Errors
-    /// [`Error::Param`] when it is out of range or not a number.
+    /// [`Error::Param`] if it is out of range or not a number.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        match (self.range.0..=self.range.1).contains(&self.get()) {
-            true => Ok(()),
-            false => Err(self.error(self.get().to_string())),
-        }
+        if self.is_legal(self.get()) { Ok(()) } else { Err(self.error(self.get().to_string())) }
+    }
+
+    fn is_legal(&self, number: f64) -> bool {
+        (self.min..=self.max).contains(&number)
     }
 
     fn error(&self, value: String) -> Error {
-        let (low, high) = self.range;
+        let Self { min, max, .. } = self;
         let expected = match self.value.kind() {
             "boolean" => "true or false".to_owned(),
             "choice" => format!("one of {}", self.choices().join(", ")),
-            "integer" => format!("a whole number, {low}..={high}"),
-            _ => format!("a number, {low}..={high}"),
+            "integer" => format!("a whole number, {min}..={max}"),
+            _ => format!("a number, {min}..={max}"),
         };
         Error::Param { name: self.name.clone(), value, expected }
     }
@@ -120,7 +123,8 @@ macro_rules! params {
                     section,
                     stringify!($field),
                     if cfg!(all(target_arch = "wasm32", feature = "wasm")) { "" } else { concat!($($doc, "\n"),*) },
-                    ($low as f64, $high as f64),
+                    $low as f64,
+                    $high as f64,
                     !stringify!($($expert)?).is_empty(),
                     &mut self.$field,
                 ));)*
@@ -136,20 +140,21 @@ impl<'a> ParamField<'a> {
         section: &str,
         field: &str,
         doc: &'static str,
-        range: (f64, f64),
+        min: f64,
+        max: f64,
         expert: bool,
         value: &'a mut N,
     ) -> Self {
-        let name = if section.is_empty() { camel(field) } else { format!("{section}.{}", camel(field)) };
-        Self { name, doc, range, expert, value }
+        let name = if section.is_empty() { camel_case(field) } else { format!("{section}.{}", camel_case(field)) };
+        Self { name, doc, min, max, expert, value }
     }
 }
 
-fn camel(snake: &str) -> String {
-    let mut words = snake.split('_');
-    let mut name = words.next().unwrap_or_default().to_owned();
-    for word in words {
-        let mut letters = word.chars();
+fn camel_case(snake_case: &str) -> String {
+    let mut parts = snake_case.split('_');
+    let mut name = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let mut letters = part.chars();
         name.extend(letters.next().map(|c| c.to_ascii_uppercase()));
         name.push_str(letters.as_str());
     }

@@ -1,18 +1,18 @@
-//! Parameter values as they come from JSON, the command line or a JavaScript object.
+//! Parameter values from JSON, the command line or a JavaScript object.
 
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// One value from outside.
+/// A value given by the caller.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(untagged)]
 pub enum ParamValue {
-    /// true or false
+    /// A boolean.
     Bool(bool),
     /// Any number.
     Number(f64),
-    /// Any text; the name of a preset or of a choice, and no legal value of anything else.
+    /// Any text: the name of a preset or of a choice; illegal for other parameters.
     Text(String),
     /// A nested section.
     Section(ParamTree),
@@ -39,7 +39,7 @@ pub struct ParamTree(pub BTreeMap<String, ParamValue>);
 
 impl ParamTree {
     #[doc(hidden)]
-    /// All values with their dotted names, in the order of the names.
+    /// Returns all values with their dotted names, in the order of the names.
     pub fn flatten(&self) -> Vec<(String, &ParamValue)> {
         let mut leaves = Vec::new();
         for (name, value) in &self.0 {
@@ -54,19 +54,19 @@ impl ParamTree {
     }
 }
 
-/// A field's type: how it reads a [`ParamValue`] and shows itself as a number.
+/// The type of a parameter: reads a [`ParamValue`] and converts from and to a number.
 pub(super) trait Number {
     fn kind(&self) -> &'static str;
     fn get(&self) -> f64;
     fn put(&mut self, number: f64);
-    /// The value as this type's number; `None` if it is of another type.
+    /// Converts `value` to a number; `None` if it is of another type.
     fn accept(&self, value: &ParamValue) -> Option<f64> {
         match value {
             ParamValue::Number(n) if n.is_finite() => Some(*n),
             _ => None,
         }
     }
-    /// The names of all values, where they have names.
+    /// Returns the names of all values, where they have names.
     fn choices(&self) -> &'static [&'static str] {
         &[]
     }
@@ -76,8 +76,8 @@ impl Number for f32 {
     fn kind(&self) -> &'static str {
         "number"
     }
-    /// The number with fewest decimals that is this one in single precision, so that 0.1 stays 0.1 on its way out and
-    /// in again. (Through its text would be shorter, and 13 KB of the wasm file.)
+    /// Returns the number with fewest decimals that rounds to this one in single precision, so that 0.1 stays 0.1 when
+    /// written and read. (Formatting and parsing would be shorter here and add 13 KB to the wasm file.)
     fn get(&self) -> f64 {
         let exact = f64::from(*self);
         let mut scale = 1.0;
@@ -143,18 +143,18 @@ impl Number for bool {
     }
 }
 
-/// One of a few named ways, declared by [`choices!`](crate::choices).
+/// An enum of named alternatives, declared by [`choices!`](crate::choices).
 #[doc(hidden)]
 pub trait Choice: Copy {
-    /// Their names, in the order of declaration.
+    /// The names, in the order of declaration.
     const NAMES: &'static [&'static str];
-    /// Its place in that order.
+    /// Returns the index in that order.
     fn index(self) -> usize;
-    /// The one at `index`, the last if there are fewer.
+    /// Returns the alternative at `index`, or the last one.
     fn at(index: usize) -> Self;
 }
 
-/// Declares an enum that can be a parameter: `/// meaning` `Variant = "name",`, from 0 on.
+/// Declares an enum that can be a parameter: `/// meaning` `Variant = "name",`, counted from 0.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! choices {
@@ -171,8 +171,8 @@ macro_rules! choices {
                 self as usize
             }
             fn at(index: usize) -> Self {
-                let all = [$(Self::$variant),*];
-                all[index.min(all.len() - 1)]
+                let variants = [$(Self::$variant),*];
+                variants[index.min(variants.len() - 1)]
             }
         }
 
@@ -211,7 +211,7 @@ mod tests {
 
     #[test]
     fn single_precision_reads_as_its_shortest_decimal() {
-        let some = [
+        let decimals = [
             0.1,
             0.002,
             0.72,
@@ -227,7 +227,7 @@ mod tests {
             123.456,
             16_777_216.0,
         ];
-        for value in some.into_iter().chain((0..2000).map(|k| k as f32 * 0.0125 - 3.7)) {
+        for value in decimals.into_iter().chain((0..2000).map(|k| k as f32 * 0.0125 - 3.7)) {
             let through_text: f64 = value.to_string().parse().unwrap();
             assert_eq!(Number::get(&value), through_text, "{value}");
         }

@@ -1,14 +1,14 @@
-//! Straight lines fitted to chains of pixels.
+//! Straight lines fitted to chains of pixels (Ramer 1972, Douglas and Peucker 1973).
 //!
-//! Ramer (1972), Douglas and Peucker (1973): a chain is broken where it is farthest from the line between its ends,
-//! until it is nowhere farther than the tolerance; then lines longer than wanted are broken evenly. Lines keep to
-//! points of their chain. Two lines that meet elsewhere than in a common end (they may: each is off its chain by up to
-//! the tolerance) are broken again until none do. That comes to an end because chains themselves do not cross.
+//! A chain is split at the point farthest from the line between its ends, until no point is farther than the tolerance;
+//! then long lines are split evenly. Lines begin and end at points of their chain. Two lines that meet elsewhere than in a
+//! common end (each is off its chain by up to the tolerance) are split again until none do, which terminates because
+//! chains do not cross.
 
 use super::link::Chains;
 use crate::order;
 
-/// Straight pieces of contours.
+/// Straight lines of contours.
 ///
 /// Law: every index of `lines` is below `points.len()`, both ends differ, no line occurs twice (in either direction),
 /// two lines meet at most in a common end; points are finite, lie in `-0.5..=width-0.5` and `-0.5..=height-0.5`, and no
@@ -24,100 +24,100 @@ pub struct Segments {
 /// Points in half pixels.
 type Point = (i32, i32);
 
-/// Side of the cells in which lines are looked for that meet, in half pixels.
-const CELL: i32 = 32;
+/// Side of the cells in which meeting lines are searched. Affects speed only.
+const CELL_HALF_PX: i32 = 32;
 
-/// The points `from..=to` of a chain as one line; indices into all points.
+/// The points `from..=to` of a chain as one line, as indices into all points.
 #[derive(Clone, Copy, PartialEq)]
-struct Piece {
+struct ChainLine {
     from: usize,
     to: usize,
 }
 
-/// The lines of all chains. `tolerance` and `max_length` are in pixels; a `max_length` of 0 leaves long lines whole.
+/// Fits lines to all chains. `tolerance` and `max_length` are in pixels; a `max_length` of 0 keeps long lines.
 pub(super) fn fit(chains: &Chains, tolerance: f32, max_length: f32) -> Segments {
     let points = &chains.points;
-    let mut pieces = Vec::new();
+    let mut lines = Vec::new();
     for ends in chains.offset.windows(2) {
-        fit_chain(points, Piece { from: ends[0], to: ends[1] - 1 }, f64::from(2.0 * tolerance), &mut pieces);
+        fit_chain(points, ChainLine { from: ends[0], to: ends[1] - 1 }, f64::from(2.0 * tolerance), &mut lines);
     }
     if max_length > 0.0 {
-        pieces = pieces.iter().flat_map(|&p| break_evenly(points, p, f64::from(2.0 * max_length))).collect();
+        lines = lines.iter().flat_map(|&line| split_evenly(points, line, f64::from(2.0 * max_length))).collect();
     }
-    untangle(points, &mut pieces);
-    gather(points, &pieces)
+    untangle(points, &mut lines);
+    collect_segments(points, &lines)
 }
 
-/// Appends the pieces of a chain in their order.
-fn fit_chain(points: &[Point], whole: Piece, tolerance: f64, pieces: &mut Vec<Piece>) {
-    let mut stack = vec![whole];
-    while let Some(piece) = stack.pop() {
-        let (at, distance_sq) = farthest(points, piece);
-        let closed = points[piece.from] == points[piece.to];
-        if piece.to - piece.from > 1 && (closed || distance_sq > tolerance * tolerance) {
-            stack.push(Piece { from: at, ..piece });
-            stack.push(Piece { to: at, ..piece });
+/// Appends the lines of a chain in their order.
+fn fit_chain(points: &[Point], chain: ChainLine, tolerance: f64, lines: &mut Vec<ChainLine>) {
+    let mut stack = vec![chain];
+    while let Some(line) = stack.pop() {
+        let (at, distance_sq) = farthest(points, line);
+        let closed = points[line.from] == points[line.to];
+        if line.to - line.from > 1 && (closed || distance_sq > tolerance * tolerance) {
+            stack.push(ChainLine { from: at, ..line });
+            stack.push(ChainLine { to: at, ..line });
         } else {
-            pieces.push(piece);
+            lines.push(line);
         }
     }
 }
 
-/// The inner point that is farthest from the line between the ends (from the ends themselves if they are one), and the
-/// square of its distance. Of several the one nearest the middle.
-fn farthest(points: &[Point], piece: Piece) -> (usize, f64) {
-    let (a, b) = (points[piece.from], points[piece.to]);
+/// Returns the inner point that is farthest from the line between the ends (from the ends if they are equal), and its squared
+/// distance. Of several the one nearest the middle.
+fn farthest(points: &[Point], line: ChainLine) -> (usize, f64) {
+    let (a, b) = (points[line.from], points[line.to]);
     let length_sq = distance_sq(a, b);
     let measure = |p: Point| if length_sq == 0 { distance_sq(a, p) } else { cross(a, b, p).abs() };
-    let off_middle = |i: usize| (2 * i).abs_diff(piece.from + piece.to);
+    let off_middle = |i: usize| (2 * i).abs_diff(line.from + line.to);
     let key = |i: &usize| (measure(points[*i]), std::cmp::Reverse(off_middle(*i)));
-    let Some(at) = (piece.from + 1..piece.to).max_by_key(key) else {
-        return (piece.from, 0.0);
+    let Some(at) = (line.from + 1..line.to).max_by_key(key) else {
+        return (line.from, 0.0);
     };
     let value = measure(points[at]) as f64;
     (at, if length_sq == 0 { value } else { value * value / length_sq as f64 })
 }
 
-fn break_evenly(points: &[Point], piece: Piece, max_length: f64) -> Vec<Piece> {
-    let length = (distance_sq(points[piece.from], points[piece.to]) as f64).sqrt();
-    let count = ((length / max_length).ceil() as usize).clamp(1, piece.to - piece.from);
-    let bound = |i: usize| piece.from + i * (piece.to - piece.from) / count;
-    (0..count).map(|i| Piece { from: bound(i), to: bound(i + 1) }).collect()
+fn split_evenly(points: &[Point], line: ChainLine, max_length: f64) -> Vec<ChainLine> {
+    let length = (distance_sq(points[line.from], points[line.to]) as f64).sqrt();
+    let count = ((length / max_length).ceil() as usize).clamp(1, line.to - line.from);
+    let bound = |i: usize| line.from + i * (line.to - line.from) / count;
+    (0..count).map(|i| ChainLine { from: bound(i), to: bound(i + 1) }).collect()
 }
 
-/// Breaks pieces that meet elsewhere than in a common end, until none do.
-fn untangle(points: &[Point], pieces: &mut Vec<Piece>) {
+/// Splits lines that meet elsewhere than in a common end, until none do.
+fn untangle(points: &[Point], lines: &mut Vec<ChainLine>) {
     loop {
-        let mut tangled = vec![false; pieces.len()];
-        for (i, j) in near_pairs(points, pieces) {
-            let lines = [pieces[i], pieces[j]].map(|p| [points[p.from], points[p.to]]);
-            if meet_wrongly(lines[0], lines[1]) {
+        let mut tangled = vec![false; lines.len()];
+        for (i, j) in near_pairs(points, lines) {
+            let ends = [lines[i], lines[j]].map(|line| [points[line.from], points[line.to]]);
+            if intersect(ends[0], ends[1]) {
                 tangled[i] = true;
                 tangled[j] = true;
             }
         }
-        let mut finer = Vec::with_capacity(pieces.len());
-        for (&piece, tangled) in pieces.iter().zip(tangled) {
-            if tangled && piece.to - piece.from > 1 {
-                let (at, _) = farthest(points, piece);
-                finer.extend([Piece { to: at, ..piece }, Piece { from: at, ..piece }]);
+        let mut finer = Vec::with_capacity(lines.len());
+        for (&line, tangled) in lines.iter().zip(tangled) {
+            if tangled && line.to - line.from > 1 {
+                let (at, _) = farthest(points, line);
+                finer.extend([ChainLine { to: at, ..line }, ChainLine { from: at, ..line }]);
             } else {
-                finer.push(piece);
+                finer.push(line);
             }
         }
-        if finer.len() == pieces.len() {
+        if finer.len() == lines.len() {
             return;
         }
-        *pieces = finer;
+        *lines = finer;
     }
 }
 
-/// Pairs of pieces that share a cell; some occur more than once.
-fn near_pairs(points: &[Point], pieces: &[Piece]) -> Vec<(usize, usize)> {
-    let cell = |v: i32| (v + 1) / CELL;
+/// Returns pairs of lines that share a cell, some more than once.
+fn near_pairs(points: &[Point], lines: &[ChainLine]) -> Vec<(usize, usize)> {
+    let cell = |v: i32| (v + 1) / CELL_HALF_PX;
     let mut entries = Vec::new();
-    for (index, piece) in pieces.iter().enumerate() {
-        let (a, b) = (points[piece.from], points[piece.to]);
+    for (index, line) in lines.iter().enumerate() {
+        let (a, b) = (points[line.from], points[line.to]);
         for y in cell(a.1.min(b.1))..=cell(a.1.max(b.1)) {
             for x in cell(a.0.min(b.0))..=cell(a.0.max(b.0)) {
                 entries.push((y, x, index));
@@ -125,7 +125,7 @@ fn near_pairs(points: &[Point], pieces: &[Piece]) -> Vec<(usize, usize)> {
         }
     }
     // Stable: within a cell they stay in the order of their indices.
-    order::sort_by_key(&mut entries, |&(y, x, _)| order::pair(y as u32, x as u32));
+    order::sort_by_key(&mut entries, |&(y, x, _)| order::pair_key(y as u32, x as u32));
     let mut pairs = Vec::new();
     for group in entries.chunk_by(|p, q| (p.0, p.1) == (q.0, q.1)) {
         for (k, p) in group.iter().enumerate() {
@@ -135,15 +135,15 @@ fn near_pairs(points: &[Point], pieces: &[Piece]) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// Whether two lines have a point in common other than one end of both. Equal lines do not count: one of them is
+/// Returns `true` if two lines have a point in common other than one end of both. Equal lines do not count: one of them is
 /// dropped later.
-fn meet_wrongly([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
+fn intersect([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
     if (a, b) == (c, d) || (a, b) == (d, c) {
         return false;
     }
-    let shared = [(a, b, c, d), (a, b, d, c), (b, a, c, d), (b, a, d, c)].into_iter().find(|(p, _, q, _)| p == q);
-    if let Some((p, q, _, r)) = shared {
-        // From a common end they meet again only if they run the same way.
+    let common_end = [(a, b, c, d), (a, b, d, c), (b, a, c, d), (b, a, d, c)].into_iter().find(|(p, _, q, _)| p == q);
+    if let Some((p, q, _, r)) = common_end {
+        // From a common end they meet again only in the same direction.
         return cross(p, q, r) == 0 && dot(p, q, r) > 0;
     }
     let side = |p, q, r| cross(p, q, r).signum();
@@ -168,19 +168,19 @@ fn cross(a: Point, b: Point, c: Point) -> i64 {
     i64::from(b.0 - a.0) * i64::from(c.1 - a.1) - i64::from(b.1 - a.1) * i64::from(c.0 - a.0)
 }
 
-/// Points and lines, each once.
-fn gather(points: &[Point], pieces: &[Piece]) -> Segments {
-    let mut places: Vec<Point> = pieces.iter().flat_map(|p| [points[p.from], points[p.to]]).collect();
-    order::sort_by_key(&mut places, |&(x, y)| order::pair(order::signed(y), order::signed(x)));
+/// Collects points and lines, each once.
+fn collect_segments(points: &[Point], lines: &[ChainLine]) -> Segments {
+    let mut places: Vec<Point> = lines.iter().flat_map(|p| [points[p.from], points[p.to]]).collect();
+    order::sort_by_key(&mut places, |&(x, y)| order::pair_key(order::i32_key(y), order::i32_key(x)));
     places.dedup();
     let index = |p: Point| places.partition_point(|&(x, y)| (y, x) < (p.1, p.0)) as u32;
-    let mut lines: Vec<(u32, u32)> = pieces
+    let mut lines: Vec<(u32, u32)> = lines
         .iter()
         .map(|p| (index(points[p.from]), index(points[p.to])))
         .map(|(a, b)| (a.min(b), a.max(b)))
         .filter(|(a, b)| a != b)
         .collect();
-    order::sort_by_key(&mut lines, |&(a, b)| order::pair(a, b));
+    order::sort_by_key(&mut lines, |&(a, b)| order::pair_key(a, b));
     lines.dedup();
     Segments { points: places.iter().map(|&(x, y)| (0.5 * x as f32, 0.5 * y as f32)).collect(), lines }
 }
@@ -193,17 +193,17 @@ mod tests {
 
     fn segments(thin: Plane<f32>) -> Segments {
         let (width, height) = (thin.width() as f32, thin.height() as f32);
-        let found = contour_segments(&BoundaryMap { pb: thin.clone(), thin }, &ContourParams::default());
-        check(&found, width, height);
-        found
+        let segments = contour_segments(&BoundaryMap { pb: thin.clone(), thin }, &ContourParams::default());
+        check(&segments, width, height);
+        segments
     }
 
     /// The law of [`Segments`], pair by pair.
-    fn check(found: &Segments, width: f32, height: f32) {
-        let p = |i: u32| found.points[i as usize];
-        for (i, &(x, y)) in found.points.iter().enumerate() {
+    fn check(segments: &Segments, width: f32, height: f32) {
+        let p = |i: u32| segments.points[i as usize];
+        for (i, &(x, y)) in segments.points.iter().enumerate() {
             assert!((-0.5..=width - 0.5).contains(&x) && (-0.5..=height - 0.5).contains(&y), "({x}, {y})");
-            assert!(!found.points[..i].contains(&(x, y)), "({x}, {y}) twice");
+            assert!(!segments.points[..i].contains(&(x, y)), "({x}, {y}) twice");
         }
         // Coordinates are halves below 2^14, so that these products are exact.
         let cross = |a: (f32, f32), b: (f32, f32), c: (f32, f32)| {
@@ -215,9 +215,9 @@ mod tests {
             cross(a, b, q) == 0.0 && within(q.0, a.0, b.0) && within(q.1, a.1, b.1)
         };
         let side = |a, b, c| cross(a, b, c).partial_cmp(&0.0).map_or(0, |o| o as i32);
-        for (i, &(a, b)) in found.lines.iter().enumerate() {
-            assert!(a != b && a.max(b) < found.points.len() as u32);
-            for &(c, d) in &found.lines[..i] {
+        for (i, &(a, b)) in segments.lines.iter().enumerate() {
+            assert!(a != b && a.max(b) < segments.points.len() as u32);
+            for &(c, d) in &segments.lines[..i] {
                 assert!((c, d) != (a, b) && (d, c) != (a, b), "a line twice");
                 let [e, f, g, h] = [a, b, c, d].map(p);
                 let through = side(e, f, g) * side(e, f, h) < 0 && side(g, h, e) * side(g, h, f) < 0;
@@ -243,9 +243,9 @@ mod tests {
     #[test]
     fn a_straight_ridge_becomes_one_line_from_border_to_border() {
         // It ends three pixels before the border on one side and has a gap of one pixel.
-        let found = segments(Plane::from_fn(40, 30, |x, y| if x == 11 && y > 2 && y != 14 { 0.5 } else { 0.0 }));
-        assert_eq!(found.points, [(11.0, -0.5), (11.0, 29.5)]);
-        assert_eq!(found.lines, [(0, 1)]);
+        let segments = segments(Plane::from_fn(40, 30, |x, y| if x == 11 && y > 2 && y != 14 { 0.5 } else { 0.0 }));
+        assert_eq!(segments.points, [(11.0, -0.5), (11.0, 29.5)]);
+        assert_eq!(segments.lines, [(0, 1)]);
     }
 
     #[test]
@@ -266,18 +266,18 @@ mod tests {
             let (dx, dy) = (x as f32 - 40.0, y as f32 - 40.0);
             ((dx * dx + dy * dy).sqrt() - 25.0).abs() < 0.6
         };
-        let found = segments(Plane::from_fn(80, 80, |x, y| if on_ring(x, y) { 0.5 } else { 0.0 }));
-        assert_eq!(found.lines.len(), found.points.len());
-        assert!((6..=16).contains(&found.lines.len()), "{} lines", found.lines.len());
-        for i in 0..found.points.len() as u32 {
-            assert_eq!(found.lines.iter().filter(|&&(a, b)| a == i || b == i).count(), 2);
+        let segments = segments(Plane::from_fn(80, 80, |x, y| if on_ring(x, y) { 0.5 } else { 0.0 }));
+        assert_eq!(segments.lines.len(), segments.points.len());
+        assert!((6..=16).contains(&segments.lines.len()), "{} lines", segments.lines.len());
+        for i in 0..segments.points.len() as u32 {
+            assert_eq!(segments.lines.iter().filter(|&&(a, b)| a == i || b == i).count(), 2);
         }
     }
 
     #[test]
     fn an_open_ended_crossing_keeps_its_four_arms() {
-        let found = segments(Plane::from_fn(61, 61, |x, y| if x == 30 || y == 30 { 0.5 } else { 0.0 }));
-        assert_eq!(found.points.len(), 5, "{found:?}");
-        assert_eq!(found.lines.len(), 4);
+        let segments = segments(Plane::from_fn(61, 61, |x, y| if x == 30 || y == 30 { 0.5 } else { 0.0 }));
+        assert_eq!(segments.points.len(), 5, "{segments:?}");
+        assert_eq!(segments.lines.len(), 4);
     }
 }

@@ -1,28 +1,28 @@
-//! Strength of the change at each pixel across each of eight directions, over channels and scales.
+//! Boundary strength of each pixel in each of eight directions, over channels and scales: histogram gradients.
 
-use super::thin::{ORIENTATIONS, normals};
-use crate::image::{Frame, weigh};
+use super::thin::{Normal, ORIENTATIONS, normals};
+use crate::image::{Frame, convolve_symmetric};
 use crate::order::larger;
 use std::ops::Range;
 
 /// Standard deviation of the windows, in pixels of each level: on the frame the coarser ones are two and four times as
-/// wide. Lower finds finer detail and more noise.
-const SIGMA: f32 = 1.5;
-/// Weight of changes of colour (a and b of Lab), those of changes of brightness and of texture being 1.
+/// wide. Lower finds finer detail and more noise. Chosen by eye.
+const WINDOW_SIGMA_PX: f32 = 1.5;
+/// Weight of changes of colour (a and b of Lab), against 1 for brightness and texture. Chosen by eye.
 const COLOUR_WEIGHT: f32 = 0.6;
-/// Bins of a colour channel's histogram.
-const BINS: usize = 8;
-/// Levels: full size, half of it, a quarter.
-const LEVELS: usize = 3;
-/// Standard deviation of the blur of the tensors, as a part of the windows'. Without it the best F is lower by 0.005 to
-/// 0.01; more of it costs precision at two pixels.
-const TENSOR_BLUR: f32 = 0.7;
-/// Standard deviation of the mean along a boundary, in pixels, and the steps at which it looks.
-const ALONG_SIGMA: f32 = 3.0;
-const ALONG_STEPS: [f32; 7] = [-6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0];
+/// Bins of a colour channel's histogram. Chosen by eye.
+const COLOUR_BINS: usize = 8;
+/// Levels: full size, a half and a quarter.
+const NUM_LEVELS: usize = 3;
+/// Standard deviation of the blur of the tensors, as a part of the windows'. Without it the best F on BSDS500 is lower by
+/// 0.005 to 0.01; more of it costs precision at two pixels.
+const TENSOR_SIGMA_RATIO: f32 = 0.7;
+/// Standard deviation of the mean along a boundary, and the offsets of its samples. Chosen by eye.
+const ALONG_SIGMA_PX: f32 = 3.0;
+const ALONG_OFFSETS_PX: [f32; 7] = [-6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0];
 
-/// For each direction of [`normals`], how much the histograms change along it; planes of the frame's size.
-pub(super) fn oriented_strength(frame: &Frame) -> [Vec<f32>; ORIENTATIONS] {
+/// Computes the change of the histograms along each direction of [`normals`], as planes of the frame's size.
+pub(crate) fn oriented_strengths(frame: &Frame) -> [Vec<f32>; ORIENTATIONS] {
     let (w, h) = (frame.width(), frame.height());
     let mut pyramid = Pyramid::new(w, h);
     let [brightness, a, b] = lab(frame);
@@ -38,13 +38,13 @@ pub(super) fn oriented_strength(frame: &Frame) -> [Vec<f32>; ORIENTATIONS] {
     }
     let mut strength = pyramid.finish();
     for (plane, normal) in strength.iter_mut().zip(normals()) {
-        *plane = mean_along(plane, w, normal, 1.0);
+        *plane = mean_along_boundary(plane, w, normal, 1.0);
     }
     strength
 }
 
-/// The same of a frame whose half is `small`, in planes of the half's size: brightness, too, has no more detail.
-pub(super) fn oriented_strength_of_half(small: &Frame) -> [Vec<f32>; ORIENTATIONS] {
+/// Same as [`oriented_strengths`] for a frame whose half is `small`, as planes of the half's size.
+pub(super) fn half_size_oriented_strengths(small: &Frame) -> [Vec<f32>; ORIENTATIONS] {
     let (w, h) = (small.width(), small.height());
     let mut pyramid = Pyramid::of_half(w, h);
     let [brightness, a, b] = lab(small);
@@ -56,18 +56,18 @@ pub(super) fn oriented_strength_of_half(small: &Frame) -> [Vec<f32>; ORIENTATION
     }
     let mut strength = pyramid.finish();
     for (plane, normal) in strength.iter_mut().zip(normals()) {
-        *plane = mean_along(plane, w, normal, 0.5);
+        *plane = mean_along_boundary(plane, w, normal, 0.5);
     }
     strength
 }
 
-/// Tensors at three scales. Those of colour and texture at the finest scale are kept at half size: in most images and
-/// videos colour has no more detail.
+/// Tensors at three scales. Colour and texture have half the size at the finest scale: in most images and videos colour
+/// has no more detail.
 struct Pyramid {
-    /// The finest level has the size of the next: nothing is known at full size.
+    /// `true` if the finest level has the size of the next one.
     is_half: bool,
-    sides: [(usize, usize); LEVELS],
-    tensors: [Tensors; LEVELS],
+    sides: [(usize, usize); NUM_LEVELS],
+    tensors: [Tensors; NUM_LEVELS],
     coarse_finest: Tensors,
     first: [Blur; 2],
     next: Blur,
@@ -76,32 +76,32 @@ struct Pyramid {
 
 impl Pyramid {
     fn new(w: usize, h: usize) -> Self {
-        Self::of_levels([(w, h), (half(w), half(h)), (half(half(w)), half(half(h)))], false)
+        Self::with_sides([(w, h), (half(w), half(h)), (half(half(w)), half(half(h)))], false)
     }
 
-    /// Of a frame whose half has `w × h` pixels.
+    /// Pyramid of a frame whose half has `w × h` pixels.
     fn of_half(w: usize, h: usize) -> Self {
-        Self::of_levels([(w, h), (w, h), (half(w), half(h))], true)
+        Self::with_sides([(w, h), (w, h), (half(w), half(h))], true)
     }
 
-    fn of_levels(sides: [(usize, usize); LEVELS], is_half: bool) -> Self {
+    fn with_sides(sides: [(usize, usize); NUM_LEVELS], is_half: bool) -> Self {
         Self {
             is_half,
             sides,
             tensors: sides.map(|(w, h)| Tensors::zero(w * h)),
             coarse_finest: Tensors::zero(sides[1].0 * sides[1].1),
-            first: [Blur::new(SIGMA), Blur::new(0.5 * SIGMA)],
-            // From half of `SIGMA`, what halving leaves of the finer level's blur, to `SIGMA`.
-            next: Blur::new(SIGMA * 0.75_f32.sqrt()),
+            first: [Blur::new(WINDOW_SIGMA_PX), Blur::new(0.5 * WINDOW_SIGMA_PX)],
+            // Halving leaves half of the finer level's sigma.
+            next: Blur::new(WINDOW_SIGMA_PX * 0.75_f32.sqrt()),
             small: Vec::new(),
         }
     }
 
     /// Adds a channel of values in `0..=1`, of the size of `level`, 0 or 1.
     fn add_channel(&mut self, values: &[f32], weight: f32, level: usize) {
-        for b in 0..BINS {
+        for b in 0..COLOUR_BINS {
             let mut shares = Vec::new();
-            if share_of_bin(values, b, BINS, &mut shares) {
+            if share_of_bin(values, b, COLOUR_BINS, &mut shares) {
                 self.add_bin(shares, weight, level);
             }
         }
@@ -110,35 +110,35 @@ impl Pyramid {
     /// Adds one bin's shares, of the size of `level`, 0 or 1.
     fn add_bin(&mut self, mut shares: Vec<f32>, weight: f32, level: usize) {
         let width = self.sides[level].0;
-        let weight = weight * SIGMA * SIGMA;
-        // Most bins have a share in a part of the image only.
-        let mut within = spans(&shares, width);
-        self.first[level].apply_within(&mut shares, width, &mut within);
+        let weight = weight * WINDOW_SIGMA_PX * WINDOW_SIGMA_PX;
+        // Most bins are empty in most of the image.
+        let mut spans = nonzero_spans(&shares, width);
+        self.first[level].apply_to_spans(&mut shares, width, &mut spans);
         if level == 0 {
-            self.tensors[0].add_bin(&shares, width, weight, &within);
+            self.tensors[0].add_bin(&shares, width, weight, &spans);
         } else {
-            // The same window as of the finest level, where slopes by pixel are half of those here.
-            self.coarse_finest.add_bin(&shares, width, 0.25 * weight, &within);
+            // At the finest level, gradients by pixel are half as large as here.
+            self.coarse_finest.add_bin(&shares, width, 0.25 * weight, &spans);
         }
-        for coarse in 1..LEVELS {
+        for coarse in 1..NUM_LEVELS {
             if coarse > level {
                 halve(&shares, self.sides[coarse - 1].0, &mut self.small);
                 std::mem::swap(&mut shares, &mut self.small);
-                within = spans_of_half(&within);
+                spans = halve_spans(&spans);
             }
             let width = self.sides[coarse].0;
-            self.next.apply_within(&mut shares, width, &mut within);
-            self.tensors[coarse].add_bin(&shares, width, weight, &within);
+            self.next.apply_to_spans(&mut shares, width, &mut spans);
+            self.tensors[coarse].add_bin(&shares, width, weight, &spans);
         }
     }
 
-    /// Mean over the scales of the change along each direction.
+    /// Computes the mean over the scales of the change along each direction.
     fn finish(mut self) -> [Vec<f32>; ORIENTATIONS] {
         let to_finest = if self.is_half { add } else { add_doubled };
         for (fine, coarse) in self.tensors[0].0.iter_mut().zip(&self.coarse_finest.0) {
             to_finest(coarse, fine, self.sides[0].0);
         }
-        let wide = TENSOR_BLUR * SIGMA;
+        let wide = TENSOR_SIGMA_RATIO * WINDOW_SIGMA_PX;
         for (level, (tensors, (w, _))) in self.tensors.iter_mut().zip(self.sides).enumerate() {
             let mut blur = Blur::new(if self.is_half && level == 0 { 0.5 * wide } else { wide });
             tensors.0.iter_mut().for_each(|part| blur.apply(part, w));
@@ -150,7 +150,7 @@ impl Pyramid {
             add_doubled(&coarse, &mut middle, self.sides[1].0);
             self.tensors[0].add_change_along(normal, &mut fine);
             to_finest(&middle, &mut fine, self.sides[0].0);
-            fine.iter_mut().for_each(|v| *v *= 1.0 / LEVELS as f32);
+            fine.iter_mut().for_each(|v| *v *= 1.0 / NUM_LEVELS as f32);
             fine
         })
     }
@@ -161,26 +161,28 @@ fn add(plane: &[f32], out: &mut [f32], _: usize) {
     out.iter_mut().zip(plane).for_each(|(o, v)| *o += v);
 }
 
-/// Weighted mean of each pixel and those along the line across `normal`; borders are mirrored. `size` is that of the
-/// plane as a part of the frame's.
-pub(crate) fn mean_along(plane: &[f32], width: usize, (nx, ny): (f32, f32), size: f32) -> Vec<f32> {
+/// Gaussian mean along the line across `normal`, with mirrored borders. `scale` is the size of the plane as a part of the
+/// frame's.
+pub(crate) fn mean_along_boundary(plane: &[f32], width: usize, normal: Normal, scale: f32) -> Vec<f32> {
+    let (nx, ny) = normal;
     let height = plane.len() / width;
-    let weights = ALONG_STEPS.map(|s| libm::expf(-0.5 * s * s / (ALONG_SIGMA * ALONG_SIGMA)));
+    let weights = ALONG_OFFSETS_PX.map(|s| libm::expf(-0.5 * s * s / (ALONG_SIGMA_PX * ALONG_SIGMA_PX)));
     let total: f32 = weights.iter().sum();
-    let steps = ALONG_STEPS.map(|s| s * size).map(|s| (libm::roundf(-ny * s) as isize, libm::roundf(nx * s) as isize));
-    let reach = 6;
+    let steps =
+        ALONG_OFFSETS_PX.map(|s| s * scale).map(|s| (libm::roundf(-ny * s) as isize, libm::roundf(nx * s) as isize));
+    let margin = 6;
     let mut padded = Vec::new();
     let mut out = vec![0.0; plane.len()];
-    let stride = width + 2 * reach;
+    let stride = width + 2 * margin;
     let mut wide = Vec::with_capacity(stride * height);
     for row in plane.chunks_exact(width) {
-        pad(row, reach, &mut padded);
+        pad(row, margin, &mut padded);
         wide.extend_from_slice(&padded);
     }
     for (y, out) in out.chunks_exact_mut(width).enumerate() {
         for (&(dx, dy), w) in steps.iter().zip(weights) {
             let row = mirror(y as isize + dy, height) * stride;
-            let source = &wide[row + (reach as isize + dx) as usize..][..width];
+            let source = &wide[row + (margin as isize + dx) as usize..][..width];
             let w = w / total;
             for (o, s) in out.iter_mut().zip(source) {
                 *o += w * s;
@@ -190,19 +192,19 @@ pub(crate) fn mean_along(plane: &[f32], width: usize, (nx, ny): (f32, f32), size
     out
 }
 
-// A frame's colours in CIE Lab, in which equal steps look about equally large.
+// Conversion to CIE Lab, in which equal steps look about equally large.
 
-/// Steps of the table of the cube root over `0..=1`: lightness is off by 0.0011 of its range at most.
-const STEPS: usize = 4096;
-/// The histogram's range of a and b: from minus this to this. Colours beyond it share the outermost bins.
-const COLOR_RANGE: f32 = 40.0;
+/// Intervals of the table of the cube root over `0..=1`: the error of lightness is at most 0.0011 of its range.
+const ROOT_STEPS: usize = 4096;
+/// Bound of a and b in the histogram; stronger colours share the outermost bins. Chosen by eye.
+const MAX_CHROMA: f32 = 40.0;
 
-/// Lightness, a and b of sRGB pixels under daylight D65: `L / 100`, `(a + 40) / 80`, `(b + 40) / 80`, row by row.
-/// Strong colours leave `0..=1`.
+/// Converts sRGB pixels to Lab under daylight D65: `L / 100`, `(a + 40) / 80`, `(b + 40) / 80`, row by row. Strong colours
+/// leave `0..=1`.
 fn lab(frame: &Frame) -> [Vec<f32>; 3] {
     let linear: [f32; 256] = std::array::from_fn(|v| linear(v as f32 / 255.0));
-    let roots: [f32; STEPS + 1] = std::array::from_fn(|i| root(i as f32 / STEPS as f32));
-    let root = |t: f32| roots[((t * STEPS as f32 + 0.5) as usize).min(STEPS)];
+    let roots: [f32; ROOT_STEPS + 1] = std::array::from_fn(|i| root(i as f32 / ROOT_STEPS as f32));
+    let root = |t: f32| roots[((t * ROOT_STEPS as f32 + 0.5) as usize).min(ROOT_STEPS)];
     let mut planes = [0; 3].map(|_| vec![0.0; frame.width() * frame.height()]);
     let [lightness, a, b] = &mut planes;
     let values = lightness.iter_mut().zip(a).zip(b);
@@ -213,55 +215,52 @@ fn lab(frame: &Frame) -> [Vec<f32>; 3] {
         let y = root(0.212_671 * r + 0.715_160 * g + 0.072_169 * b);
         let z = root(0.017_758 * r + 0.109_477 * g + 0.872_765 * b);
         *lightness = 1.16 * y - 0.16;
-        *along_a = 0.5 + 500.0 / (2.0 * COLOR_RANGE) * (x - y);
-        *along_b = 0.5 + 200.0 / (2.0 * COLOR_RANGE) * (y - z);
+        *along_a = 0.5 + 500.0 / (2.0 * MAX_CHROMA) * (x - y);
+        *along_b = 0.5 + 200.0 / (2.0 * MAX_CHROMA) * (y - z);
     }
     planes
 }
 
-/// Light of an sRGB value.
+/// Linear intensity of an sRGB value.
 fn linear(v: f32) -> f32 {
     if v <= 0.04045 { v / 12.92 } else { libm::powf((v + 0.055) / 1.055, 2.4) }
 }
 
-/// Cube root, straight near 0.
+/// Cube root, linear near 0 (CIE Lab).
 fn root(t: f32) -> f32 {
     if t > 0.008_856 { libm::cbrtf(t) } else { 7.787 * t + 16.0 / 116.0 }
 }
 
-// Textons: which kind of small pattern each pixel belongs to.
-//
-// Instead of clusters of filter responses, which differ from one image to the next and jump between the frames of a
-// video, each pixel is shared among nine fixed kinds: flat, and a bright or a dark line in one of four directions. A
-// kind's share is its response (a second difference) over the sum of all responses and [`FLAT`], so contrast matters
-// only where it is low.
+// Textons, as nine fixed patterns: flat, and a bright or a dark line in one of four directions. Clusters of filter responses
+// differ between images and change between the frames of a video. A pattern's share of a pixel is its response (a second
+// difference) over the sum of all responses and [`FLAT_RESPONSE`], so that contrast matters only where it is low.
 
-/// Kinds of patterns.
-const TEXTONS: usize = 9;
-/// The sum of responses, in brightness `0..=1`, at which a pixel is half flat. Lower finds texture in noise.
-const FLAT: f32 = 0.05;
+/// Number of patterns.
+const NUM_TEXTONS: usize = 9;
+/// Sum of responses, in brightness `0..=1`, at which a pixel is half flat. Lower finds texture in noise. Chosen by eye.
+const FLAT_RESPONSE: f32 = 0.05;
 
-/// Shares of each kind, as planes of the size of `brightness`; they sum to one at each pixel.
-fn textons(brightness: &[f32], width: usize) -> [Vec<f32>; TEXTONS] {
+/// Computes the share of each pattern, as planes of the size of `brightness`; they sum to one at each pixel.
+fn textons(brightness: &[f32], width: usize) -> [Vec<f32>; NUM_TEXTONS] {
     let height = brightness.len() / width;
-    let mut shares = [0; TEXTONS].map(|_| vec![0.0; brightness.len()]);
+    let mut shares = [0; NUM_TEXTONS].map(|_| vec![0.0; brightness.len()]);
     let mut rows = [Vec::new(), Vec::new(), Vec::new()];
     for y in 0..height {
         for (dy, row) in rows.iter_mut().enumerate() {
             pad(&brightness[mirror(y as isize + dy as isize - 1, height) * width..][..width], 1, row);
         }
-        let [above, here, below] = rows.each_ref().map(|row| [0, 1, 2].map(|dx| &row[dx..][..width]));
+        let [above, centre, below] = rows.each_ref().map(|row| [0, 1, 2].map(|dx| &row[dx..][..width]));
         let out = shares.each_mut().map(|plane| &mut plane[y * width..][..width]);
         for x in 0..width {
-            let twice = 2.0 * here[1][x];
+            let twice = 2.0 * centre[1][x];
             let lines = [
-                twice - here[0][x] - here[2][x],
+                twice - centre[0][x] - centre[2][x],
                 twice - above[0][x] - below[2][x],
                 twice - above[1][x] - below[1][x],
                 twice - above[2][x] - below[0][x],
             ];
-            let scale = 1.0 / (lines[0].abs() + lines[1].abs() + lines[2].abs() + lines[3].abs() + FLAT);
-            out[0][x] = FLAT * scale;
+            let scale = 1.0 / (lines[0].abs() + lines[1].abs() + lines[2].abs() + lines[3].abs() + FLAT_RESPONSE);
+            out[0][x] = FLAT_RESPONSE * scale;
             for k in 0..4 {
                 out[1 + k][x] = larger(lines[k], 0.0) * scale;
                 out[5 + k][x] = larger(-lines[k], 0.0) * scale;
@@ -271,13 +270,13 @@ fn textons(brightness: &[f32], width: usize) -> [Vec<f32>; TEXTONS] {
     shares
 }
 
-// How quickly local histograms change: the small-window limit of the chi-square distance between two half-discs.
+// Gradient tensors of local histograms: the small-window limit of the chi-square distance between two half-discs.
 
-/// Added to a bin's share before dividing by it: changes of nearly empty bins count for less.
-const EMPTY: f32 = 0.02;
+/// Added to a bin's share before dividing by it, so that changes of nearly empty bins count for less. Chosen by eye.
+const SHARE_FLOOR: f32 = 0.02;
 
-/// Share of each pixel that belongs to bin `b` of `bins`; a value between the centres of two bins is shared by both.
-/// Returns whether any pixel has a share.
+/// Computes the share of each pixel that belongs to bin `b` of `bins`; a value between the centres of two bins is shared by
+/// both. Returns `true` if any pixel has a share.
 fn share_of_bin(values: &[f32], b: usize, bins: usize, shares: &mut Vec<f32>) -> bool {
     let (scale, centre) = ((bins - 1) as f32, b as f32);
     shares.clear();
@@ -294,23 +293,23 @@ impl Tensors {
         Self([vec![0.0; len], vec![0.0; len], vec![0.0; len]])
     }
 
-    /// Adds `weight * g g^T / (h + EMPTY)` for the blurred shares `h` of one bin, `g` their gradient by central
+    /// Adds `weight * g g^T / (h + SHARE_FLOOR)` for the blurred shares `h` of one bin, `g` their gradient by central
     /// differences. Outside of `spans`, a range of columns for each row, shares are 0.
     fn add_bin(&mut self, shares: &[f32], width: usize, weight: f32, spans: &[Range<usize>]) {
         let height = shares.len() / width;
         let mut padded = Vec::new();
-        for (y, span) in widened(spans, 1, width).into_iter().enumerate().filter(|(_, span)| !span.is_empty()) {
+        for (y, span) in dilate_spans(spans, 1, width).into_iter().enumerate().filter(|(_, span)| !span.is_empty()) {
             let row = |y: usize| &shares[y * width..][..width];
             pad(row(y), 1, &mut padded);
             let n = span.len();
-            let (left, centre, right) =
+            let (before, centre, behind) =
                 (&padded[span.start..][..n], &row(y)[span.clone()], &padded[span.start + 2..][..n]);
             let (above, below) = (&row(y.saturating_sub(1))[span.clone()], &row((y + 1).min(height - 1))[span.clone()]);
             let [xx, xy, yy] = self.0.each_mut().map(|part| &mut part[y * width..][span.clone()]);
             for x in 0..n {
-                let gx = 0.5 * (right[x] - left[x]);
+                let gx = 0.5 * (behind[x] - before[x]);
                 let gy = 0.5 * (below[x] - above[x]);
-                let k = weight / (centre[x] + EMPTY);
+                let k = weight / (centre[x] + SHARE_FLOOR);
                 xx[x] += k * gx * gx;
                 xy[x] += k * gx * gy;
                 yy[x] += k * gy * gy;
@@ -319,8 +318,8 @@ impl Tensors {
     }
 
     /// Adds the root of `n^T J n` at each pixel to `out`: the change along the unit vector `n`.
-    fn add_change_along(&self, (nx, ny): (f32, f32), out: &mut [f32]) {
-        let [xx, xy, yy] = &self.0;
+    fn add_change_along(&self, normal: Normal, out: &mut [f32]) {
+        let ([xx, xy, yy], (nx, ny)) = (&self.0, normal);
         let (a, b, c) = (nx * nx, 2.0 * nx * ny, ny * ny);
         for (((o, xx), xy), yy) in out.iter_mut().zip(xx).zip(xy).zip(yy) {
             *o += larger(a * xx + b * xy + c * yy, 0.0).sqrt();
@@ -342,7 +341,7 @@ fn half_kernel(sigma: f32) -> Vec<f32> {
     weights.iter().map(|w| w / total).collect()
 }
 
-/// The index in `0..n` that stands at `i` behind a mirrored border: `-1` shows `0`, `n` shows `n - 1`.
+/// Mirrors the index `i` into `0..n`: `-1` becomes `0`, `n` becomes `n - 1`.
 fn mirror(i: isize, n: usize) -> usize {
     if (0..n as isize).contains(&i) {
         return i as usize;
@@ -352,7 +351,7 @@ fn mirror(i: isize, n: usize) -> usize {
     wrapped.min(period - 1 - wrapped) as usize
 }
 
-/// `row` with `radius` mirrored values before and behind it.
+/// Pads `row` with `radius` mirrored values on both sides.
 fn pad(row: &[f32], radius: usize, padded: &mut Vec<f32>) {
     padded.clear();
     let n = row.len();
@@ -361,7 +360,7 @@ fn pad(row: &[f32], radius: usize, padded: &mut Vec<f32>) {
     padded.extend((0..radius).map(|k| row[mirror((n + k) as isize, n)]));
 }
 
-/// Blurs images in place; keeps its memory from one to the next.
+/// Gaussian blur in place, with reused buffers.
 #[derive(Debug)]
 struct Blur {
     kernel: Vec<f32>,
@@ -374,14 +373,14 @@ impl Blur {
         Self { kernel: half_kernel(sigma), padded: Vec::new(), across: Vec::new() }
     }
 
-    /// `image` holds rows of `width` values.
+    /// Blurs an image of rows of `width` values.
     fn apply(&mut self, image: &mut [f32], width: usize) {
         let mut spans = vec![0..width; image.len() / width];
-        self.apply_within(image, width, &mut spans);
+        self.apply_to_spans(image, width, &mut spans);
     }
 
-    /// The same of an image that is 0 outside of `spans`, which are those of the blurred one after that.
-    fn apply_within(&mut self, image: &mut [f32], width: usize, spans: &mut Vec<Range<usize>>) {
+    /// Blurs an image that is 0 outside of `spans`, and updates these.
+    fn apply_to_spans(&mut self, image: &mut [f32], width: usize, spans: &mut Vec<Range<usize>>) {
         let radius = self.kernel.len() - 1;
         let height = image.len() / width;
         self.across.clear();
@@ -389,21 +388,23 @@ impl Blur {
         let rows = image.chunks_exact(width).zip(self.across.chunks_exact_mut(width));
         for ((row, out), span) in rows.zip(&*spans).filter(|(_, span)| !span.is_empty()) {
             pad(row, radius, &mut self.padded);
-            let span = wider(span, radius, width);
-            let from = |k: isize| (span.start + radius).wrapping_add_signed(k);
-            weigh(&mut out[span.clone()], &self.kernel, |k| &self.padded[from(k)..][..span.len()]);
+            let span = dilate_span(span, radius, width);
+            let start = |k: isize| (span.start + radius).wrapping_add_signed(k);
+            convolve_symmetric(&mut out[span.clone()], &self.kernel, |k| &self.padded[start(k)..][..span.len()]);
         }
-        *spans = widened(spans, radius, width);
+        *spans = dilate_spans(spans, radius, width);
         for (y, out) in image.chunks_exact_mut(width).enumerate() {
             let span = &spans[y];
             let row = |k: isize| mirror(y as isize + k, height) * width;
-            weigh(&mut out[span.clone()], &self.kernel, |k| &self.across[row(k) + span.start..][..span.len()]);
+            convolve_symmetric(&mut out[span.clone()], &self.kernel, |k| {
+                &self.across[row(k) + span.start..][..span.len()]
+            });
         }
     }
 }
 
-/// The columns from the first to the last value of each row that is not 0.
-fn spans(image: &[f32], width: usize) -> Vec<Range<usize>> {
+/// Columns from the first to the last nonzero value of each row.
+fn nonzero_spans(image: &[f32], width: usize) -> Vec<Range<usize>> {
     let span = |row: &[f32]| {
         let first = row.iter().position(|&v| v != 0.0);
         first.map_or(0..0, |first| first..row.iter().rposition(|&v| v != 0.0).unwrap_or(first) + 1)
@@ -411,34 +412,34 @@ fn spans(image: &[f32], width: usize) -> Vec<Range<usize>> {
     image.chunks_exact(width).map(span).collect()
 }
 
-fn wider(span: &Range<usize>, reach: usize, width: usize) -> Range<usize> {
-    if span.is_empty() { 0..0 } else { span.start.saturating_sub(reach)..(span.end + reach).min(width) }
+fn dilate_span(span: &Range<usize>, radius: usize, width: usize) -> Range<usize> {
+    if span.is_empty() { 0..0 } else { span.start.saturating_sub(radius)..(span.end + radius).min(width) }
 }
 
-/// What holds all of some rows.
-fn joined(spans: &[Range<usize>]) -> Range<usize> {
-    let some = || spans.iter().filter(|span| !span.is_empty());
-    let (start, end) = (some().map(|span| span.start).min(), some().map(|span| span.end).max());
+/// Returns the least span that contains all of some rows' spans.
+fn union(spans: &[Range<usize>]) -> Range<usize> {
+    let nonempty = || spans.iter().filter(|span| !span.is_empty());
+    let (start, end) = (nonempty().map(|span| span.start).min(), nonempty().map(|span| span.end).max());
     start.unwrap_or(0)..end.unwrap_or(0)
 }
 
-/// All that is at most `reach` rows and columns from what was in them, mirrored borders included.
-fn widened(spans: &[Range<usize>], reach: usize, width: usize) -> Vec<Range<usize>> {
-    let near = |y: usize| &spans[y.saturating_sub(reach)..(y + reach + 1).min(spans.len())];
-    (0..spans.len()).map(|y| wider(&joined(near(y)), reach, width)).collect()
+/// Extends spans by `radius` rows and columns.
+fn dilate_spans(spans: &[Range<usize>], radius: usize, width: usize) -> Vec<Range<usize>> {
+    let rows = |y: usize| &spans[y.saturating_sub(radius)..(y + radius + 1).min(spans.len())];
+    (0..spans.len()).map(|y| dilate_span(&union(rows(y)), radius, width)).collect()
 }
 
-/// Those of the image of half the size.
-fn spans_of_half(spans: &[Range<usize>]) -> Vec<Range<usize>> {
-    spans.chunks(2).map(joined).map(|span| span.start / 2..half(span.end)).collect()
+/// Spans of the image of half the size.
+fn halve_spans(spans: &[Range<usize>]) -> Vec<Range<usize>> {
+    spans.chunks(2).map(union).map(|span| span.start / 2..half(span.end)).collect()
 }
 
-/// Half of a side, rounded up.
+/// Halves a side, rounding up.
 fn half(side: usize) -> usize {
     side.div_ceil(2)
 }
 
-/// Means of 2x2 pixels; the last row or column of an odd side counts twice.
+/// Averages 2x2 pixels; the last row or column of an odd side counts twice.
 fn halve(image: &[f32], width: usize, out: &mut Vec<f32>) {
     let height = image.len() / width;
     out.clear();
@@ -451,25 +452,25 @@ fn halve(image: &[f32], width: usize, out: &mut Vec<f32>) {
     }
 }
 
-/// Adds `image`, twice as large by bilinear interpolation, to `out`, whose rows have `width` pixels.
+/// Doubles `image` by bilinear interpolation and adds it to `out`, whose rows have `width` pixels.
 pub(super) fn add_doubled(image: &[f32], out: &mut [f32], width: usize) {
     let small = half(width);
     let height = image.len() / small;
     let mut line = vec![0.0; small + 2];
     for (y, out) in out.chunks_exact_mut(width).enumerate() {
-        // A pixel lies a quarter of a coarse pixel from the centre of the coarse pixel over it.
-        let near = &image[y / 2 * small..][..small];
-        let far = if y % 2 == 0 { (y / 2).saturating_sub(1) } else { (y / 2 + 1).min(height - 1) };
-        let far = &image[far * small..][..small];
-        for ((l, a), b) in line[1..].iter_mut().zip(near).zip(far) {
+        // A pixel lies a quarter of a coarse pixel from the centre of its coarse pixel.
+        let nearest = &image[y / 2 * small..][..small];
+        let next = if y % 2 == 0 { (y / 2).saturating_sub(1) } else { (y / 2 + 1).min(height - 1) };
+        let next = &image[next * small..][..small];
+        for ((l, a), b) in line[1..].iter_mut().zip(nearest).zip(next) {
             *l = 0.75 * a + 0.25 * b;
         }
         line[0] = line[1];
         line[small + 1] = line[small];
         let (pairs, end) = out.as_chunks_mut::<2>();
-        for (((pair, before), here), behind) in pairs.iter_mut().zip(&line).zip(&line[1..]).zip(&line[2..]) {
-            pair[0] += 0.75 * here + 0.25 * before;
-            pair[1] += 0.75 * here + 0.25 * behind;
+        for (((pair, before), centre), behind) in pairs.iter_mut().zip(&line).zip(&line[1..]).zip(&line[2..]) {
+            pair[0] += 0.75 * centre + 0.25 * before;
+            pair[1] += 0.75 * centre + 0.25 * behind;
         }
         end.iter_mut().for_each(|last| *last += 0.75 * line[small] + 0.25 * line[small - 1]);
     }
@@ -487,8 +488,8 @@ mod tests {
         let rgb = vec![255, 255, 255, 0, 0, 0, 255, 0, 0, 0, 0, 255];
         let [l, a, b] = lab(&Frame::from_rgb(rgb, 4, 1).unwrap());
         for (i, expected) in expected.iter().enumerate() {
-            let found = [100.0 * l[i], 80.0 * a[i] - 40.0, 80.0 * b[i] - 40.0];
-            assert!(found.iter().zip(expected).all(|(f, e)| (f - e).abs() < 0.3), "{found:?} for {expected:?}");
+            let values = [100.0 * l[i], 80.0 * a[i] - 40.0, 80.0 * b[i] - 40.0];
+            assert!(values.iter().zip(expected).all(|(f, e)| (f - e).abs() < 0.3), "{values:?} for {expected:?}");
         }
     }
 

@@ -1,24 +1,23 @@
-//! From thin ridges of Pb to chains of pixels.
+//! Edge linking: from thin ridges of Pb to chains of pixels.
 //!
-//! 1. Hysteresis: pixels above `low` that hang together with one above `high` (Canny 1986).
-//! 2. Thinning to lines one pixel wide: pixels whose removal changes no connection go, weakest first.
-//! 3. Welding: gaps of one pixel at the end of a line are filled, and ends near the image border run straight into it.
-//! 4. Tracing: lines are broken at junctions into chains; short ones with a free end are dropped, and what remains is
-//!    traced again.
+//! 1. Hysteresis: keeps pixels above `low` that are connected with one above `high` (Canny 1986).
+//! 2. Thinning to lines one pixel wide: removes pixels that do not change the connectivity, weakest first.
+//! 3. Gap closing: fills gaps of one pixel at the end of a line, and extends ends near the image border straight to it.
+//! 4. Tracing: splits lines at junctions into chains; drops short ones with a free end, and traces the rest again.
 //!
 //! Two pixels are linked if they share a side, or a corner beside which no other pixel of a line lies. Chains are walks
-//! over such links, so that no two of them cross.
+//! over such links, so that no two of them cross. Cost: O(pixels of lines).
 
 use crate::image::Plane;
 use crate::order;
 
-/// An end at most this far from the image border, in pixels, is run into it; boundary maps fade out there.
-const BORDER: usize = 4;
+/// Largest distance at which the end of a line is extended to the image border: boundary maps fade out there. Chosen by eye.
+const MAX_BORDER_GAP_PX: usize = 4;
 
-/// The eight neighbours, anticlockwise from the right; even ones share a side.
-const AROUND: [(isize, isize); 8] = [(1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1), (0, 1), (1, 1)];
+/// Offsets of the eight neighbours, anticlockwise from the right; even ones share a side.
+const NEIGHBOURS: [(isize, isize); 8] = [(1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1), (0, 1), (1, 1)];
 
-/// Chains of points, each beside the one before it.
+/// Chains of neighbouring points.
 ///
 /// Law: chain `c` is `points[offset[c]..offset[c + 1]]` and has at least two points; a closed one ends where it begins.
 #[derive(Debug)]
@@ -28,13 +27,12 @@ pub(super) struct Chains {
     pub(super) offset: Vec<usize>,
 }
 
-/// The chains of `thin`: pixels above `low` connected with one above `high`; those of fewer than `min_chain` pixels
-/// with a free end are left out.
+/// Links the ridges of `thin` to chains. Chains of fewer than `min_chain` pixels with a free end are left out.
 pub(super) fn link(thin: &Plane<f32>, low: f32, high: f32, min_chain: usize) -> Chains {
-    let mut lines = Lines::above(thin, low, high);
+    let mut lines = LineMap::above(thin, low, high);
     lines.thin();
-    lines.weld();
-    lines.reach_border();
+    lines.close_gaps();
+    lines.extend_to_border();
     lines.thin();
     for short in lines.trace(min_chain).1 {
         lines.on[short] = false;
@@ -42,8 +40,8 @@ pub(super) fn link(thin: &Plane<f32>, low: f32, high: f32, min_chain: usize) -> 
     lines.trace(min_chain).0
 }
 
-/// Which pixels lie on a line, with a margin of one pixel around the image.
-struct Lines {
+/// Pixels that lie on a line, with a margin of one pixel around the image.
+struct LineMap {
     on: Vec<bool>,
     /// Pb where it is above `low`, as numbers of the same order; 0 elsewhere.
     strength: Vec<u32>,
@@ -52,8 +50,8 @@ struct Lines {
     stride: usize,
 }
 
-impl Lines {
-    /// 1. Hysteresis.
+impl LineMap {
+    /// Keeps pixels by hysteresis (step 1).
     fn above(thin: &Plane<f32>, low: f32, high: f32) -> Self {
         let (width, height) = (thin.width(), thin.height());
         let stride = width + 2;
@@ -63,7 +61,7 @@ impl Lines {
             let begin = (y + 1) * stride + 1;
             for (x, &value) in thin.row(y).iter().enumerate() {
                 if value > low {
-                    strength[begin + x] = order::single(value);
+                    strength[begin + x] = order::f32_key(value);
                     if value > high {
                         stack.push(begin + x);
                     }
@@ -81,36 +79,36 @@ impl Lines {
     }
 
     fn neighbour(&self, p: usize, k: usize) -> usize {
-        let (dx, dy) = AROUND[k % 8];
+        let (dx, dy) = NEIGHBOURS[k % 8];
         p.wrapping_add_signed(dy * self.stride as isize + dx)
     }
 
-    /// Column and row; beyond the image for the margin.
-    fn place(&self, p: usize) -> (usize, usize) {
+    /// Returns column and row, outside of the image for the margin.
+    fn position(&self, p: usize) -> (usize, usize) {
         ((p % self.stride).wrapping_sub(1), (p / self.stride).wrapping_sub(1))
     }
 
-    fn all(&self) -> Vec<usize> {
+    fn line_pixels(&self) -> Vec<usize> {
         (0..self.on.len()).filter(|&p| self.on[p]).collect()
     }
 
-    /// Which neighbours lie on a line, a bit each.
+    /// Returns a bit for each neighbour that lies on a line.
     fn ring(&self, p: usize) -> u8 {
         (0..8).fold(0, |bits, k| bits | u8::from(self.on[self.neighbour(p, k)]) << k)
     }
 
-    /// Which neighbours `p` is linked with, a bit each.
+    /// Returns a bit for each neighbour that `p` is linked with.
     fn links(&self, p: usize) -> u8 {
         let ring = self.ring(p);
         let sides = ring & 0b0101_0101;
         ring & !(sides.rotate_left(1) | sides.rotate_right(1))
     }
 
-    /// 2. Thinning. A pass looks at the pixels beside those that the pass before removed.
+    /// Thins lines to one pixel (step 2). Each pass visits the neighbours of the pixels that the last one removed.
     fn thin(&mut self) {
-        let mut pass = self.all();
+        let mut pass = self.line_pixels();
         while !pass.is_empty() {
-            order::sort_by_key(&mut pass, |&p| order::pair(self.strength[p], p as u32));
+            order::sort_by_key(&mut pass, |&p| order::pair_key(self.strength[p], p as u32));
             pass.dedup();
             let mut next = Vec::new();
             for p in pass {
@@ -124,22 +122,23 @@ impl Lines {
         }
     }
 
-    /// 3. Fills the pixel between an end and another line two pixels away.
-    fn weld(&mut self) {
-        for p in self.all() {
+    /// Fills the pixel between an end and another line two pixels away (step 3).
+    fn close_gaps(&mut self) {
+        for p in self.line_pixels() {
             let ring = self.ring(p);
             if ring.count_ones() != 1 {
                 continue;
             }
             let back = ring.trailing_zeros() as usize;
-            // Straight on first, then ever more to the side.
+            // Straight ahead first, then to the sides.
             for turn in [4, 3, 5, 2, 6] {
                 let q = self.neighbour(p, back + turn);
-                let (x, y) = self.place(q);
+                let (x, y) = self.position(q);
                 if x >= self.width || y >= self.height {
                     continue;
                 }
-                let touches = (0..8).map(|k| self.neighbour(q, k)).any(|r| r != p && self.on[r] && !self.beside(r, p));
+                let is_free = |r: usize| r != p && self.on[r] && !self.are_neighbours(r, p);
+                let touches = (0..8).map(|k| self.neighbour(q, k)).any(is_free);
                 if touches {
                     self.on[q] = true;
                     break;
@@ -148,19 +147,21 @@ impl Lines {
         }
     }
 
-    fn beside(&self, p: usize, q: usize) -> bool {
+    fn are_neighbours(&self, p: usize, q: usize) -> bool {
         (0..8).any(|k| self.neighbour(p, k) == q)
     }
 
-    /// 3. Runs ends near the border straight into it.
-    fn reach_border(&mut self) {
-        for p in self.all() {
+    /// Extends ends near the border straight to it (step 3).
+    fn extend_to_border(&mut self) {
+        for p in self.line_pixels() {
             if self.ring(p).count_ones() > 1 {
                 continue;
             }
             let (distance, k) = self.to_border(p);
-            let path: Vec<usize> = (1..=distance).map(|i| self.ahead(p, k, i)).collect();
-            if distance <= BORDER && !path.iter().any(|&q| self.on[q]) {
+            let path: Vec<usize> = std::iter::successors(Some(self.neighbour(p, k)), |&q| Some(self.neighbour(q, k)))
+                .take(distance)
+                .collect();
+            if distance <= MAX_BORDER_GAP_PX && !path.iter().any(|&q| self.on[q]) {
                 for q in path {
                     self.on[q] = true;
                 }
@@ -168,20 +169,16 @@ impl Lines {
         }
     }
 
-    fn ahead(&self, p: usize, k: usize, steps: usize) -> usize {
-        (0..steps).fold(p, |q, _| self.neighbour(q, k))
-    }
-
-    /// Steps to the nearest pixel on the image border, and which way.
+    /// Returns the distance to the nearest pixel on the image border, and the neighbour in its direction.
     fn to_border(&self, p: usize) -> (usize, usize) {
-        let (x, y) = self.place(p);
-        let ways = [(x, 4), (y, 2), (self.width - 1 - x, 0), (self.height - 1 - y, 6)];
-        ways.into_iter().min().unwrap_or_default()
+        let (x, y) = self.position(p);
+        let sides = [(x, 4), (y, 2), (self.width - 1 - x, 0), (self.height - 1 - y, 6)];
+        sides.into_iter().min().unwrap_or_default()
     }
 
-    /// 4. The chains, and the pixels that only short ones with a free end have.
+    /// Traces the chains (step 4). Returns them, and the pixels of dropped short ones.
     fn trace(&self, min_chain: usize) -> (Chains, Vec<usize>) {
-        let pixels = self.all();
+        let pixels = self.line_pixels();
         let mut links = vec![0_u8; self.on.len()];
         for &p in &pixels {
             links[p] = self.links(p);
@@ -191,8 +188,8 @@ impl Lines {
         let is_node = |p: usize| links[p].count_ones() != 2;
         let mut chains = Chains { points: Vec::new(), offset: vec![0] };
         let mut short = Vec::new();
-        let (nodes, others): (Vec<usize>, Vec<usize>) = pixels.iter().partition(|&&p| is_node(p));
-        for &start in nodes.iter().chain(&others) {
+        let (nodes, inner): (Vec<usize>, Vec<usize>) = pixels.iter().partition(|&&p| is_node(p));
+        for &start in nodes.iter().chain(&inner) {
             while open[start] != 0 {
                 let walk = self.walk(start, &mut open, &is_node);
                 let (first, last) = (walk[0], walk[walk.len() - 1]);
@@ -211,7 +208,7 @@ impl Lines {
         (chains, short)
     }
 
-    /// From `start` over open links to the next junction, end, or back.
+    /// Walks from `start` over open links to the next junction, end, or back.
     fn walk(&self, start: usize, open: &mut [u8], is_node: &impl Fn(usize) -> bool) -> Vec<usize> {
         let mut walk = vec![start];
         let mut p = start;
@@ -231,27 +228,27 @@ impl Lines {
 
     fn push(&self, walk: &[usize], chains: &mut Chains) {
         let point = |p: usize| {
-            let (x, y) = self.place(p);
+            let (x, y) = self.position(p);
             (2 * x as i32, 2 * y as i32)
         };
         let (first, last) = (walk[0], walk[walk.len() - 1]);
-        chains.points.extend(self.outside(first));
+        chains.points.extend(self.border_point(first));
         chains.points.extend(walk.iter().map(|&p| point(p)));
-        chains.points.extend(self.outside(last));
+        chains.points.extend(self.border_point(last));
         chains.offset.push(chains.points.len());
     }
 
-    /// The point on the image border beside the end `p` of a line.
-    fn outside(&self, p: usize) -> Option<(i32, i32)> {
+    /// Returns the point on the image border beside the end `p` of a line.
+    fn border_point(&self, p: usize) -> Option<(i32, i32)> {
         let (distance, k) = self.to_border(p);
-        let (x, y) = self.place(p);
-        let (dx, dy) = AROUND[k];
+        let (x, y) = self.position(p);
+        let (dx, dy) = NEIGHBOURS[k];
         let is_end = distance == 0 && self.links(p).count_ones() == 1;
         is_end.then_some((2 * x as i32 + dx as i32, 2 * y as i32 + dy as i32))
     }
 }
 
-/// How many separate runs of line pixels the pixel joins (Yokoi's connectivity number for eight neighbours).
+/// Number of separate runs of line pixels around a pixel (Yokoi's connectivity number for eight neighbours).
 fn connections(ring: u8) -> u32 {
     let off = !ring;
     let sides = off & 0b0101_0101;

@@ -33,13 +33,13 @@ fn map_of(frame: &Frame) -> BoundaryMap {
 fn values_are_probabilities_and_thin_keeps_them_or_nothing() {
     for seed in 0..4 {
         let map = map_of(&clutter(61, 47, seed));
-        let mut kept = 0;
+        let mut num_kept = 0;
         for (&pb, &thin) in map.pb.data().iter().zip(map.thin.data()) {
             assert!((0.0..=1.0).contains(&pb), "pb {pb}");
             assert!(thin == 0.0 || thin == pb, "thin {thin}, pb {pb}");
-            kept += usize::from(thin > 0.1);
+            num_kept += usize::from(thin > 0.1);
         }
-        assert!(kept > 30, "{kept} pixels on ridges");
+        assert!(num_kept > 30, "{num_kept} pixels on ridges");
     }
 }
 
@@ -108,7 +108,7 @@ fn mirrored_and_transposed_images_give_mirrored_and_transposed_maps() {
     let transposed = map_of(&frame(h, w, |x, y| at(y, x)));
     for (x, y) in (0..h).flat_map(|y| (0..w).map(move |x| (x, y))) {
         let pb = map.pb[(x, y)];
-        let others = [mirrored.pb[(w - 1 - x, y)], transposed.pb[(y, x)]];
-        assert!(others.iter().all(|o| (o - pb).abs() < 1e-3), "{pb} and {others:?} at {x}, {y}");
+        let transformed = [mirrored.pb[(w - 1 - x, y)], transposed.pb[(y, x)]];
+        assert!(transformed.iter().all(|o| (o - pb).abs() < 1e-3), "{pb} and {transformed:?} at {x}, {y}");
     }
 }

@@ -1,20 +1,19 @@
-//! Thinning: what is left of a strength map on its ridges.
+//! Thinning of a strength map to its ridges by non-maximum suppression (Canny 1986).
 
 use crate::image::{Plane, sample_bilinear};
 
-/// Directions that an orientation map tells apart.
+/// Directions of an orientation map (Martin, Fowlkes and Malik 2004).
 pub const ORIENTATIONS: usize = 8;
 
-/// `strength` where it is largest across the boundary, 0 elsewhere. `orientation` holds the direction of the boundary's
-/// normal, in steps of a half turn by [`ORIENTATIONS`] from the x axis towards the y axis.
+/// Keeps `strength` where it is largest across the boundary, and sets it to 0 elsewhere. `orientation` holds the direction of
+/// the boundary's normal, in steps of π / [`ORIENTATIONS`] from the x axis towards the y axis.
 ///
-/// A pixel stays when it is larger than the interpolated value one pixel before it along the normal and not smaller
-/// than that behind it, so of two equal neighbours one stays. What rises up to the border of the image has no ridge
-/// there.
+/// A pixel is kept if it is larger than the interpolated value one pixel before it along the normal and not smaller than
+/// the one behind it, so that one of two equal neighbours is kept. A rise up to the border of the image is no ridge.
 pub fn thin(strength: &Plane<f32>, orientation: &Plane<u8>) -> Plane<f32> {
     let (w, h) = (strength.width(), strength.height());
     let normals = normals();
-    let steps = normals.map(|(nx, ny)| [Inner::new(-nx, -ny, w), Inner::new(nx, ny, w)]);
+    let steps = normals.map(|(nx, ny)| [UnitStep::new(-nx, -ny, w), UnitStep::new(nx, ny, w)]);
     let data = strength.data();
     Plane::from_fn(w, h, |x, y| {
         let value = strength[(x, y)];
@@ -25,29 +24,29 @@ pub fn thin(strength: &Plane<f32>, orientation: &Plane<u8>) -> Plane<f32> {
             let p = y * w + x;
             value > 0.0 && value > before.sample(data, p) && value >= behind.sample(data, p)
         } else {
-            value > 0.0 && is_largest_at_rim(strength, (x, y), normals[k])
+            value > 0.0 && is_largest_at_border(strength, x, y, normals[k])
         };
         if is_largest { value } else { 0.0 }
     })
 }
 
 /// A step of one pixel from a pixel that has neighbours on all sides.
-struct Inner {
-    /// From the pixel to the upper left one of the four around the place where the step ends.
+struct UnitStep {
+    /// From the pixel to the upper left one of the four around the end of the step.
     offset: isize,
     stride: usize,
     fractions: (f32, f32),
 }
 
-impl Inner {
+impl UnitStep {
     fn new(dx: f32, dy: f32, stride: usize) -> Self {
         // A step of exactly one pixel must not lead beyond the neighbour.
-        let whole = |d: f32| if d < 0.0 { -1.0 } else { 0.0_f32 };
-        let offset = whole(dy) as isize * stride as isize + whole(dx) as isize;
-        Self { offset, stride, fractions: (dx - whole(dx), dy - whole(dy)) }
+        let floor = |d: f32| if d < 0.0 { -1.0 } else { 0.0_f32 };
+        let offset = floor(dy) as isize * stride as isize + floor(dx) as isize;
+        Self { offset, stride, fractions: (dx - floor(dx), dy - floor(dy)) }
     }
 
-    /// The interpolated value a step from pixel `p`.
+    /// Interpolates the value a step from pixel `p`.
     fn sample(&self, data: &[f32], p: usize) -> f32 {
         let corner = p.wrapping_add_signed(self.offset);
         let (above, below) = (&data[corner..corner + 2], &data[corner + self.stride..][..2]);
@@ -58,12 +57,12 @@ impl Inner {
     }
 }
 
-/// The same where a step may lead out of the image.
-fn is_largest_at_rim(strength: &Plane<f32>, (x, y): (usize, usize), (nx, ny): (f32, f32)) -> bool {
+/// Returns `true` if a pixel at the border, where steps may leave the image, is largest along `normal`.
+fn is_largest_at_border(strength: &Plane<f32>, x: usize, y: usize, normal: Normal) -> bool {
     let value = strength[(x, y)];
     let step = |sign: f32| {
-        let at = (x as f32 + sign * nx, y as f32 + sign * ny);
-        (at.0.clamp(0.0, (strength.width() - 1) as f32), at.1.clamp(0.0, (strength.height() - 1) as f32))
+        let (to_x, to_y) = (x as f32 + sign * normal.0, y as f32 + sign * normal.1);
+        (to_x.clamp(0.0, (strength.width() - 1) as f32), to_y.clamp(0.0, (strength.height() - 1) as f32))
     };
     let (before, behind) = (step(-1.0), step(1.0));
     value > sample_bilinear(strength, before.0, before.1)
@@ -71,8 +70,11 @@ fn is_largest_at_rim(strength: &Plane<f32>, (x, y): (usize, usize), (nx, ny): (f
         && behind != (x as f32, y as f32)
 }
 
+/// Unit vector across a boundary.
+pub(super) type Normal = (f32, f32);
+
 /// Unit normals of the orientations.
-pub fn normals() -> [(f32, f32); ORIENTATIONS] {
+pub fn normals() -> [Normal; ORIENTATIONS] {
     std::array::from_fn(|k| {
         // Exact where a normal is parallel to a side of the image.
         if 2 * k == ORIENTATIONS {
@@ -99,8 +101,8 @@ mod tests {
     }
 
     #[test]
-    fn of_two_equal_pixels_one_stays_and_of_a_rise_to_the_border_none() {
-        // At the rim of the image and inside of it.
+    fn one_of_two_equal_pixels_is_kept_and_a_rise_to_the_border_is_no_ridge() {
+        // At the border of the image and inside of it.
         for rows in [1, 3] {
             let pair = Plane::from_fn(4, rows, |x, _| [0.1, 0.5, 0.5, 0.1][x]);
             assert_eq!(thin(&pair, &Plane::filled(4, rows, 0)).row(rows / 2), [0.0, 0.5, 0.0, 0.0]);

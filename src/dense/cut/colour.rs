@@ -1,11 +1,11 @@
-//! Which colours a label has: histograms in three dimensions, with linear interpolation in both directions.
+//! Colour histograms in three dimensions, written and read with trilinear interpolation.
 
 use serde::{Deserialize, Serialize};
 
-/// Bins along one axis: 0 to 255 in steps of 16, both ends included.
-const SIDE: usize = 17;
+/// Bins along one axis: 0 to 255 in steps of 16, both ends included. Chosen by eye.
+const BINS_PER_AXIS: usize = 17;
 
-/// A place in a histogram: the bin below it, and how far it lies above that on each axis, in sixteenths.
+/// A position in a histogram: the bin below it, and the distance from that on each axis, in sixteenths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Colour {
     bin: u16,
@@ -13,30 +13,30 @@ pub(crate) struct Colour {
 }
 
 impl Colour {
-    /// Of red, green and blue: brightness, red against blue, green against both. The latter two vary little in natural
-    /// images and are spread to twice their scale.
-    pub(crate) fn of(rgb: &[u8]) -> Self {
+    /// Converts red, green and blue to brightness, red against blue, and green against both. The latter two vary little in
+    /// natural images and are doubled.
+    pub(crate) fn from_rgb(rgb: &[u8]) -> Self {
         let [r, g, b] = [rgb[0], rgb[1], rgb[2]].map(i32::from);
         let axes = [(r + 2 * g + b) / 4, r - b + 128, g - (r + b) / 2 + 128].map(|v| v.clamp(0, 255) as usize);
-        let bin = axes.iter().fold(0, |bin, v| bin * SIDE + v / 16);
+        let bin = axes.iter().fold(0, |bin, v| bin * BINS_PER_AXIS + v / 16);
         Self { bin: bin as u16, fraction: axes.map(|v| (v % 16) as u8) }
     }
 
-    /// The eight bins around it and their weights, which sum to one.
+    /// Returns the eight bins around it and their weights, which sum to one.
     pub(crate) fn corners(self) -> Corners {
         let [first, second, third] = self.fraction.map(|f| f32::from(f) / 16.0).map(|f| [1.0 - f, f]);
         std::array::from_fn(|k| {
             let (a, b, c) = (k / 4, k / 2 % 2, k % 2);
-            let bin = usize::from(self.bin) + (a * SIDE + b) * SIDE + c;
+            let bin = usize::from(self.bin) + (a * BINS_PER_AXIS + b) * BINS_PER_AXIS + c;
             (bin, first[a] * second[b] * third[c])
         })
     }
 }
 
-/// Bins and weights of a colour, which are made once and asked for in several histograms.
+/// Bins and weights of a colour, computed once for several histograms.
 pub(crate) type Corners = [(usize, f32); 8];
 
-/// How often colours occur.
+/// Histogram of colours.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Histogram {
     bins: Vec<f32>,
@@ -45,7 +45,7 @@ pub(crate) struct Histogram {
 
 impl Histogram {
     pub(crate) fn new() -> Self {
-        Self { bins: vec![0.0; SIDE * SIDE * SIDE], total: 0.0 }
+        Self { bins: vec![0.0; BINS_PER_AXIS * BINS_PER_AXIS * BINS_PER_AXIS], total: 0.0 }
     }
 
     pub(crate) fn clear(&mut self) {
@@ -60,45 +60,44 @@ impl Histogram {
         self.total += weight;
     }
 
-    /// Sum of all weights.
+    /// Returns the sum of all weights.
     pub(crate) fn total(&self) -> f32 {
         self.total
     }
 
-    /// Share of the weights at this colour, 0 to 1; 0 of an empty histogram.
+    /// Returns the share of the weights at this colour, 0 to 1; 0 of an empty histogram.
     pub(crate) fn share(&self, colour: &Corners) -> f32 {
-        let at: f32 = colour.iter().map(|&(bin, share)| share * self.bins[bin]).sum();
-        if self.total > 0.0 { at / self.total } else { 0.0 }
+        let weight: f32 = colour.iter().map(|&(bin, share)| share * self.bins[bin]).sum();
+        if self.total > 0.0 { weight / self.total } else { 0.0 }
     }
 
-    /// How alike the shares of two are, 0 to 1: Bhattacharyya's coefficient.
-    pub(crate) fn likeness(&self, other: &Self) -> f32 {
+    /// Computes the similarity of two histograms, 0 to 1: the Bhattacharyya coefficient.
+    pub(crate) fn similarity(&self, other: &Self) -> f32 {
         let common: f32 = self.bins.iter().zip(&other.bins).map(|(a, b)| (a * b).sqrt()).sum();
         let total = (self.total * other.total).sqrt();
         if total > 0.0 { common / total } else { 0.0 }
     }
 
-    /// The same as if this colour had been added once less, with weight 1.
-    pub(crate) fn share_of_others(&self, colour: &Corners) -> f32 {
-        let own = |(bin, share): &(usize, f32)| share * (self.bins[*bin] - share);
-        let at: f32 = colour.iter().map(own).sum();
-        if self.total > 1.0 { at.max(0.0) / (self.total - 1.0) } else { 0.0 }
+    /// Returns the share of the weights at this colour without one sample of it, of weight 1.
+    pub(crate) fn leave_one_out_share(&self, colour: &Corners) -> f32 {
+        let weight: f32 = colour.iter().map(|&(bin, share)| share * (self.bins[bin] - share)).sum();
+        if self.total > 1.0 { weight.max(0.0) / (self.total - 1.0) } else { 0.0 }
     }
 }
 
-/// Share of a colour that was never seen.
-pub(crate) const UNSEEN: f32 = 2e-4;
+/// Share that is added to each colour, for those that were never seen. Chosen by eye.
+pub(crate) const UNSEEN_SHARE: f32 = 2e-4;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn corners(rgb: [u8; 3]) -> Corners {
-        Colour::of(&rgb).corners()
+        Colour::from_rgb(&rgb).corners()
     }
 
     #[test]
-    fn a_colour_in_the_middle_of_a_bin_is_found_in_full_and_distant_ones_not_at_all() {
+    fn a_colour_at_a_bin_has_its_full_share_and_distant_ones_none() {
         let mut histogram = Histogram::new();
         assert_eq!(histogram.share(&corners([1, 2, 3])), 0.0);
         let grey = &corners([64, 64, 64]);
@@ -108,8 +107,8 @@ mod tests {
         assert_eq!(histogram.share(&corners([96, 96, 96])), 0.0);
         histogram.add(&corners([250, 10, 10]), 1.0);
         assert_eq!((histogram.share(grey), histogram.total()), (0.75, 4.0));
-        assert_eq!(histogram.share_of_others(grey), 2.0 / 3.0);
-        assert_eq!(histogram.share_of_others(&corners([250, 10, 10])), 0.0);
+        assert_eq!(histogram.leave_one_out_share(grey), 2.0 / 3.0);
+        assert_eq!(histogram.leave_one_out_share(&corners([250, 10, 10])), 0.0);
         histogram.clear();
         assert_eq!((histogram.share(grey), histogram.total()), (0.0, 0.0));
     }
@@ -124,7 +123,7 @@ mod tests {
                     histogram.add(&corners([r, g, b]), 1.0);
                     assert!((histogram.bins.iter().sum::<f32>() - 1.0).abs() < 1e-6);
                     assert!(histogram.share(&corners([r, g, b])) > 0.1);
-                    places.push(Colour::of(&[r, g, b]));
+                    places.push(Colour::from_rgb(&[r, g, b]));
                 }
             }
         }

@@ -1,20 +1,21 @@
-//! Labels of least energy: alpha-expansion.
+//! Energy minimization by alpha-expansion.
 //!
 //! In: [`Potts`], an energy over the labels of nodes, `E(f) = Σ_p unary(p, f_p) + Σ_pq weight_pq [f_p ≠ f_q]`. Out: a
-//! label for each node. A move offers one label α to all nodes at once and finds the best set to take it by a minimum
-//! cut (Boykov, Veksler and Zabih, "Fast approximate energy minimization via graph cuts", PAMI 2001). Moves go round
-//! the labels in their order until a whole round brings nothing: then the energy is at most the best one, its
-//! pairwise part taken twice. Two labels need one cut only, and the result is the optimum.
+//! label for each node. A move offers one label α to all nodes and finds the best set to take it by a minimum cut
+//! (Boykov, Veksler and Zabih, "Fast approximate energy minimization via graph cuts", PAMI 2001). Moves cycle through the
+//! labels until a whole cycle has no gain: then the energy exceeds the least one by at most the pairwise part of that. Two
+//! labels need one cut only, and the result is the optimum.
 //!
-//! All moves share one [`Network`]. With the source's side keeping and the sink's side taking α, an edge between two
-//! nodes that have not α costs, as capacities,
+//! All moves share one [`Network`]. The source's side keeps its labels and the sink's side takes α; an edge between two
+//! nodes without α has the capacities
 //!
 //! ```text
-//! f_p = f_q:  w either way                             (cut if one of them goes)
-//! f_p ≠ f_q:  w to keep p, and w from q to p           (free only if both go)
+//! f_p = f_q:  w in both directions                     (cut if one of them takes α)
+//! f_p ≠ f_q:  w for keeping p, and w from q to p       (free only if both take α)
 //! ```
 //!
-//! and an edge to a node that has α already costs `w` to keep.
+//! and an edge to a node that has α already costs `w` for keeping. Cost: a minimum cut for each move, near linear in
+//! practice.
 
 use super::maxflow::Network;
 
@@ -30,24 +31,24 @@ pub struct Potts {
     pub num_labels: usize,
     /// Cost of each label at each node.
     pub unary: Vec<i32>,
-    /// Which nodes are joined.
+    /// Pairs of neighbouring nodes.
     pub edges: Vec<(u32, u32)>,
-    /// What it costs if the ends of an edge differ.
+    /// Cost of different labels at the ends of each edge.
     pub weights: Vec<i32>,
 }
 
 /// Largest cost: capacities of an arc and its sister add up below `i32::MAX`.
-pub(crate) const MAX_WEIGHT: i32 = 1 << 29;
-/// Steps per unit of cost: fine enough for any weight, and sums over a clip stay far below 2^63.
-pub(super) const SCALE: f32 = 65536.0;
+pub(super) const MAX_WEIGHT: i32 = 1 << 29;
+/// Integer steps in a unit of cost: fine enough for any weight, and sums over a clip stay far below 2^63.
+pub(crate) const STEPS_PER_UNIT: i32 = 1 << 16;
 
-/// `cost` in whole steps.
-pub(crate) fn rounded(cost: f32) -> i32 {
-    ((cost * SCALE + 0.5) as i32).clamp(0, MAX_WEIGHT)
+/// Rounds a cost to steps.
+pub(crate) fn to_steps(cost: f32) -> i32 {
+    ((cost * STEPS_PER_UNIT as f32 + 0.5) as i32).clamp(0, MAX_WEIGHT)
 }
 
 impl Potts {
-    /// The energy of `label`.
+    /// Computes the energy of `label`.
     pub fn energy(&self, label: &[u32]) -> i64 {
         let unary: i64 = (0..self.num_nodes).map(|p| self.cost(p, label[p])).sum();
         let pairs = self.edges.iter().zip(&self.weights);
@@ -55,7 +56,7 @@ impl Potts {
         unary + cut.sum::<i64>()
     }
 
-    /// The cheapest label of each node on its own, the lowest of equals.
+    /// Returns the label of least unary cost of each node, the lowest of equals.
     pub fn cheapest(&self) -> Vec<u32> {
         let costs = self.unary.chunks_exact(self.num_labels.max(1));
         let best = |c: &[i32]| (0..c.len()).min_by_key(|&l| c[l]).unwrap_or(0) as u32;
@@ -77,65 +78,64 @@ pub struct Expansion {
     label: Vec<u32>,
     /// Moves made.
     moves: u32,
-    /// Labels that were offered since the last gain, with the one that gained.
-    settled: usize,
+    /// Moves since the last gain, that one included.
+    moves_since_gain: usize,
 }
 
 impl Expansion {
-    /// From the labels `initial`, one below `num_labels` for each node. With two labels the start does not matter.
+    /// Starts from the labels `initial`, one below `num_labels` for each node. With two labels the start does not matter.
     pub fn new(problem: Potts, initial: Vec<u32>) -> Self {
         let network = Network::new(problem.num_nodes, &problem.edges);
-        let mut expansion = Self { network, label: Vec::new(), moves: 0, settled: 0, problem };
-        expansion.begin(initial);
+        let mut expansion = Self { network, label: Vec::new(), moves: 0, moves_since_gain: 0, problem };
+        expansion.restart(initial);
         expansion
     }
 
-    /// From `initial`, whatever was found so far.
-    fn begin(&mut self, initial: Vec<u32>) {
-        (self.label, self.moves, self.settled) = (initial, 0, 0);
+    fn restart(&mut self, initial: Vec<u32>) {
+        (self.label, self.moves, self.moves_since_gain) = (initial, 0, 0);
         match self.problem.num_labels {
-            0 | 1 => self.settled = 1,
-            // If all have one label, offering the other decides between all labellings there are.
+            0 | 1 => self.moves_since_gain = 1,
+            // With one label everywhere, offering the other decides between all labellings.
             2 => self.label.fill(0),
             _ => {}
         }
     }
 
-    /// Begins anew with other costs of labels and the same edges, from what `initial` makes of these.
-    pub(crate) fn begin_with(&mut self, unary: Vec<i32>, initial: impl FnOnce(&Potts) -> Vec<u32>) {
+    /// Restarts with other unary costs and the same edges, from the labels of `initial`.
+    pub(crate) fn restart_with(&mut self, unary: Vec<i32>, initial: impl FnOnce(&Potts) -> Vec<u32>) {
         self.problem.unary = unary;
-        self.begin(initial(&self.problem));
+        self.restart(initial(&self.problem));
     }
 
-    /// Whether no move can gain anything.
+    /// Returns `true` when no move can lower the energy.
     pub fn is_finished(&self) -> bool {
-        self.settled >= self.problem.num_labels
+        self.moves_since_gain >= self.problem.num_labels
     }
 
-    /// Moves made so far, and how many it will have been if none of those left gains anything.
+    /// Returns the moves made so far, and their total if none of the remaining ones gains anything.
     pub fn progress(&self) -> (u32, u32) {
-        let left = self.problem.num_labels.saturating_sub(self.settled) as u32;
-        (self.moves, self.moves + left)
+        let remaining = self.problem.num_labels.saturating_sub(self.moves_since_gain) as u32;
+        (self.moves, self.moves + remaining)
     }
 
-    /// Offers the next label to all nodes; returns by how much the energy fell.
+    /// Offers the next label to all nodes. Returns the decrease of the energy.
     pub fn step(&mut self) -> i64 {
         if self.is_finished() {
             return 0;
         }
-        let two = self.problem.num_labels == 2;
-        let alpha = if two { 1 } else { self.moves % self.problem.num_labels as u32 };
-        let gain = self.offer(alpha);
+        let is_binary = self.problem.num_labels == 2;
+        let alpha = if is_binary { 1 } else { self.moves % self.problem.num_labels as u32 };
+        let gain = self.expand(alpha);
         self.moves += 1;
-        self.settled = match (two, gain > 0) {
+        self.moves_since_gain = match (is_binary, gain > 0) {
             (true, _) => 2,
             (false, true) => 1,
-            (false, false) => self.settled + 1,
+            (false, false) => self.moves_since_gain + 1,
         };
         gain
     }
 
-    /// Makes the moves that are left and returns the labels.
+    /// Makes the remaining moves and returns the labels.
     pub fn finish(mut self) -> Vec<u32> {
         while !self.is_finished() {
             self.step();
@@ -148,24 +148,24 @@ impl Expansion {
         &self.problem
     }
 
-    /// The labels as they are now.
+    /// Returns the current labels.
     pub fn labels(&self) -> &[u32] {
         &self.label
     }
 
-    fn offer(&mut self, alpha: u32) -> i64 {
-        let keep = self.keep_costs(alpha);
-        // What it costs to leave everything as it is, above what no labelling can avoid.
-        let mut present = 0;
+    fn expand(&mut self, alpha: u32) -> i64 {
+        let keep = self.set_edges(alpha);
+        // Cost of keeping all labels, above the minimum over each node.
+        let mut current = 0;
         for (p, &keep) in keep.iter().enumerate() {
             let excess = if self.label[p] == alpha { 0 } else { self.problem.cost(p, alpha) - keep };
-            present += (-excess).max(0);
+            current += (-excess).max(0);
             self.network.set_terminal(p, excess);
         }
-        let gain = present - self.network.solve();
+        let gain = current - self.network.solve();
         if gain > 0 {
             for (p, label) in self.label.iter_mut().enumerate() {
-                if self.network.on_sink_side(p) {
+                if self.network.is_on_sink_side(p) {
                     *label = alpha;
                 }
             }
@@ -173,14 +173,14 @@ impl Expansion {
         gain
     }
 
-    /// Sets the capacities of all edges; what each node pays for keeping its label.
-    fn keep_costs(&mut self, alpha: u32) -> Vec<i64> {
+    /// Sets the capacities of all edges. Returns each node's cost of keeping its label.
+    fn set_edges(&mut self, alpha: u32) -> Vec<i64> {
         let mut keep: Vec<i64> = self.label.iter().enumerate().map(|(p, &l)| self.problem.cost(p, l)).collect();
         for (e, (&(p, q), &w)) in self.problem.edges.iter().zip(&self.problem.weights).enumerate() {
             let (p, q) = (p as usize, q as usize);
-            let (of_p, of_q) = (self.label[p], self.label[q]);
-            let (along, back) = match (of_p == alpha, of_q == alpha) {
-                (false, false) if of_p == of_q => (w, w),
+            let (label_p, label_q) = (self.label[p], self.label[q]);
+            let (forward, backward) = match (label_p == alpha, label_q == alpha) {
+                (false, false) if label_p == label_q => (w, w),
                 (false, false) => {
                     keep[p] += i64::from(w);
                     (0, w)
@@ -191,7 +191,7 @@ impl Expansion {
                     (0, 0)
                 }
             };
-            self.network.set_edge(e, along, back);
+            self.network.set_edge(e, forward, backward);
         }
         keep
     }
@@ -246,10 +246,10 @@ mod tests {
             let problem = random_problem(&mut rng, n, labels, edges);
             let best = best_of_all(&problem);
             let least = problem.energy(&best);
-            let found = problem.energy(&Expansion::new(problem.clone(), problem.cheapest()).finish());
+            let energy = problem.energy(&Expansion::new(problem.clone(), problem.cheapest()).finish());
             let pairwise = least - (0..n).map(|p| problem.cost(p, best[p])).sum::<i64>();
-            assert!(found <= least + pairwise, "{found} above the bound of {least} + {pairwise}");
-            optimal += usize::from(found == least);
+            assert!(energy <= least + pairwise, "{energy} above the bound of {least} + {pairwise}");
+            optimal += usize::from(energy == least);
         }
         assert!(optimal >= 195, "{optimal} of 200 are optimal");
     }
@@ -297,8 +297,8 @@ mod tests {
         assert_eq!(Expansion::new(tie, vec![1, 1]).finish(), [0, 0]);
         let single = Potts { num_nodes: 3, num_labels: 1, unary: vec![1, 2, 3], ..Potts::default() };
         assert_eq!(Expansion::new(single.clone(), single.cheapest()).finish(), [0, 0, 0]);
-        let none = Potts { num_nodes: 2, ..Potts::default() };
-        assert_eq!(Expansion::new(none.clone(), none.cheapest()).finish(), [0, 0]);
+        let unlabelled = Potts { num_nodes: 2, ..Potts::default() };
+        assert_eq!(Expansion::new(unlabelled.clone(), unlabelled.cheapest()).finish(), [0, 0]);
         assert!(Expansion::new(Potts::default(), Vec::new()).finish().is_empty());
     }
 }

@@ -1,28 +1,28 @@
 //! Maximum flow and minimum cut between a source and a sink.
 //!
-//! In: a [`Network`] of nodes joined by edges with a capacity in each direction; each node is also joined to the source
-//! or to the sink. Out: the value of the flow, and on which side of a minimum cut each node lies.
+//! In: a [`Network`] of nodes and edges with a capacity in each direction; each node is also connected to the source
+//! or to the sink. Out: the value of the flow, and each node's side of a minimum cut.
 //!
 //! The method is by Boykov and Kolmogorov ("An experimental comparison of min-cut/max-flow algorithms for energy
 //! minimization in vision", PAMI 2004): two trees of unsaturated arcs grow from the source and from the sink; where
-//! they meet, flow is pushed; arcs that it saturates leave orphans, which look for another parent in their tree or
-//! become free again. Two marks, a stamp and a distance, tell which nodes were already seen to hang on their terminal
-//! (section 3.2.3 of that paper).
+//! they meet, flow is pushed; arcs that it saturates leave orphans, which find another parent in their tree or become
+//! free. A time stamp and a distance mark the nodes that are known to be connected to their terminal (section 3.2.3
+//! there).
 //!
-//! The shape of a network is fixed at its making, capacities can be set again and again: nothing is allocated between
-//! solutions once the queues have grown. Capacities are integers, so that the result is exact and the same everywhere.
-//! Memory: 12 bytes an arc (two arcs an edge) and 32 a node.
+//! The edges of a network are fixed, while capacities can be set again: nothing is allocated between solutions once the
+//! queues have grown. Capacities are integers, so that the result is exact and the same everywhere. Cost: near linear in
+//! practice; 12 bytes of memory an arc (two arcs an edge) and 32 a node.
 
 use std::collections::VecDeque;
 
-/// Neither in a tree nor waiting for a parent.
+/// Parent of a free node.
 const NONE: u32 = u32::MAX;
-/// The parent is the source or the sink itself.
+/// Parent of a root: the source or the sink.
 const TERMINAL: u32 = u32::MAX - 1;
-/// The arc to the parent was saturated.
+/// Parent of a node whose arc to its parent was saturated.
 const ORPHAN: u32 = u32::MAX - 2;
 
-/// Which tree a node hangs in.
+/// Tree that a node belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Tree {
     Free,
@@ -36,25 +36,25 @@ struct Arc {
     head: u32,
     /// The arc back.
     sister: u32,
-    /// What more can flow.
+    /// Remaining capacity.
     residual: i32,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Node {
-    /// What can still come from the source (positive) or go to the sink (negative).
+    /// Remaining capacity from the source (positive) or to the sink (negative).
     excess: i64,
-    /// The arc towards the root of the tree, or one of the three names above.
+    /// The arc towards the root of the tree, or one of the three constants above.
     parent: u32,
-    /// When `distance` was last known to be true.
+    /// Time at which `distance` was last correct.
     stamp: u32,
-    /// Arcs to the terminal.
+    /// Number of arcs to the terminal.
     distance: u32,
     tree: Tree,
     active: bool,
 }
 
-const FRESH: Node = Node { excess: 0, parent: NONE, stamp: 0, distance: 0, tree: Tree::Free, active: false };
+const FREE_NODE: Node = Node { excess: 0, parent: NONE, stamp: 0, distance: 0, tree: Tree::Free, active: false };
 
 /// A directed graph with a source, a sink and capacities.
 ///
@@ -64,7 +64,7 @@ pub(crate) struct Network {
     first: Vec<u32>,
     arcs: Vec<Arc>,
     /// The forward arc of each edge.
-    place: Vec<u32>,
+    forward_arc: Vec<u32>,
     nodes: Vec<Node>,
     active: VecDeque<u32>,
     orphans: VecDeque<u32>,
@@ -72,8 +72,8 @@ pub(crate) struct Network {
 }
 
 impl Network {
-    /// `num_nodes` nodes joined by `edges`, all capacities zero. Ends must be below `num_nodes`; an edge may occur
-    /// twice.
+    /// Builds a network of `num_nodes` nodes and `edges`, with zero capacities. Ends must be below `num_nodes`; an edge may
+    /// occur twice.
     pub(crate) fn new(num_nodes: usize, edges: &[(u32, u32)]) -> Self {
         let mut first = vec![0_u32; num_nodes + 1];
         for &(a, b) in edges {
@@ -85,9 +85,9 @@ impl Network {
             end += *f;
             *f = end;
         }
-        // Filled from the back, the counts end up as the beginnings.
+        // Filled from the back, so that the ends become the starts.
         let mut arcs = vec![Arc { head: 0, sister: 0, residual: 0 }; 2 * edges.len()];
-        let mut place = vec![0; edges.len()];
+        let mut forward_arc = vec![0; edges.len()];
         for (e, &(a, b)) in edges.iter().enumerate().rev() {
             first[a as usize] -= 1;
             let forward = first[a as usize];
@@ -95,36 +95,34 @@ impl Network {
             let backward = first[b as usize];
             arcs[forward as usize] = Arc { head: b, sister: backward, residual: 0 };
             arcs[backward as usize] = Arc { head: a, sister: forward, residual: 0 };
-            place[e] = forward;
+            forward_arc[e] = forward;
         }
-        Self { first, arcs, place, nodes: vec![FRESH; num_nodes], ..Self::default() }
+        Self { first, arcs, forward_arc, nodes: vec![FREE_NODE; num_nodes], ..Self::default() }
     }
 
-    /// Sets how much can come from the source to `node` (positive) or go from it to the sink (negative).
-    ///
-    /// A node with both needs only their difference: the smaller of the two flows straight through.
+    /// Sets the capacity from the source to `node` (positive) or from it to the sink (negative). Of both only their
+    /// difference matters.
     pub(crate) fn set_terminal(&mut self, node: usize, excess: i64) {
         self.nodes[node].excess = excess;
     }
 
-    /// Sets the capacities of `edge`, an index into the edges given to [`Network::new`]: along it, and back. At most
-    /// `i32::MAX / 2` each; not negative.
-    pub(crate) fn set_edge(&mut self, edge: usize, along: i32, back: i32) {
-        debug_assert!(along >= 0 && back >= 0 && along <= i32::MAX / 2 && back <= i32::MAX / 2);
-        let forward = self.place[edge] as usize;
-        self.arcs[forward].residual = along;
-        let backward = self.arcs[forward].sister as usize;
-        self.arcs[backward].residual = back;
+    /// Sets the capacities of an edge of [`Network::new`], by its index, in both directions; each in `0..=i32::MAX / 2`.
+    pub(super) fn set_edge(&mut self, edge: usize, forward: i32, backward: i32) {
+        debug_assert!(forward >= 0 && backward >= 0 && forward <= i32::MAX / 2 && backward <= i32::MAX / 2);
+        let arc = self.forward_arc[edge] as usize;
+        self.arcs[arc].residual = forward;
+        let sister = self.arcs[arc].sister as usize;
+        self.arcs[sister].residual = backward;
     }
 
-    /// Pushes the maximum flow and returns its value. Both capacities of every edge and all terminals are used up by
-    /// it: set them before the next solution.
-    pub(crate) fn solve(&mut self) -> i64 {
-        self.plant();
+    /// Pushes the maximum flow and returns its value. It uses up all capacities, which must be set again for the next
+    /// solution.
+    pub(super) fn solve(&mut self) -> i64 {
+        self.plant_roots();
         let mut flow = 0;
         while let Some(i) = self.next_active() {
             let mut a = self.first[i as usize];
-            while let Some((bridge, at)) = self.grow(i, a) {
+            while let Some((bridge, next)) = self.grow(i, a) {
                 self.time += 1;
                 flow += self.augment(bridge);
                 while let Some(orphan) = self.orphans.pop_front() {
@@ -133,25 +131,25 @@ impl Network {
                 if self.nodes[i as usize].tree == Tree::Free {
                     break;
                 }
-                // Arcs before this one need no second look: a node that became free has woken its neighbours.
-                a = at;
+                // Earlier arcs are done: a node that became free has activated its neighbours.
+                a = next;
             }
         }
         flow
     }
 
-    /// Whether `node` lies on the sink's side of the minimum cut just found: the smallest such side there is.
-    pub(crate) fn on_sink_side(&self, node: usize) -> bool {
+    /// Returns `true` for nodes on the sink's side of the minimum cut, the smallest such side.
+    pub(super) fn is_on_sink_side(&self, node: usize) -> bool {
         self.nodes[node].tree == Tree::Sink
     }
 
-    /// Every node with something to give or to take is a root.
-    fn plant(&mut self) {
+    /// Makes a root of every node with excess.
+    fn plant_roots(&mut self) {
         self.time = 1;
         self.active.clear();
         self.orphans.clear();
         for (i, node) in self.nodes.iter_mut().enumerate() {
-            *node = Node { excess: node.excess, ..FRESH };
+            *node = Node { excess: node.excess, ..FREE_NODE };
             if node.excess != 0 {
                 node.tree = if node.excess > 0 { Tree::Source } else { Tree::Sink };
                 (node.parent, node.stamp, node.distance, node.active) = (TERMINAL, 1, 1, true);
@@ -171,7 +169,7 @@ impl Network {
         None
     }
 
-    fn wake(&mut self, i: u32) {
+    fn activate(&mut self, i: u32) {
         let node = &mut self.nodes[i as usize];
         if !node.active {
             node.active = true;
@@ -179,11 +177,11 @@ impl Network {
         }
     }
 
-    /// Takes free neighbours of `i` into its tree, from arc `begin` on. Where the other tree is met: the arc from the
-    /// source's tree to the sink's, and which arc of `i` it belongs to.
-    fn grow(&mut self, i: u32, begin: u32) -> Option<(u32, u32)> {
+    /// Adds free neighbours of `i` to its tree, from arc `start` on. Where it meets the other tree, returns the arc from the
+    /// source's tree to the sink's, and the arc of `i`.
+    fn grow(&mut self, i: u32, start: u32) -> Option<(u32, u32)> {
         let from = self.nodes[i as usize];
-        for a in begin..self.first[i as usize + 1] {
+        for a in start..self.first[i as usize + 1] {
             let Arc { head, sister, residual } = self.arcs[a as usize];
             let open = match from.tree {
                 Tree::Source => residual,
@@ -196,22 +194,22 @@ impl Network {
             if node.tree == Tree::Free {
                 node.tree = from.tree;
                 (node.parent, node.stamp, node.distance) = (sister, from.stamp, from.distance + 1);
-                self.wake(head);
+                self.activate(head);
             } else if node.tree != from.tree {
                 return Some((if from.tree == Tree::Source { a } else { sister }, a));
             } else if node.stamp <= from.stamp && node.distance > from.distance {
-                // A shorter way to the terminal.
+                // A shorter path to the terminal.
                 (node.parent, node.stamp, node.distance) = (sister, from.stamp, from.distance + 1);
             }
         }
         None
     }
 
-    /// Pushes what the path through `bridge` can take; returns how much.
+    /// Pushes the bottleneck of the path through `bridge`, and returns it.
     fn augment(&mut self, bridge: u32) -> i64 {
         let Arc { head, sister, residual } = self.arcs[bridge as usize];
         let tail = self.arcs[sister as usize].head;
-        let amount = self.narrowest(tail, true).min(self.narrowest(head, false)).min(i64::from(residual));
+        let amount = self.bottleneck(tail, true).min(self.bottleneck(head, false)).min(i64::from(residual));
         self.arcs[bridge as usize].residual -= amount as i32;
         self.arcs[sister as usize].residual += amount as i32;
         self.push(tail, amount, true);
@@ -219,8 +217,8 @@ impl Network {
         amount
     }
 
-    /// The least residual on the way between `i` and its terminal.
-    fn narrowest(&self, mut i: u32, from_source: bool) -> i64 {
+    /// Least residual between `i` and its terminal.
+    fn bottleneck(&self, mut i: u32, from_source: bool) -> i64 {
         let mut least = i64::MAX;
         loop {
             let parent = self.nodes[i as usize].parent;
@@ -234,7 +232,7 @@ impl Network {
         }
     }
 
-    /// Pushes `amount` along the way between `i` and its terminal; whoever loses its parent becomes an orphan.
+    /// Pushes `amount` between `i` and its terminal; nodes that lose their parent become orphans.
     fn push(&mut self, mut i: u32, amount: i64, from_source: bool) {
         loop {
             let parent = self.nodes[i as usize].parent;
@@ -260,14 +258,14 @@ impl Network {
         }
     }
 
-    /// Whether flow could come to `a`'s tail from its head (in the source's tree) or go there (in the sink's).
+    /// Returns `true` if flow can come to `a`'s tail from its head (in the source's tree) or go there (in the sink's).
     fn is_open(&self, a: u32, tree: Tree) -> bool {
         let arc = self.arcs[a as usize];
         let residual = if tree == Tree::Source { self.arcs[arc.sister as usize].residual } else { arc.residual };
         residual > 0
     }
 
-    /// Finds another parent for the orphan `i`, the one nearest to the terminal, or sets `i` free.
+    /// Finds another parent for the orphan `i`, nearest to the terminal, or makes `i` free.
     fn adopt(&mut self, i: u32) {
         let tree = self.nodes[i as usize].tree;
         let arcs = self.first[i as usize]..self.first[i as usize + 1];
@@ -295,7 +293,7 @@ impl Network {
                 continue;
             }
             if self.is_open(a, tree) {
-                self.wake(j);
+                self.activate(j);
             }
             if node.parent < ORPHAN && self.arcs[node.parent as usize].head == i {
                 self.nodes[j as usize].parent = ORPHAN;
@@ -304,8 +302,7 @@ impl Network {
         }
     }
 
-    /// Arcs between `j` and its terminal, `u32::MAX` if the way ends in an orphan. Marks the way, so that it is not
-    /// gone twice.
+    /// Number of arcs between `j` and its terminal, `u32::MAX` if an orphan is between. Stamps the nodes on the path.
     fn distance_to_terminal(&mut self, j: u32) -> u32 {
         let (mut k, mut distance) = (j, 0);
         loop {
@@ -367,7 +364,7 @@ mod tests {
             }
         }
 
-        /// What the cut costs that has exactly the nodes of `sink_side` with the sink.
+        /// Cost of the cut with exactly the nodes of `sink_side` on the sink's side.
         fn cut(&self, sink_side: impl Fn(usize) -> bool) -> i64 {
             let terminal = |(i, &excess): (usize, &i64)| if sink_side(i) { excess.max(0) } else { (-excess).max(0) };
             let ends = |e: usize| (sink_side(self.edges[e].0 as usize), sink_side(self.edges[e].1 as usize));
@@ -384,14 +381,14 @@ mod tests {
         fn naive_flow(&self) -> i64 {
             let n = self.terminals.len();
             let (source, sink) = (n, n + 1);
-            let mut left = vec![vec![0_i64; n + 2]; n + 2];
+            let mut residual = vec![vec![0_i64; n + 2]; n + 2];
             for (i, &excess) in self.terminals.iter().enumerate() {
-                left[source][i] = excess.max(0);
-                left[i][sink] = (-excess).max(0);
+                residual[source][i] = excess.max(0);
+                residual[i][sink] = (-excess).max(0);
             }
             for (&(a, b), &(along, back)) in self.edges.iter().zip(&self.capacities) {
-                left[a as usize][b as usize] += i64::from(along);
-                left[b as usize][a as usize] += i64::from(back);
+                residual[a as usize][b as usize] += i64::from(along);
+                residual[b as usize][a as usize] += i64::from(back);
             }
             let mut flow = 0;
             loop {
@@ -399,7 +396,7 @@ mod tests {
                 let mut queue = VecDeque::from([source]);
                 while let Some(i) = queue.pop_front() {
                     for j in 0..n + 2 {
-                        if left[i][j] > 0 && parent[j] == usize::MAX && j != source {
+                        if residual[i][j] > 0 && parent[j] == usize::MAX && j != source {
                             parent[j] = i;
                             queue.push_back(j);
                         }
@@ -409,20 +406,20 @@ mod tests {
                     return flow;
                 }
                 let way = || std::iter::successors(Some(sink), |&j| (parent[j] != source).then(|| parent[j]));
-                let amount = way().map(|j| left[parent[j]][j]).min().unwrap();
+                let amount = way().map(|j| residual[parent[j]][j]).min().unwrap();
                 for j in way() {
-                    left[parent[j]][j] -= amount;
-                    left[j][parent[j]] += amount;
+                    residual[parent[j]][j] -= amount;
+                    residual[j][parent[j]] += amount;
                 }
                 flow += amount;
             }
         }
 
-        /// Conservation, capacities, and that the cut found costs what flows.
+        /// Checks conservation, capacities, and that the cut costs as much as the flow.
         fn check(&self, network: &Network, flow: i64) {
             let mut outgoing = vec![0_i64; self.terminals.len()];
             for (e, (&(a, b), &(along, back))) in self.edges.iter().zip(&self.capacities).enumerate() {
-                let forward = network.arcs[network.place[e] as usize];
+                let forward = network.arcs[network.forward_arc[e] as usize];
                 let backward = network.arcs[forward.sister as usize];
                 assert!(forward.residual >= 0 && backward.residual >= 0);
                 assert_eq!(forward.residual + backward.residual, along + back);
@@ -436,7 +433,7 @@ mod tests {
                 from_source += (excess - node.excess).max(0);
             }
             assert_eq!(from_source, flow);
-            assert_eq!(self.cut(|i| network.on_sink_side(i)), flow);
+            assert_eq!(self.cut(|i| network.is_on_sink_side(i)), flow);
         }
     }
 
@@ -481,7 +478,7 @@ mod tests {
         network.set_terminal(1, -5);
         network.set_edge(0, 5, 0);
         assert_eq!(network.solve(), 5);
-        assert!(!network.on_sink_side(0) && !network.on_sink_side(1));
+        assert!(!network.is_on_sink_side(0) && !network.is_on_sink_side(1));
     }
 
     #[test]

@@ -9,19 +9,19 @@ crate::params! {
         pub spatial_weight: f32 = 2.0, in 0.0..=1000.0;
         /// A border costs `exp(−mean Pb / this)` to cut. The paper prints the mean Pb itself, a misprint.
         pub pb_scale: f32 = 0.03, in 0.001..=100.0, expert;
-        /// Whether borders count by their length, relative to the mean and within 0.05 to 4. The paper does not.
+        /// Weights borders by their length, relative to the mean and within 0.05 to 4. The paper does not.
         pub weight_by_length: bool = true, in 0..=1, expert;
         /// Weight of the share of common trajectories between superpixels of consecutive frames.
         pub temporal_weight: f32 = 1.0, in 0.0..=1000.0;
-        /// How often the cut is made anew with what objects and the ground near them look like in the cut before.
+        /// Number of further cuts, each with the appearance of objects and of the background near them in the cut before.
         pub appearance_rounds: u32 = 1, in 0..=10, expert;
-        /// Weight of the log-odds by appearance in those.
+        /// Weight of the log-odds by appearance in these cuts.
         pub appearance_weight: f32 = 0.7, in 0.0..=100.0, expert;
         /// A superpixel's own trajectories do not count if a larger share of it than this lies between trajectories of
         /// different labels (section 4.2: 0.3). 1 turns the rule off.
         pub ambiguous_share: f32 = 1.0, in 0.0..=1.0, expert;
-        /// Weight of a salient trajectory that moves like none of those around it: it counts for every object and not
-        /// for the background. Not in the paper; docs/choices.md.
+        /// Weight of a salient trajectory that moves unlike all around it: it counts for every object and not for the
+        /// background. Not in the paper; docs/choices.md.
         pub outlier_weight: f32 = 1.0, in 0.0..=100.0, expert;
     }
 }

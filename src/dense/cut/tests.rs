@@ -2,7 +2,7 @@
 
 use super::terms::ambiguous_shares;
 use super::*;
-use crate::superpixel::Border;
+use crate::superpixel::SuperpixelBorder;
 use crate::trajectory::Trajectories;
 
 const WIDTH: usize = 12;
@@ -10,7 +10,7 @@ const HEIGHT: usize = 4;
 
 /// Three superpixels of 4 x 4 pixels side by side.
 fn thirds() -> Superpixels {
-    let border = |a, pb| Border { a, b: a + 1, length: 4.0, pb };
+    let border = |a, pb| SuperpixelBorder { a, b: a + 1, length: 4.0, pb };
     let mut thirds = Superpixels::from(&Plane::from_fn(WIDTH, HEIGHT, |x, _| (x / 4) as u32));
     thirds.borders = vec![border(0, 0.0), border(1, 0.06)];
     thirds
@@ -29,15 +29,19 @@ fn input<'a>(superpixels: &'a [Superpixels], tracks: &'a Trajectories, label: &'
     CutInput { superpixels, tracks, label, num_labels: n, objects: &[], evidence: &[] }
 }
 
+fn energy(input: &CutInput, params: &CutParams) -> Potts {
+    super::energy(input, params, &Nodes::new(input))
+}
+
 fn units(cost: f64) -> i32 {
     (cost * 65536.0).round() as i32
 }
 
 /// The weight between two nodes; each pair must occur once at most.
 fn weight(problem: &Potts, p: u32, q: u32) -> Option<i32> {
-    let mut found = problem.edges.iter().zip(&problem.weights).filter(|(e, _)| **e == (p, q)).map(|(_, &w)| w);
-    let weight = found.next();
-    assert_eq!(found.next(), None);
+    let mut weights = problem.edges.iter().zip(&problem.weights).filter(|(e, _)| **e == (p, q)).map(|(_, &w)| w);
+    let weight = weights.next();
+    assert_eq!(weights.next(), None);
     weight
 }
 
@@ -55,14 +59,14 @@ fn unary_costs_are_one_minus_the_histogram_and_nothing_without_trajectories() {
 #[test]
 fn borders_cost_less_where_contours_are_strong_and_more_where_they_are_long() {
     let mut s = thirds();
-    let none = Trajectories::empty(1, (WIDTH, HEIGHT));
+    let no_tracks = Trajectories::empty(1, (WIDTH, HEIGHT));
     let paper = CutParams { spatial_weight: 3.0, ..CutParams::paper() };
-    let problem = energy(&input(std::slice::from_ref(&s), &none, &[], 2), &paper);
+    let problem = energy(&input(std::slice::from_ref(&s), &no_tracks, &[], 2), &paper);
     assert_eq!(problem.edges, [(0, 1), (1, 2)]);
     assert_eq!(problem.weights, [units(3.0), units(3.0 * f64::exp(-2.0))]);
     s.borders[0].length = 12.0;
     let weight_by_length = CutParams { weight_by_length: true, ..paper };
-    let problem = energy(&input(std::slice::from_ref(&s), &none, &[], 2), &weight_by_length);
+    let problem = energy(&input(std::slice::from_ref(&s), &no_tracks, &[], 2), &weight_by_length);
     assert_eq!(problem.weights, [units(4.5), units(1.5 * f64::exp(-2.0))]);
 }
 
@@ -155,19 +159,19 @@ fn renaming_labels_renames_the_result() {
 #[test]
 fn without_trajectories_or_labels_everything_is_label_zero() {
     let superpixels = [thirds(), thirds()];
-    let none = Trajectories::empty(2, (WIDTH, HEIGHT));
+    let no_tracks = Trajectories::empty(2, (WIDTH, HEIGHT));
     for num_labels in [0, 1, 2, 5] {
-        let cut = gabriel_cut(&input(&superpixels, &none, &[], num_labels), &CutParams::default());
+        let cut = gabriel_cut(&input(&superpixels, &no_tracks, &[], num_labels), &CutParams::default());
         assert_eq!(cut.labels, [[0, 0, 0], [0, 0, 0]]);
     }
-    assert!(gabriel_cut(&input(&[], &none, &[], 2), &CutParams::default()).labels.is_empty());
+    assert!(gabriel_cut(&input(&[], &no_tracks, &[], 2), &CutParams::default()).labels.is_empty());
 }
 
 #[test]
 fn one_superpixel_a_frame_takes_the_label_of_most() {
-    let whole = Superpixels::from(&Plane::filled(WIDTH, HEIGHT, 0));
+    let single = Superpixels::from(&Plane::filled(WIDTH, HEIGHT, 0));
     let tracks = standing(1, &[(0, 1.0, 1.0), (0, 5.0, 1.0), (0, 9.0, 1.0)]);
-    let one = std::slice::from_ref(&whole);
+    let one = std::slice::from_ref(&single);
     for params in [CutParams::default(), CutParams::paper()] {
         assert_eq!(gabriel_cut(&input(one, &tracks, &[1, 2, 2], 3), &params).labels, [[2]]);
     }
@@ -181,8 +185,8 @@ fn one_superpixel_a_frame_takes_the_label_of_most() {
 fn steps_count_up_to_the_result_of_the_whole() {
     let superpixels = [thirds(), thirds()];
     let tracks = standing(2, &[(0, 1.0, 1.0), (0, 6.0, 1.0), (0, 9.0, 1.0)]);
-    let all = input(&superpixels, &tracks, &[0, 1, 2], 3);
-    let mut cut = GabrielCut::new(&all, &CutParams::default());
+    let input = input(&superpixels, &tracks, &[0, 1, 2], 3);
+    let mut cut = GabrielCut::new(&input, &CutParams::default());
     let mut last = 0;
     loop {
         let more = cut.step();
@@ -193,32 +197,33 @@ fn steps_count_up_to_the_result_of_the_whole() {
             break;
         }
     }
-    assert_eq!(cut.finish(), gabriel_cut(&all, &CutParams::default()));
+    assert_eq!(cut.finish(), gabriel_cut(&input, &CutParams::default()));
 }
 
 #[test]
 fn strangers_count_for_every_object_and_not_for_the_background() {
     let superpixels = [thirds()];
     let tracks = standing(1, &[(0, 1.0, 1.0), (0, 2.0, 1.0), (0, 2.0, 2.0), (0, 5.0, 1.0)]);
-    let label = [0, STRANGER, STRANGER, STRANGER];
-    let all = CutInput { objects: &[false, true, true], ..input(&superpixels, &tracks, &label, 3) };
+    let label = [0, OUTLIER, OUTLIER, OUTLIER];
+    let input = CutInput { objects: &[false, true, true], ..input(&superpixels, &tracks, &label, 3) };
     let params = CutParams { outlier_weight: 0.5, ..CutParams::default() };
     let half = units(0.5);
-    assert_eq!(energy(&all, &params).unary, [half, half, half, half, 0, 0, 0, 0, 0]);
+    assert_eq!(energy(&input, &params).unary, [half, half, half, half, 0, 0, 0, 0, 0]);
     let one = units(1.0);
     let without = CutParams { outlier_weight: 0.0, ..CutParams::default() };
-    for (objects, params) in [(all.objects, &without), (&[], &params), (&[false; 3], &params)] {
-        assert_eq!(energy(&CutInput { objects, ..all }, params).unary, [0, one, one, 0, 0, 0, 0, 0, 0]);
+    for (objects, params) in [(input.objects, &without), (&[], &params), (&[false; 3], &params)] {
+        assert_eq!(energy(&CutInput { objects, ..input }, params).unary, [0, one, one, 0, 0, 0, 0, 0, 0]);
     }
 }
 
 #[test]
 fn evidence_costs_the_labels_that_it_speaks_against() {
     let superpixels = [thirds()];
-    let none = Trajectories::empty(1, (3, 1));
+    let no_tracks = Trajectories::empty(1, (3, 1));
     let evidence = [0.5, -0.25, 0.0];
-    let all = CutInput { objects: &[false, true, true], evidence: &evidence, ..input(&superpixels, &none, &[], 3) };
+    let input =
+        CutInput { objects: &[false, true, true], evidence: &evidence, ..input(&superpixels, &no_tracks, &[], 3) };
     let params = CutParams::default();
     let [half, quarter] = [0.5, 0.25].map(|cost: f32| (cost * 65536.0) as i32);
-    assert_eq!(energy(&all, &params).unary, [half, 0, 0, 0, quarter, quarter, 0, 0, 0]);
+    assert_eq!(energy(&input, &params).unary, [half, 0, 0, 0, quarter, quarter, 0, 0, 0]);
 }

@@ -2,17 +2,17 @@
 //!
 //! In: [`Segments`] and the [`BoundaryMap`] that they come from. Out: [`Superpixels`].
 //!
-//! 1. The constrained Delaunay triangulation of the segments and the image rectangle.
-//! 2. Its edges without the Gabriel property are deleted, but for the segments themselves. What is left bridges the
-//!    gaps of contours where their geometry suggests it. (Gabriel and Sokal, "A New Statistical Approach to Geographic
-//!    Variation Analysis", 1969)
-//! 3. Every pixel goes to the face in which its centre lies.
-//! 4. Faces without a pixel are joined with a neighbour.
+//! 1. Triangulates the segments and the image rectangle (constrained Delaunay triangulation).
+//! 2. Deletes the edges without the Gabriel property (Gabriel and Sokal, "A New Statistical Approach to Geographic
+//!    Variation Analysis", 1969), except for the segments. The remaining edges bridge the gaps of contours.
+//! 3. Assigns every pixel to the face of its centre.
+//! 4. Merges faces without a pixel with a neighbour.
 //!
-//! **Beyond the paper.** Where a number of superpixels is asked for, fainter contours count too, and neighbours with the
-//! least Pb between them are joined down to that number; `merge_threshold` joins without a number.
+//! **Beyond the paper.** For a given number of superpixels, fainter contours are used, and neighbours with the least Pb
+//! between them are merged down to that number; `merge_threshold` merges without a number.
 //!
-//! **Cost**: O(n log n) in the number of segments, and linear in pixels.
+//! **Cost**: O(n log n) in the number of segments, and linear in pixels. It fails where contours are missing over a length
+//! larger than the region's width.
 
 mod gabriel;
 #[cfg(test)]
@@ -23,20 +23,20 @@ pub use gabriel::{Edge, EdgeKind};
 use crate::contour::{BoundaryMap, ContourParams, Segments, boundary_map, frame_ridges, ridge_segments};
 use crate::image::{Frame, Plane, Runs};
 use crate::order;
-use gabriel::{Graph, Regions, Side};
+use gabriel::{Graph, Regions};
 
 crate::params! {
     /// Gabriel superpixels.
     pub struct SuperpixelParams {
-        /// Superpixels of areas p and q in pixels are joined while the mean Pb between them, times pq / (p + q), is
-        /// below this. 0 leaves the faces of the Gabriel graph as they are.
+        /// Superpixels of areas p and q in pixels are merged while the mean Pb between them, times pq / (p + q), is
+        /// below this. 0 keeps the faces of the Gabriel graph.
         pub merge_threshold: f32 = 0.0, in 0.0..=1000000.0;
     }
 }
 
 /// The common border of two superpixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Border {
+pub struct SuperpixelBorder {
     /// The superpixel with the smaller number.
     pub a: u32,
     /// The one with the larger number.
@@ -53,28 +53,28 @@ pub struct Border {
 /// `borders` are sorted by `(a, b)`, `a < b`, each pair once.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Superpixels {
-    /// The superpixel of each pixel: less than a quarter of what a plane holds.
+    /// The superpixel of each pixel, in less than a quarter of the memory of a plane.
     runs: Runs<u32>,
     /// Number of superpixels.
     pub count: usize,
-    /// Which superpixels touch, and how.
-    pub borders: Vec<Border>,
+    /// Common borders of neighbouring superpixels.
+    pub borders: Vec<SuperpixelBorder>,
     /// The triangulation's edges, for drawing.
     pub edges: Vec<Edge>,
 }
 
 impl Superpixels {
-    pub(crate) fn new(runs: Runs<u32>, borders: Vec<Border>, edges: Vec<Edge>) -> Self {
+    pub(crate) fn new(runs: Runs<u32>, borders: Vec<SuperpixelBorder>, edges: Vec<Edge>) -> Self {
         let count = runs.ends().iter().fold(0, |count, &(_, label)| count.max(label as usize + 1));
         Self { runs, count, borders, edges }
     }
 
-    /// The superpixel of each pixel; made anew with each call.
+    /// Computes the superpixel of each pixel.
     pub fn label(&self) -> Plane<u32> {
-        self.runs.plane()
+        self.runs.to_plane()
     }
 
-    /// The same in little memory.
+    /// The superpixel of each pixel, in runs.
     pub(crate) fn runs(&self) -> &Runs<u32> {
         &self.runs
     }
@@ -82,26 +82,24 @@ impl Superpixels {
     /// Number of pixels of each superpixel.
     pub(crate) fn areas(&self) -> Vec<u32> {
         let mut areas = vec![0; self.count];
-        self.runs.lengths().for_each(|(length, p)| areas[p as usize] += length);
+        self.runs.rows().for_each(|(_, columns, p)| areas[p as usize] += columns.len() as u32);
         areas
     }
 }
 
-/// A partition made elsewhere, which keeps the law; without borders nothing parts its superpixels.
+/// Converts another partition that keeps the law. It has no borders.
 impl From<&Plane<u32>> for Superpixels {
     fn from(label: &Plane<u32>) -> Self {
-        Self::new(Runs::of(label), Vec::new(), Vec::new())
+        Self::new(Runs::from_plane(label), Vec::new(), Vec::new())
     }
 }
 
-/// The Gabriel superpixels of an image.
+/// Computes the Gabriel superpixels of an image.
 ///
-/// A face of the Gabriel graph is connected, but the pixels whose centres lie in it need not be where it is thinner
-/// than a pixel.
+/// A face of the Gabriel graph is connected, but its pixels may not be where it is thinner than a pixel.
 ///
 /// # Examples
-/// Of the block in [`boundary_map`]'s example: no superpixel holds both the block's middle
-/// and the ground.
+/// The block in [`boundary_map`]'s example: no superpixel has both its centre and the background.
 ///
 /// ```
 /// # use tracecut::contour::{ContourParams, boundary_map};
@@ -122,18 +120,17 @@ impl From<&Plane<u32>> for Superpixels {
 /// ```
 #[must_use]
 pub fn gabriel_superpixels(segments: &Segments, map: &BoundaryMap, params: &SuperpixelParams) -> Superpixels {
-    partition(segments, &map.thin, None, (0.0, params.merge_threshold))
+    partition(segments, &map.thin, None, 0.0, params.merge_threshold)
 }
 
-/// Longest line and widest gap between points of the frame where a wanted number of superpixels needs more than
-/// contours give.
-const SHORT: f32 = 6.0;
+/// Longest line, and largest distance of points on the image border, if contours give too few superpixels. Chosen by eye.
+const SHORT_LINE_PX: f32 = 6.0;
+/// Thresholds of the contours that are merged down to a given count: all but the faintest. Chosen by eye.
+const FAINT_THRESHOLD: f32 = 0.01;
 
-/// The superpixels of one image, on their own: `count` of them, or without it as many as the contours above the
-/// thresholds give.
+/// Computes the superpixels of an image: `count` of them, or the faces of the contours above the thresholds.
 ///
-/// To come to a given count, faces of all contours however weak are joined across the weakest borders; an image with
-/// few contours has fewer.
+/// For a given count, faces of all contours are merged across the weakest borders; an image with few contours has fewer.
 ///
 /// # Examples
 /// ```
@@ -145,9 +142,9 @@ const SHORT: f32 = 6.0;
 /// let grey = |x: usize, y: usize| 25 * (rows[y / 12].as_bytes()[x / 12] - b'0');
 /// let rgb = (0..60).flat_map(|y| (0..84).flat_map(move |x| [grey(x, y); 3])).collect();
 /// let frame = Frame::from_rgb(rgb, 84, 60)?;
-/// let found = superpixels_of(&frame, Some(3), &ContourParams::default(), &SuperpixelParams::default());
-/// let label = found.label();
-/// assert!(label.data().iter().all(|&label| (label as usize) < found.count));
+/// let superpixels = superpixels_of(&frame, Some(3), &ContourParams::default(), &SuperpixelParams::default());
+/// let label = superpixels.label();
+/// assert!(label.data().iter().all(|&label| (label as usize) < superpixels.count));
 /// assert_ne!(label[(42, 36)], label[(6, 6)]);
 /// # Ok::<(), tracecut::Error>(())
 /// ```
@@ -161,13 +158,13 @@ pub fn superpixels_of(
     superpixels_in(&boundary_map(frame), count, contour, superpixel)
 }
 
-/// The superpixels of a frame of a clip.
+/// Computes the superpixels of a frame of a clip.
 pub(crate) fn frame_superpixels(frame: &Frame, contour: &ContourParams, superpixel: &SuperpixelParams) -> Superpixels {
-    superpixels_on(&frame_ridges(frame, contour), None, contour, superpixel)
+    superpixels_of_ridges(&frame_ridges(frame, contour), None, contour, superpixel)
 }
 
 #[doc(hidden)]
-/// As [`superpixels_of`], from a boundary map.
+/// Same as [`superpixels_of`], from a boundary map.
 #[must_use]
 pub fn superpixels_in(
     map: &BoundaryMap,
@@ -175,36 +172,37 @@ pub fn superpixels_in(
     contour: &ContourParams,
     superpixel: &SuperpixelParams,
 ) -> Superpixels {
-    superpixels_on(&map.thin, count, contour, superpixel)
+    superpixels_of_ridges(&map.thin, count, contour, superpixel)
 }
 
-fn superpixels_on(
+fn superpixels_of_ridges(
     thin: &Plane<f32>,
     count: Option<usize>,
     contour: &ContourParams,
     superpixel: &SuperpixelParams,
 ) -> Superpixels {
     let merge_threshold = superpixel.merge_threshold;
-    let Some(wanted) = count else {
-        return partition(&ridge_segments(thin, contour), thin, None, (0.0, merge_threshold));
+    let Some(min_count) = count else {
+        return partition(&ridge_segments(thin, contour), thin, None, 0.0, merge_threshold);
     };
-    let fine = ContourParams { low_threshold: 0.0, high_threshold: 0.01, ..contour.clone() };
-    let found = partition(&ridge_segments(thin, &fine), thin, count, (0.0, merge_threshold));
-    if found.count >= wanted {
-        return found;
+    let faint = ContourParams { low_threshold: 0.0, high_threshold: FAINT_THRESHOLD, ..contour.clone() };
+    let superpixels = partition(&ridge_segments(thin, &faint), thin, count, 0.0, merge_threshold);
+    if superpixels.count >= min_count {
+        return superpixels;
     }
-    // Too few: shorter lines give more points that edges can join.
-    let finer = ContourParams { high_threshold: 0.0, min_length: 3, max_line_length: SHORT, ..fine };
-    partition(&ridge_segments(thin, &finer), thin, count, (SHORT, merge_threshold))
+    // Too few: shorter lines give more points for edges.
+    let fine = ContourParams { high_threshold: 0.0, min_length: 3, max_line_length: SHORT_LINE_PX, ..faint };
+    partition(&ridge_segments(thin, &fine), thin, count, SHORT_LINE_PX, merge_threshold)
 }
 
-/// Faces, joined down to `count`, or else where the cost is below `merge_threshold`. Points on the image border are at most
-/// `frame_step` pixels apart; with 0 there are none but corners.
+/// Merges faces down to `count`, or else while the cost is below `merge_threshold`. Points on the image border are at most
+/// `frame_step` pixels apart; with 0 there are only the corners.
 fn partition(
     segments: &Segments,
     thin: &Plane<f32>,
     count: Option<usize>,
-    (frame_step, merge_threshold): (f32, f32),
+    frame_step: f32,
+    merge_threshold: f32,
 ) -> Superpixels {
     let (width, height) = (thin.width(), thin.height());
     if width == 0 || height == 0 {
@@ -216,29 +214,32 @@ fn partition(
     label.data().iter().for_each(|&f| area[f as usize] += 1);
     let mut edges: Vec<Edge> = graph.edges().collect();
     let sides = graph.sides();
-    let measure = along_edges(&sides, &edges, thin);
-    let mut regions = Regions::new(area, &sides, &measure);
-    regions.join_empty();
+    // A fitted line lies beside its contour by up to the tolerance.
+    let dilated = dilate3x3(thin);
+    let lengths_and_pb: Vec<(f32, f32)> =
+        sides.iter().map(|side| length_and_mean(&edges[side.edge], &dilated)).collect();
+    let mut regions = Regions::new(area, &sides, &lengths_and_pb);
+    regions.merge_empty();
     match count {
-        Some(count) => regions.join_weak(count, 0.0),
-        None => regions.join_weak(usize::MAX, merge_threshold),
+        Some(count) => regions.merge_weak(count, 0.0),
+        None => regions.merge_weak(usize::MAX, merge_threshold),
     }
-    let numbers = number(&mut regions, &mut label, graph.num_faces);
+    let numbers = number_regions(&mut regions, &mut label, graph.num_faces);
     let mut parts = Vec::new();
-    for (side, &(length, pb)) in sides.iter().zip(&measure) {
+    for (side, &(length, pb)) in sides.iter().zip(&lengths_and_pb) {
         let [p, q] = side.faces.map(|f| numbers[regions.find(f) as usize]);
         let edge = &mut edges[side.edge];
         if p != q {
-            parts.push(Border { a: p.min(q), b: p.max(q), length, pb });
+            parts.push(SuperpixelBorder { a: p.min(q), b: p.max(q), length, pb });
         } else {
             edge.kind = EdgeKind::Deleted;
         }
     }
-    Superpixels::new(Runs::of(&label), borders(parts), edges)
+    Superpixels::new(Runs::from_plane(&label), sum_borders(parts), edges)
 }
 
-/// Replaces faces by the numbers of their regions, in the order of first occurrence; returns the number of each region.
-fn number(regions: &mut Regions, label: &mut Plane<u32>, num_faces: usize) -> Vec<u32> {
+/// Replaces faces by the numbers of their regions, in the order of first occurrence. Returns the number of each region.
+fn number_regions(regions: &mut Regions, label: &mut Plane<u32>, num_faces: usize) -> Vec<u32> {
     let region: Vec<u32> = (0..num_faces as u32).map(|f| regions.find(f)).collect();
     let mut numbers = vec![u32::MAX; num_faces];
     let mut count = 0;
@@ -253,26 +254,20 @@ fn number(regions: &mut Regions, label: &mut Plane<u32>, num_faces: usize) -> Ve
     numbers
 }
 
-/// One border for each pair, from its parts.
-fn borders(mut parts: Vec<Border>) -> Vec<Border> {
-    order::sort_by_key(&mut parts, |p| order::pair(p.a, p.b));
+/// Sums up the parts of each pair's border.
+fn sum_borders(mut parts: Vec<SuperpixelBorder>) -> Vec<SuperpixelBorder> {
+    order::sort_by_key(&mut parts, |p| order::pair_key(p.a, p.b));
     let mut borders = Vec::with_capacity(parts.len());
     for group in parts.chunk_by(|p, q| (p.a, p.b) == (q.a, q.b)) {
         let length: f32 = group.iter().map(|p| p.length).sum();
         let strength: f32 = group.iter().map(|p| p.length * p.pb).sum();
-        borders.push(Border { length, pb: strength / length, ..group[0] });
+        borders.push(SuperpixelBorder { length, pb: strength / length, ..group[0] });
     }
     borders
 }
 
-/// Length of each side in pixels, and mean Pb along it.
-fn along_edges(sides: &[Side], edges: &[Edge], thin: &Plane<f32>) -> Vec<(f32, f32)> {
-    let strongest = strongest_around(thin);
-    sides.iter().map(|side| along(&edges[side.edge], &strongest)).collect()
-}
-
-/// Samples about one pixel apart, each of the pixel nearest to it.
-fn along(edge: &Edge, plane: &Plane<f32>) -> (f32, f32) {
+/// Returns the length of an edge in pixels, and the mean of a plane along it, from nearest pixels about one pixel apart.
+fn length_and_mean(edge: &Edge, plane: &Plane<f32>) -> (f32, f32) {
     let (dx, dy) = (edge.to.0 - edge.from.0, edge.to.1 - edge.from.1);
     let length = (dx * dx + dy * dy).sqrt();
     let samples = (length as usize).max(1);
@@ -287,8 +282,8 @@ fn along(edge: &Edge, plane: &Plane<f32>) -> (f32, f32) {
     (length, sum / samples as f32)
 }
 
-/// The largest value in the 3×3 pixels around each: a fitted line lies beside its contour by up to the tolerance.
-fn strongest_around(plane: &Plane<f32>) -> Plane<f32> {
+/// Largest value in the 3×3 pixels around each.
+pub(crate) fn dilate3x3(plane: &Plane<f32>) -> Plane<f32> {
     let (width, height) = (plane.width(), plane.height());
     let mut across = plane.clone();
     for y in 0..height {
@@ -303,9 +298,9 @@ fn strongest_around(plane: &Plane<f32>) -> Plane<f32> {
     let mut down = across.clone();
     for y in 0..height {
         let out = down.row_mut(y);
-        for other in [y.saturating_sub(1), (y + 1).min(height - 1)] {
-            for (value, &beside) in out.iter_mut().zip(across.row(other)) {
-                *value = order::larger(*value, beside);
+        for neighbour in [y.saturating_sub(1), (y + 1).min(height - 1)] {
+            for (value, &next) in out.iter_mut().zip(across.row(neighbour)) {
+                *value = order::larger(*value, next);
             }
         }
     }

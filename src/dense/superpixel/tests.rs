@@ -1,10 +1,10 @@
 //! Laws of the superpixels.
 
-use super::gabriel::{Point, UNIT};
+use super::gabriel::{Point, UNITS_PER_PX};
 use super::*;
 use crate::rng::Rng;
 
-/// Checks what [`Superpixels`] promises.
+/// Checks the law of [`Superpixels`].
 fn check(s: &Superpixels, width: usize, height: usize) {
     let labels = s.label();
     assert_eq!((labels.width(), labels.height()), (width, height));
@@ -73,7 +73,7 @@ fn a_contour_across_the_image_separates_its_sides() {
     // Pixels on the line go to its right.
     assert_eq!(s.label(), Plane::from_fn(40, 30, |x, _| u32::from(x >= 17)));
     assert_eq!(s.borders.len(), 1);
-    let Border { length, pb, .. } = s.borders[0];
+    let SuperpixelBorder { length, pb, .. } = s.borders[0];
     assert!((length - 30.0).abs() < 1e-3 && (pb - 0.5).abs() < 1e-6, "length {length}, pb {pb}");
 }
 
@@ -123,7 +123,7 @@ fn cross(a: Point, b: Point, c: Point) -> i128 {
     i128::from(b.0 - a.0) * i128::from(c.1 - a.1) - i128::from(b.1 - a.1) * i128::from(c.0 - a.0)
 }
 
-/// Whether two lines cross inside both.
+/// Returns `true` if two lines cross inside both.
 fn cross_properly(a: Point, b: Point, c: Point, d: Point) -> bool {
     let side = |p, q, r| cross(p, q, r).signum();
     side(a, b, c) * side(a, b, d) < 0 && side(c, d, a) * side(c, d, b) < 0
@@ -150,7 +150,8 @@ fn random_segments(rng: &mut Rng, width: usize, height: usize, num_points: usize
     let mut lines: Vec<(u32, u32)> = Vec::new();
     for _ in 0..2 * num_points {
         let (a, b) = (rng.below(num_points) as u32, rng.below(num_points) as u32);
-        let near = (units(a).0 - units(b).0).abs() < 12 * UNIT && (units(a).1 - units(b).1).abs() < 12 * UNIT;
+        let near =
+            (units(a).0 - units(b).0).abs() < 12 * UNITS_PER_PX && (units(a).1 - units(b).1).abs() < 12 * UNITS_PER_PX;
         let free = lines.iter().all(|&(c, d)| !cross_properly(units(a), units(b), units(c), units(d)));
         if a < b && near && free && !lines.contains(&(a, b)) {
             lines.push((a, b));
@@ -166,9 +167,9 @@ fn check_triangulation(graph: &Graph, segments: &Segments, width: usize, height:
     let p = |i: u32| graph.points[i as usize];
     let triangles = &graph.triangulation.triangles;
     let area: i128 = triangles.iter().map(|&[a, b, c]| cross(p(a), p(b), p(c))).sum();
-    assert_eq!(area, 2 * (width * height) as i128 * i128::from(UNIT * UNIT));
+    assert_eq!(area, 2 * (width * height) as i128 * i128::from(UNITS_PER_PX * UNITS_PER_PX));
     let given: Vec<(u32, u32)> =
-        graph.triangulation.edges.iter().filter(|e| e.constraint).map(|e| (e.ends[0], e.ends[1])).collect();
+        graph.triangulation.edges.iter().filter(|e| e.is_constraint).map(|e| (e.ends[0], e.ends[1])).collect();
     let mut wanted = segments.lines.clone();
     wanted.sort();
     assert_eq!(given, wanted);
@@ -177,13 +178,13 @@ fn check_triangulation(graph: &Graph, segments: &Segments, width: usize, height:
         let apex = |t: u32| p(*triangles[t as usize].iter().find(|i| !edge.ends.contains(i)).unwrap());
         let [a, b, c] = triangles[s as usize].map(p);
         assert!(cross(a, b, c) > 0);
-        assert!(edge.constraint || in_circle(a, b, c, apex(t)) <= 0, "{edge:?} is not Delaunay");
+        assert!(edge.is_constraint || in_circle(a, b, c, apex(t)) <= 0, "{edge:?} is not Delaunay");
         let [e, f] = edge.ends.map(p);
         assert!(cross(e, f, apex(s)).signum() * cross(e, f, apex(t)).signum() < 0, "{edge:?} folds over");
     }
 }
 
-/// What an edge becomes, by trying every point: it goes if one inside the circle around it sees both of its ends.
+/// Classifies an edge by trying every point: it is deleted if one inside its diametral circle sees both of its ends.
 fn naive_kind(graph: &Graph, segments: &Segments, ends: [u32; 2], on_hull: bool) -> EdgeKind {
     let p = |i: u32| graph.points[i as usize];
     let [a, b] = ends.map(p);
@@ -236,7 +237,7 @@ fn faces_equal_a_brute_force_construction_on_random_segments() {
         // Superpixel and face of each pixel whose centre is inside a triangle name each other.
         let mut pairs = Vec::new();
         for (i, &label) in found.label().data().iter().enumerate() {
-            let centre = ((i % width) as i64 * UNIT, (i / width) as i64 * UNIT);
+            let centre = ((i % width) as i64 * UNITS_PER_PX, (i / width) as i64 * UNITS_PER_PX);
             let holds = |&t: &usize| {
                 let [a, b, c] = graph.triangulation.triangles[t].map(|i| graph.points[i as usize]);
                 cross(a, b, centre) > 0 && cross(b, c, centre) > 0 && cross(c, a, centre) > 0

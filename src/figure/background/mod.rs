@@ -1,376 +1,418 @@
-//! What can be told from the background: objects are what does not go with it.
+//! Per-pixel evidence for and against objects, by the background.
 //!
-//! In: frames, flow and labelled trajectories of a clip, and what its camera does. Out: which clusters are objects, and
-//! for each superpixel what its pixels say for or against one.
+//! In: frames, flow and segmented trajectories of a clip, and its camera. Out: log-odds of each superpixel to be an
+//! object's, and cues of each cluster.
 //!
-//! **Where the camera stands still.**
-//! 1. The *plate* (`plate`) is the scene without what moves; each pixel of each frame has a distance from it. Around
-//!    trajectories that surely move frames do not count for the plate.
-//! 2. What is known of a cluster is how far its trajectories are from the plate (`StillScene::unlike_plate`); what that is
-//!    worth is fitted (`evidence`).
-//! 3. Each superpixel has two *cues*, its mean distance from the plate and the mean length of its flow, each worth
-//!    log-odds that rise with it. What lies under trajectories of a cluster that is hardly an object is doubted
-//!    (`add_doubts`), here and where the camera moves.
+//! **Still camera.**
+//! 1. The *plate* (`plate`) is the scene without its movers; each pixel of each frame has a distance from it. Frames do not
+//!    count for the plate around trajectories that surely move.
+//! 2. A cluster's cue is the mean distance of its trajectories from the plate (`StillScene::plate_distances`), with a
+//!    fitted weight (`evidence`).
+//! 3. Each superpixel has two cues, its mean distance from the plate and the mean length of its flow; their log-odds rise
+//!    linearly up to a bound (`CueResponse`).
 //!
-//! **Where the camera moves.**
-//! 1. Every second pixel has two *accounts* (`compare`): how well it is found again in other frames if it goes with the
-//!    scene, and if it goes with the objects.
-//! 2. Superpixels have the verdict of their pixels. What is found again either way, since it is plain, is doubted to be
-//!    an object.
-//! 3. Where no cluster is an object, salient trajectories that move alike are tried (`stand_out`).
+//! **Moving camera.**
+//! 1. Every second pixel has two *reprojection errors* (`reprojection`): the colour difference to other frames if it moves
+//!    with the scene, and if it moves with the objects.
+//! 2. The log-odds of a superpixel are the contrast of both errors, less a prior against objects, since plain areas, which
+//!    have low errors both ways, are mostly scene.
+//! 3. If no cluster is an object, groups of salient trajectories are tried (`salient_groups`).
 //!
-//! **Where the camera goes forward**, as in a car, objects are what no rigid scene on a ground explains (`rigid`); their
-//! pixels are judged by the two accounts.
+//! **Forward camera**, as from a car: objects are tracks that violate a rigid scene on a ground (`rigid_scene`); their
+//! pixels have reprojection errors, too.
 //!
-//! Not in the paper, which has no background. **Limits.** What stands still for more than half of the clip is the plate.
-//! An object that moves no more than a few pixels before its scene is doubted where it is plain.
+//! With any camera, superpixels under trajectories of an uncertain cluster have a penalty. Not in the paper, which has no
+//! background. Cost: O(pixels · reference frames). It fails where objects stand still for half of the clip, which puts them
+//! on the plate, and on plain objects that move by a few pixels before their scene.
 
-mod clean;
-mod compare;
+mod clean_plate;
 mod plate;
-mod rigid;
-mod stand_out;
+mod reprojection;
+mod rigid_scene;
+mod salient_groups;
+mod segmented;
 
-pub(crate) use clean::{PlateInput, clean_plate};
-pub(crate) use rigid::{Parted, part_rigid};
-pub(crate) use stand_out::{Clustering, stand_out};
+pub(crate) use clean_plate::{CleanPlateInput, clean_plate};
+pub(crate) use plate::Picture;
+#[cfg(any(feature = "wasm", test))]
+pub(crate) use reprojection::{ReferenceFrame, WarpGrid};
+pub(crate) use reprojection::{ReprojectionErrors, ReprojectionInput};
+pub(crate) use rigid_scene::segment_rigid_scene;
+pub(crate) use salient_groups::{SalientInput, add_salient_objects};
+pub(crate) use segmented::ObjectClusters;
+pub use segmented::SegmentedTracks;
 
-use crate::camera::{Camera, CameraPath, Travel};
-use crate::cut::pixel_of;
+use crate::camera::{Camera, CameraPath, ForwardMotion};
+use crate::cut::pixel_index;
 use crate::discretize::Clusters;
 use crate::flow::{CompactFlow, Field};
 use crate::image::{Frame, Plane};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
-pub(crate) use compare::{Accounts, Sought};
-#[cfg(any(feature = "wasm", test))]
-pub(crate) use compare::{Lattice, Other};
-use compare::{Verdict, is_sought, object};
-pub(crate) use plate::Picture;
-use plate::{Plate, UNKNOWN, picture};
+use plate::{Plate, UNKNOWN_DISTANCE, reduce};
+use reprojection::is_compared;
 
 crate::params! {
     /// The background.
     pub struct BackgroundParams {
-        /// Whether clips are judged by their background. Not in the paper.
+        /// Classifies clusters and superpixels by the background. Not in the paper.
         pub enabled: bool = true, in 0..=1;
-        /// Where the camera stands still: motion that is as much object as background, in pixels a frame.
+        /// Still camera: motion that is as likely an object's as the background's, in pixels a frame.
         pub neutral_motion: f32 = 0.4, in 0.01..=100.0, expert;
-        /// Where the camera stands still: weight of the log-odds by the distance from the plate.
+        /// Still camera: weight of the log-odds by the distance from the plate.
         pub plate_weight: f32 = 0.8, in 0.0..=100.0, expert;
-        /// Where the camera stands still: weight of the log-odds by motion.
+        /// Still camera: weight of the log-odds by motion.
         pub motion_weight: f32 = 0.3, in 0.0..=100.0, expert;
-        /// Where the camera moves: weight of which motion explains a superpixel in other frames, the scene's or the
-        /// objects'.
+        /// Moving camera: weight of the reprojection errors, by the scene's motion against the objects'.
         pub reprojection_weight: f32 = 2.5, in 0.0..=100.0, expert;
-        /// Where the camera moves: what speaks against an object in each superpixel before anything is known.
+        /// Moving camera: prior log-odds against an object in each superpixel.
         pub prior_log_odds: f32 = 1.3, in 0.0..=100.0, expert;
-        /// Where the camera goes forward: whether objects are what no rigid scene on a ground explains.
+        /// Forward camera: takes tracks that violate a rigid scene on a ground for objects.
         pub rigid_scene: bool = true, in 0..=1, expert;
-        /// Where the camera moves and no cluster is an object: whether salient trajectories that move alike are some.
+        /// Moving camera without an object among the clusters: tries groups of salient trajectories that move alike.
         pub salient_fallback: bool = true, in 0..=1, expert;
     }
 }
 
-/// Longest side at which backgrounds are compared, in pixels. Higher is slower.
-const SIDE: usize = 320;
-/// What ends further from where it began than this, in pixels, moves: what only sways comes back.
-const MOVED: f32 = 7.0;
-/// The value of a cue that is not known.
-const NEUTRAL: f32 = -1.0;
-/// Log-odds of an object by a cue: how much they rise with it, where they are 0, and the most.
-const CUE: (f32, f32, f32) = (8.0, 0.25, 3.0);
-/// What differs from its place in the scene by this many times the scene's own mean square is none of it.
-const APART: f32 = 4.0;
-/// What is left of the doubt where only trajectories of objects are, is one less this.
-const TRUST: f32 = 0.5;
-/// Weight of what speaks against a cluster, in superpixels where its trajectories are.
-const OPINION: f32 = 4.0;
-/// The least of which, in grey levels squared.
-const LEAST: f32 = 100.0;
+// All constants of this file are chosen by eye.
 
-/// Trajectories, the cluster of each, and whether each cluster is an object. Other labels do not count.
-#[derive(Debug, Clone, Copy)]
-pub struct LabelledTracks<'a> {
-    /// The trajectories.
-    pub tracks: &'a Trajectories,
-    /// Label of each trajectory.
-    pub label: &'a [u32],
-    /// Whether each label is an object.
-    pub is_object: &'a [bool],
+/// Longest side of the reduced frames. Higher is slower.
+const MAX_SIDE_PX: usize = 320;
+/// Least distance between the ends of a trajectory that surely moves: swaying leaves come back.
+const MIN_MOVER_PX: f32 = 7.0;
+/// Factor on the scene's mean squared reprojection error above which pixels are outliers.
+const OUTLIER_FACTOR: f32 = 4.0;
+/// Least mean squared reprojection error of the scene, in grey levels squared.
+const MIN_SCENE_ERROR_SQ: f32 = 100.0;
+/// Reprojection error that is as likely noise as evidence, in grey levels.
+const NOISE_ERROR: f32 = 10.0;
+/// Part of the prior against objects that is waived where all trajectories are objects'.
+const PRIOR_RELIEF: f32 = 0.5;
+/// Weight of a cluster's penalty in the superpixels of its trajectories.
+const PENALTY_WEIGHT: f32 = 4.0;
+
+/// Log-odds of an object by a cue of 0 to 1.
+struct CueResponse {
+    /// Rise of the log-odds with the cue.
+    slope: f32,
+    /// Cue at which they are 0.
+    neutral: f32,
+    max_log_odds: f32,
 }
 
-/// Per-pixel evidence for and against objects, by what the camera does.
+const CUE_RESPONSE: CueResponse = CueResponse { slope: 8.0, neutral: 0.25, max_log_odds: 3.0 };
+/// Value of an unknown cue; its log-odds are 0.
+const UNKNOWN_CUE: f32 = -1.0;
+
+impl CueResponse {
+    fn log_odds(&self, cue: f32) -> f32 {
+        if cue < 0.0 { 0.0 } else { (self.slope * (cue - self.neutral)).min(self.max_log_odds) }
+    }
+}
+
+/// Background model of a clip, by the motion of its camera.
 #[derive(Debug, Clone)]
 pub enum Background {
     /// The camera stands still.
     Still(StillScene),
     /// The camera moves.
     Moving(MovingScene),
-    /// The camera goes forward, as in a car.
-    Forward(Travel, MovingScene),
+    /// The camera goes forward, as from a car.
+    Forward(ForwardMotion, MovingScene),
 }
 
-/// The scene before a still camera: the distance of each pixel from the background plate.
+/// Scene of a still camera: the distance of each pixel from the background plate.
 #[derive(Debug, Clone)]
 pub struct StillScene {
-    /// One plane a frame, in 255ths; may be smaller than frames. [`UNKNOWN`] where the plate is not known.
+    /// One plane a frame, in 254ths, of the reduced size. [`UNKNOWN_DISTANCE`] where the plate is unknown.
     distance: Vec<Plane<u8>>,
 }
 
-/// The scene before a moving camera: how well pixels are found again in other frames.
+/// Scene of a moving camera: the reprojection errors of each pixel.
 #[derive(Debug, Clone)]
 pub struct MovingScene {
     path: CameraPath,
     /// The frames, reduced by `step`.
     pictures: Vec<Picture>,
     step: usize,
-    /// How well the motions of scene and objects explain the pixels of each frame, once there are objects.
-    accounts: Vec<Accounts>,
-    /// What differs from its place in the scene by this mean square is as much none of it as not.
-    strange: f32,
+    /// Errors of each frame; empty if not computed.
+    errors: Vec<ReprojectionErrors>,
+    /// Mean squared error that is as likely an outlier's as the scene's.
+    outlier_threshold: f32,
 }
 
 impl Background {
-    /// Of all frames of a clip, which have equal sizes. Around trajectories that move, as far as `reach` pixels, frames are
-    /// not the scene's: what moves slowly would be in the plate for as long as it takes to pass.
-    pub fn new(frames: &[Frame], camera: Camera, tracks: &Trajectories, reach: f32) -> Self {
+    /// Builds the model from all frames of a clip, of equal sizes. With a still camera, pixels within `mover_radius` of
+    /// moving trajectories are left out of the plate, which would have slow movers for as long as they take to pass.
+    pub fn new(frames: &[Frame], camera: Camera, tracks: &Trajectories, mover_radius: f32) -> Self {
         let side = frames.first().map_or(1, |f| f.width().max(f.height()));
-        let step = side.div_ceil(SIDE).max(1);
-        let pictures: Vec<Picture> = frames.iter().map(|frame| picture(frame, step)).collect();
-        let moving = |path, pictures| MovingScene { path, pictures, step, accounts: Vec::new(), strange: 0.0 };
+        let step = side.div_ceil(MAX_SIDE_PX).max(1);
+        let pictures: Vec<Picture> = frames.iter().map(|frame| reduce(frame, step)).collect();
+        let moving = |path, pictures| MovingScene { path, pictures, step, errors: Vec::new(), outlier_threshold: 0.0 };
         match camera {
-            Camera::Still => Self::Still(StillScene::new(&pictures, step, tracks, reach)),
+            Camera::Still => Self::Still(StillScene::new(&pictures, step, tracks, mover_radius)),
             Camera::Moving(path) => Self::Moving(moving(path, pictures)),
-            Camera::Forward(path, travel) => Self::Forward(travel, moving(path, pictures)),
+            Camera::Forward(path, motion) => Self::Forward(motion, moving(path, pictures)),
         }
     }
 
-    fn moving(&self) -> Option<&MovingScene> {
+    fn moving_scene(&self) -> Option<&MovingScene> {
         match self {
             Self::Still(_) => None,
             Self::Moving(scene) | Self::Forward(_, scene) => Some(scene),
         }
     }
 
-    /// Number of frames with accounts where labels are objects or not: none where no label is one.
-    pub(crate) fn num_accounts(&self, is_object: &[bool]) -> usize {
-        self.moving().filter(|_| is_object.contains(&true)).map_or(0, |scene| scene.pictures.len())
+    /// Number of frames with reprojection errors: none without an object or with a still camera.
+    pub(crate) fn num_error_frames(&self, is_object: &[bool]) -> usize {
+        self.moving_scene().filter(|_| is_object.contains(&true)).map_or(0, |scene| scene.pictures.len())
     }
 
-    /// What the accounts of the pixels of frame `t` are made from by these trajectories; `None` where the camera stands
-    /// still.
-    pub(crate) fn sought(&self, t: usize, labelled: LabelledTracks<'_>) -> Option<Sought> {
-        let LabelledTracks { tracks, label, is_object } = labelled;
-        let MovingScene { path, pictures, step, .. } = self.moving()?;
-        Some(Sought::new(pictures, *step, t, path, (tracks, label), is_object))
+    /// Gathers the input of the reprojection errors of frame `t`; `None` with a still camera.
+    pub(crate) fn reprojection_input(&self, t: usize, segmented: SegmentedTracks<'_>) -> Option<ReprojectionInput> {
+        let MovingScene { path, pictures, step, .. } = self.moving_scene()?;
+        Some(ReprojectionInput::new(pictures, *step, t, path, segmented))
     }
 
-    /// Where the camera moves: compares the pixels of all frames with where scene and objects are in other frames.
-    pub fn compare_frames(&mut self, labelled: LabelledTracks<'_>) {
-        let frames = 0..self.num_accounts(labelled.is_object);
-        self.account(frames.filter_map(|t| Some(self.sought(t, labelled)?.accounts())).collect(), labelled);
+    /// Computes the reprojection errors of all frames, if the camera moves.
+    pub fn compute_reprojection_errors(&mut self, segmented: SegmentedTracks<'_>) {
+        let frames = 0..self.num_error_frames(segmented.is_object);
+        let errors = frames.filter_map(|t| Some(self.reprojection_input(t, segmented)?.errors())).collect();
+        self.set_reprojection_errors(errors, segmented);
     }
 
-    /// Takes the accounts of all frames, or none, by these trajectories.
-    pub(crate) fn account(&mut self, made: Vec<Accounts>, labelled: LabelledTracks<'_>) {
+    /// Stores the reprojection errors of every frame (empty if not computed) and calibrates the outlier threshold.
+    pub(crate) fn set_reprojection_errors(&mut self, errors: Vec<ReprojectionErrors>, segmented: SegmentedTracks<'_>) {
         match self {
             Self::Still(_) => {}
             Self::Moving(scene) => {
-                scene.accounts = made;
-                scene.strange = APART * scene.unlike_scene(labelled).max(LEAST);
+                scene.errors = errors;
+                scene.outlier_threshold = OUTLIER_FACTOR * scene.mean_sq_error(segmented).max(MIN_SCENE_ERROR_SQ);
             }
-            // What goes by on the road is badly known between trajectories: there, unlike the scene is not strange.
-            Self::Forward(_, scene) => (scene.accounts, scene.strange) = (made, f32::MAX),
+            // The motion of the road between trajectories is badly known: high errors there are no outliers.
+            Self::Forward(_, scene) => (scene.errors, scene.outlier_threshold) = (errors, f32::MAX),
         }
     }
 
-    /// Log-odds that each superpixel is an object's, frame by frame, against it where negative. `doubts` are the log-odds
-    /// against each label, or none; the flow is that of each pair of frames.
+    /// Computes the log-odds of each superpixel to be an object's, frame by frame. `flows` has the flow of each pair of
+    /// frames, `penalties` the log-odds against each label, or none.
     #[must_use]
     pub fn evidence(
         &self,
         superpixels: &[Superpixels],
         flows: &[CompactFlow],
-        labelled: LabelledTracks<'_>,
-        doubts: &[f32],
+        segmented: SegmentedTracks<'_>,
+        penalties: &[f32],
         params: &BackgroundParams,
     ) -> Vec<f32> {
         let mut evidence = match self {
             Self::Still(scene) => scene.evidence(superpixels, flows, params),
-            Self::Moving(scene) | Self::Forward(_, scene) => scene.evidence(superpixels, labelled, params),
+            Self::Moving(scene) | Self::Forward(_, scene) => scene.evidence(superpixels, segmented, params),
         };
-        add_doubts(&mut evidence, superpixels, labelled, doubts);
+        subtract_penalties(&mut evidence, superpixels, segmented, penalties);
         evidence
     }
 }
 
 impl StillScene {
-    fn new(pictures: &[Picture], step: usize, tracks: &Trajectories, reach: f32) -> Self {
-        let hidden = hidden(pictures, step, tracks, reach);
-        let plate = Plate::new(pictures, |t, x, y| hidden[t][(x, y)]);
-        let of = |plate: &Plate| pictures.iter().map(|p| plate.distance(p)).collect();
-        Self { distance: plate.as_ref().map_or_else(Vec::new, of) }
+    fn new(pictures: &[Picture], step: usize, tracks: &Trajectories, mover_radius: f32) -> Self {
+        let is_mover = mover_masks(pictures, step, tracks, mover_radius);
+        let plate = Plate::new(pictures, |t, x, y| is_mover[t][(x, y)]);
+        let distances = |plate: &Plate| pictures.iter().map(|p| plate.distance(p)).collect();
+        Self { distance: plate.as_ref().map_or_else(Vec::new, distances) }
     }
 
-    /// The mean distance of each cluster's trajectories from the plate, 0 to 1, where it is
-    /// known; 1 where it is not at all.
-    pub(crate) fn unlike_plate(&self, tracks: &Trajectories, clusters: &Clusters) -> Vec<f64> {
+    /// Mean distance of each cluster's trajectories from the plate, 0 to 1; 1 where it is unknown.
+    pub(crate) fn plate_distances(&self, tracks: &Trajectories, clusters: &Clusters) -> Vec<f64> {
         let mut sums = vec![(0.0, 0.0); clusters.count];
         for (i, &cluster) in clusters.label.iter().enumerate() {
             let (count, sum) = (tracks.points(i).len() as f64, &mut sums[cluster as usize]);
-            *sum = (sum.0 + count * f64::from(self.along(tracks, i).unwrap_or(1.0)), sum.1 + count);
+            *sum = (sum.0 + count * f64::from(self.mean_distance(tracks, i).unwrap_or(1.0)), sum.1 + count);
         }
         sums.iter().map(|&(sum, count): &(f64, f64)| sum / count.max(1.0)).collect()
     }
 
-    fn along(&self, tracks: &Trajectories, i: usize) -> Option<f32> {
-        let place = |v: f32, from: usize, to: usize| ((v + 0.5).max(0.0) as usize * to / from.max(1)).min(to - 1);
+    /// Mean distance of trajectory `i` from the plate, 0 to 1.
+    fn mean_distance(&self, tracks: &Trajectories, i: usize) -> Option<f32> {
+        let reduced = |v: f32, from: usize, to: usize| ((v + 0.5).max(0.0) as usize * to / from.max(1)).min(to - 1);
         let (mut sum, mut count) = (0_u32, 0_u32);
         for t in tracks.frames(i) {
             let ((x, y), map) = (tracks.at(i, t)?, self.distance.get(t)?);
-            let at = (place(x, tracks.size.0, map.width()), place(y, tracks.size.1, map.height()));
-            if map[at] != UNKNOWN {
-                (sum, count) = (sum + u32::from(map[at]), count + 1);
+            let pixel = (reduced(x, tracks.size.0, map.width()), reduced(y, tracks.size.1, map.height()));
+            if map[pixel] != UNKNOWN_DISTANCE {
+                (sum, count) = (sum + u32::from(map[pixel]), count + 1);
             }
         }
         (count > 0).then(|| sum as f32 / (255 * count) as f32)
     }
 
-    /// By the plate and by motion.
+    /// Weighted sum of the log-odds by the plate and by motion.
     fn evidence(&self, superpixels: &[Superpixels], flows: &[CompactFlow], params: &BackgroundParams) -> Vec<f32> {
         let mut evidence = Vec::new();
         for (t, s) in superpixels.iter().enumerate() {
-            let unknown = || vec![0.0; s.count];
-            let by_plate = self.distance.get(t).map_or_else(unknown, |map| means(s, map));
+            let zeros = || vec![0.0; s.count];
+            let plate_cues = self.distance.get(t).map_or_else(zeros, |map| mean_cues(s, map));
             let flow = flows.get(t).or(flows.last());
-            let by_motion = flow.map_or_else(unknown, |flow| means(s, &motion(flow, params.neutral_motion)));
-            let sum = |(plate, motion)| params.plate_weight * log_odds(plate) + params.motion_weight * log_odds(motion);
-            evidence.extend(by_plate.into_iter().zip(by_motion).map(sum));
-        }
-        evidence
-    }
-}
-
-impl MovingScene {
-    /// The mean square by which trajectories of the scene differ from it.
-    fn unlike_scene(&self, labelled: LabelledTracks<'_>) -> f32 {
-        let mut scene = Verdict::default();
-        for (i, &label) in labelled.label.iter().enumerate() {
-            if object(label, labelled.is_object) == Some(false) {
-                self.add_along(labelled.tracks, i, &mut scene);
-            }
-        }
-        scene.unlike_scene()
-    }
-
-    /// The accounts around each point of trajectory `i`.
-    fn add_along(&self, tracks: &Trajectories, i: usize, sum: &mut Verdict) {
-        for t in tracks.frames(i) {
-            let (Some((x, y)), Some(map)) = (tracks.at(i, t), self.accounts.get(t)) else { continue };
-            let (x, y) = (place(x, map.width(), self.step), place(y, map.height(), self.step));
-            for y in y.saturating_sub(1)..(y + 2).min(map.height()) {
-                let columns = x.saturating_sub(1)..(x + 2).min(map.width());
-                columns.filter(|&x| is_sought(x, y)).for_each(|x| sum.add(map[(x, y)]));
-            }
-        }
-    }
-
-    /// By the accounts of pixels; nothing is said of frames without.
-    fn evidence(
-        &self,
-        superpixels: &[Superpixels],
-        labelled: LabelledTracks<'_>,
-        params: &BackgroundParams,
-    ) -> Vec<f32> {
-        let mut evidence = Vec::new();
-        for (t, s) in superpixels.iter().enumerate() {
-            let Some(map) = self.accounts.get(t) else {
-                evidence.resize(evidence.len() + s.count, 0.0);
-                continue;
-            };
-            let said = verdicts(s, map, self.strange).into_iter();
-            let shares = object_shares(s, t, labelled);
-            evidence.extend(said.zip(shares).map(|(said, share)| {
-                let unseen = 1.0 - TRUST * share;
-                params.reprojection_weight * said - params.prior_log_odds * unseen
+            let motion_cues = flow.map_or_else(zeros, |flow| mean_cues(s, &motion_cue(flow, params.neutral_motion)));
+            evidence.extend(plate_cues.into_iter().zip(motion_cues).map(|(plate, motion)| {
+                params.plate_weight * CUE_RESPONSE.log_odds(plate)
+                    + params.motion_weight * CUE_RESPONSE.log_odds(motion)
             }));
         }
         evidence
     }
 }
 
-/// Where each reduced frame is within `reach` pixels of trajectories that move.
-fn hidden(pictures: &[Picture], step: usize, tracks: &Trajectories, reach: f32) -> Vec<Plane<bool>> {
-    let mut hidden: Vec<_> = pictures.iter().map(|p| Plane::filled(p.width(), p.height(), false)).collect();
-    let reach = (reach / step as f32 + 0.5) as usize;
-    for i in (0..tracks.len()).filter(|&i| moved(tracks, i) > MOVED) {
+impl MovingScene {
+    /// Mean squared error of the scene's trajectories, by the scene's motion.
+    fn mean_sq_error(&self, segmented: SegmentedTracks<'_>) -> f32 {
+        let mut sums = ErrorSums::default();
+        for i in (0..segmented.label.len()).filter(|&i| segmented.is_object_track(i) == Some(false)) {
+            self.add_errors(segmented.tracks, i, &mut sums);
+        }
+        sums.mean_sq_scene()
+    }
+
+    /// Adds the errors in the 3×3 pixels around each point of trajectory `i`.
+    fn add_errors(&self, tracks: &Trajectories, i: usize, sums: &mut ErrorSums) {
         for t in tracks.frames(i) {
-            let (Some((x, y)), Some(hidden)) = (tracks.at(i, t), hidden.get_mut(t)) else { continue };
-            let (w, h) = (hidden.width(), hidden.height());
-            let (x, y) = (place(x, w, step), place(y, h, step));
-            for y in y.saturating_sub(reach)..(y + reach + 1).min(h) {
-                hidden.row_mut(y)[x.saturating_sub(reach)..(x + reach + 1).min(w)].fill(true);
+            let (Some((x, y)), Some(errors)) = (tracks.at(i, t), self.errors.get(t)) else { continue };
+            let (w, h) = (errors.width(), errors.height());
+            let (x, y) = (reduced_coordinate(x, w, self.step), reduced_coordinate(y, h, self.step));
+            for y in y.saturating_sub(1)..(y + 2).min(h) {
+                let columns = x.saturating_sub(1)..(x + 2).min(w);
+                columns.filter(|&x| is_compared(x, y)).for_each(|x| sums.add(errors[(x, y)]));
             }
         }
     }
-    hidden
+
+    /// Log-odds by the reprojection errors, less the prior; 0 in frames without errors.
+    fn evidence(
+        &self,
+        superpixels: &[Superpixels],
+        segmented: SegmentedTracks<'_>,
+        params: &BackgroundParams,
+    ) -> Vec<f32> {
+        let mut evidence = Vec::new();
+        for (t, s) in superpixels.iter().enumerate() {
+            let Some(errors) = self.errors.get(t) else {
+                evidence.resize(evidence.len() + s.count, 0.0);
+                continue;
+            };
+            let scores = object_scores(s, errors, self.outlier_threshold).into_iter();
+            let shares = object_shares(s, t, segmented);
+            evidence.extend(scores.zip(shares).map(|(score, share)| {
+                let relief = 1.0 - PRIOR_RELIEF * share;
+                params.reprojection_weight * score - params.prior_log_odds * relief
+            }));
+        }
+        evidence
+    }
 }
 
-/// The pixel of a frame reduced by `step`, of this side, that a point of the frame lies in, along one axis.
-fn place(v: f32, side: usize, step: usize) -> usize {
+/// Sums of squared errors over some pixels, and their number.
+#[derive(Debug, Clone, Copy, Default)]
+struct ErrorSums {
+    scene: u64,
+    object: u64,
+    pixels: u64,
+}
+
+impl ErrorSums {
+    fn new([scene, object, pixels]: [u64; 3]) -> Self {
+        Self { scene, object, pixels }
+    }
+
+    fn add(&mut self, [scene, object]: [u8; 2]) {
+        let [scene, object] = [scene, object].map(u64::from);
+        (self.scene, self.object) = (self.scene + scene * scene, self.object + object * object);
+        self.pixels += 1;
+    }
+
+    /// Returns how surely the pixels are not the scene's, from -1 to 1; 0 at a mean squared error of `threshold`.
+    fn outlier_score(&self, threshold: f32) -> f32 {
+        let error_sq = self.mean_sq_scene();
+        (error_sq - threshold) / (error_sq + threshold)
+    }
+
+    /// Mean squared error by the scene's motion, in grey levels squared.
+    fn mean_sq_scene(&self) -> f32 {
+        self.scene as f32 / self.pixels.max(1) as f32
+    }
+
+    /// Compares both motions: -1 if only the scene's explains the pixels, 0 if both do alike, 1 if only the objects' does.
+    fn object_score(&self) -> f32 {
+        let [scene, object, pixels] = [self.scene, self.object, self.pixels].map(|v| v as f32);
+        (scene - object) / (scene + object + NOISE_ERROR * NOISE_ERROR * pixels).max(1.0)
+    }
+}
+
+/// Marks the pixels of each reduced frame that are within `radius` of a moving trajectory, in pixels of the frame.
+fn mover_masks(pictures: &[Picture], step: usize, tracks: &Trajectories, radius: f32) -> Vec<Plane<bool>> {
+    let mut masks: Vec<_> = pictures.iter().map(|p| Plane::filled(p.width(), p.height(), false)).collect();
+    let radius = (radius / step as f32 + 0.5) as usize;
+    for i in (0..tracks.len()).filter(|&i| net_displacement(tracks, i) > MIN_MOVER_PX) {
+        for t in tracks.frames(i) {
+            let (Some((x, y)), Some(mask)) = (tracks.at(i, t), masks.get_mut(t)) else { continue };
+            let (w, h) = (mask.width(), mask.height());
+            let (x, y) = (reduced_coordinate(x, w, step), reduced_coordinate(y, h, step));
+            for y in y.saturating_sub(radius)..(y + radius + 1).min(h) {
+                mask.row_mut(y)[x.saturating_sub(radius)..(x + radius + 1).min(w)].fill(true);
+            }
+        }
+    }
+    masks
+}
+
+/// Converts a coordinate of a frame to the pixel of the frame reduced by `step`, which has this side.
+fn reduced_coordinate(v: f32, side: usize, step: usize) -> usize {
     (((v + 0.5).max(0.0) as usize) / step).min(side - 1)
 }
 
-/// What a cue says for an object, as log-odds; nothing where it is not known.
-fn log_odds(value: f32) -> f32 {
-    if value < 0.0 { 0.0 } else { (CUE.0 * (value - CUE.1)).min(CUE.2) }
-}
-
-/// How far from where it began a trajectory ends.
-fn moved(tracks: &Trajectories, i: usize) -> f32 {
+/// Distance between the first and the last point of a trajectory, in pixels.
+fn net_displacement(tracks: &Trajectories, i: usize) -> f32 {
     let points = tracks.points(i);
     let (first, last) = (points.start, points.end - 1);
     ((tracks.x[last] - tracks.x[first]).powi(2) + (tracks.y[last] - tracks.y[first]).powi(2)).sqrt()
 }
 
-/// What accounts of its pixels come to for each superpixel; the map may be smaller.
-fn verdicts(superpixels: &Superpixels, map: &Accounts, strange: f32) -> Vec<f32> {
-    let sums = sums(superpixels, map, |x, y| {
-        let [scene, object] = map[(x, y)].map(u32::from);
-        if is_sought(x, y) { [scene * scene, object * object, 1] } else { [0; 3] }
+/// Score of each superpixel for an object by its reprojection errors, -1 to 1.
+fn object_scores(superpixels: &Superpixels, errors: &ReprojectionErrors, outlier_threshold: f32) -> Vec<f32> {
+    let sums = superpixel_sums(superpixels, errors, |x, y| {
+        let [scene, object] = errors[(x, y)].map(u32::from);
+        if is_compared(x, y) { [scene * scene, object * object, 1] } else { [0; 3] }
     });
-    let verdicts = sums.into_iter().map(Verdict::of);
-    verdicts.map(|v| v.value().max(v.strangeness(strange))).collect()
+    let sums = sums.into_iter().map(ErrorSums::new);
+    sums.map(|sums| sums.object_score().max(sums.outlier_score(outlier_threshold))).collect()
 }
 
-/// The sums over each superpixel of numbers of each pixel of a map, which may be smaller.
-fn sums<T: Copy, const N: usize>(
+/// Sums `value_at(x, y)` of the pixels of a map, which may be smaller than the frame, over each superpixel.
+fn superpixel_sums<T: Copy, const N: usize>(
     superpixels: &Superpixels,
     map: &Plane<T>,
-    of: impl Fn(usize, usize) -> [u32; N],
+    value_at: impl Fn(usize, usize) -> [u32; N],
 ) -> Vec<[u64; N]> {
     let (w, h) = superpixels.runs().size();
     let mut sums = vec![[0; N]; superpixels.count];
-    // Of a row of the map, up to each column of the frame: a superpixel has few runs of many pixels.
-    let (mut upto, mut row) = (vec![[0; N]; w + 1], usize::MAX);
+    // Prefix sums along a row of the map, by column of the frame: a superpixel has few runs of many pixels.
+    let (mut prefix, mut row) = (vec![[0; N]; w + 1], usize::MAX);
     for (y, columns, s) in superpixels.runs().rows() {
-        let of_map = y * map.height() / h;
-        if of_map != row {
-            row = of_map;
+        let map_row = y * map.height() / h;
+        if map_row != row {
+            row = map_row;
             for x in 0..w {
-                let (before, own) = (upto[x], of(x * map.width() / w, row));
-                upto[x + 1] = std::array::from_fn(|k| before[k] + own[k]);
+                let (sum, value) = (prefix[x], value_at(x * map.width() / w, row));
+                prefix[x + 1] = std::array::from_fn(|k| sum[k] + value[k]);
             }
         }
-        let (from, to) = (upto[columns.start], upto[columns.end]);
+        let (from, to) = (prefix[columns.start], prefix[columns.end]);
         sums[s as usize].iter_mut().zip(to.iter().zip(from)).for_each(|(sum, (to, from))| *sum += u64::from(to - from));
     }
     sums
 }
 
-/// How far the flow of each pixel is from none, in 255ths: one half at `half` pixels.
-fn motion(flow: &CompactFlow, half: f32) -> Plane<u8> {
+/// Maps the length `l` of each pixel's flow to `l² / (l² + half²)`, in 254ths.
+fn motion_cue(flow: &CompactFlow, half: f32) -> Plane<u8> {
     let (width, height) = flow.size();
     Plane::from_fn(width, height, |x, y| {
         let (u, v) = flow.at(x, y);
@@ -379,44 +421,53 @@ fn motion(flow: &CompactFlow, half: f32) -> Plane<u8> {
     })
 }
 
-/// Takes from the evidence what speaks against the clusters of the trajectories in each superpixel, in the mean; `doubts`
-/// has it of each cluster.
-fn add_doubts(evidence: &mut [f32], superpixels: &[Superpixels], labelled: LabelledTracks<'_>, doubts: &[f32]) {
-    if doubts.iter().all(|&doubt| doubt == 0.0) {
+/// Subtracts from each superpixel's evidence the mean penalty of its trajectories; `penalties` has one for each label.
+fn subtract_penalties(
+    evidence: &mut [f32],
+    superpixels: &[Superpixels],
+    segmented: SegmentedTracks<'_>,
+    penalties: &[f32],
+) {
+    if penalties.iter().all(|&penalty| penalty == 0.0) {
         return;
     }
     let mut first = 0;
     for (t, s) in superpixels.iter().enumerate() {
-        let (superpixel, mut sums) = (s.label(), vec![(0.0, 0.0_f32); s.count]);
-        for (i, x, y) in labelled.tracks.alive(t) {
-            let Some(doubt) = labelled.label.get(i).and_then(|&l| doubts.get(l as usize)) else { continue };
-            let sum = &mut sums[superpixel.data()[pixel_of(s.runs().size(), x, y)] as usize];
-            *sum = (sum.0 + doubt, sum.1 + 1.0);
-        }
-        for (evidence, (sum, count)) in evidence[first..].iter_mut().zip(sums) {
-            *evidence -= OPINION * (sum / count.max(1.0));
+        let penalty = |i: usize| penalties.get(*segmented.label.get(i)? as usize).copied();
+        for (evidence, mean) in evidence[first..].iter_mut().zip(superpixel_means(s, t, segmented, penalty)) {
+            *evidence -= PENALTY_WEIGHT * mean;
         }
         first += s.count;
     }
 }
 
-/// The share of objects' trajectories among those of frame `t` in each superpixel.
-fn object_shares(superpixels: &Superpixels, t: usize, labelled: LabelledTracks<'_>) -> Vec<f32> {
-    let LabelledTracks { tracks, label, is_object } = labelled;
-    let (superpixel, mut found) = (superpixels.label(), vec![(0.0, 0.0_f32); superpixels.count]);
-    for (i, x, y) in tracks.alive(t) {
-        let Some(object) = label.get(i).and_then(|&l| object(l, is_object)) else { continue };
-        let sums = &mut found[superpixel.data()[pixel_of(superpixels.runs().size(), x, y)] as usize];
-        *sums = (sums.0 + if object { 1.0 } else { 0.0 }, sums.1 + 1.0);
-    }
-    found.iter().map(|&(objects, all): &(f32, f32)| objects / all.max(1.0)).collect()
+/// Share of objects' trajectories in each superpixel of frame `t`.
+fn object_shares(superpixels: &Superpixels, t: usize, segmented: SegmentedTracks<'_>) -> Vec<f32> {
+    let share = |i: usize| Some(if segmented.is_object_track(i)? { 1.0 } else { 0.0 });
+    superpixel_means(superpixels, t, segmented, share)
 }
 
-/// The mean of a map over each superpixel, 0 to 1, of what is known of it; the map may be smaller.
-fn means(superpixels: &Superpixels, map: &Plane<u8>) -> Vec<f32> {
-    let of = |value| if value == UNKNOWN { [0; 2] } else { [u32::from(value), 1] };
-    let sums = sums(superpixels, map, |x, y| of(map[(x, y)]));
-    let mean = |[sum, count]: [u64; 2]| if count == 0 { NEUTRAL } else { sum as f32 / (255 * count) as f32 };
+/// Mean over each superpixel of frame `t` of `value(i)` of its trajectories, without those that have none; 0 without any.
+fn superpixel_means(
+    superpixels: &Superpixels,
+    t: usize,
+    segmented: SegmentedTracks<'_>,
+    value: impl Fn(usize) -> Option<f32>,
+) -> Vec<f32> {
+    let (superpixel, mut sums) = (superpixels.label(), vec![(0.0, 0.0_f32); superpixels.count]);
+    for (i, x, y) in segmented.tracks.alive(t) {
+        let Some(value) = value(i) else { continue };
+        let sum = &mut sums[superpixel.data()[pixel_index(superpixels.runs().size(), x, y)] as usize];
+        *sum = (sum.0 + value, sum.1 + 1.0);
+    }
+    sums.iter().map(|&(sum, count): &(f32, f32)| sum / count.max(1.0)).collect()
+}
+
+/// Mean of a map's known values over each superpixel, 0 to 1; the map may be smaller than the frame.
+fn mean_cues(superpixels: &Superpixels, map: &Plane<u8>) -> Vec<f32> {
+    let value = |value| if value == UNKNOWN_DISTANCE { [0; 2] } else { [u32::from(value), 1] };
+    let sums = superpixel_sums(superpixels, map, |x, y| value(map[(x, y)]));
+    let mean = |[sum, count]: [u64; 2]| if count == 0 { UNKNOWN_CUE } else { sum as f32 / (255 * count) as f32 };
     sums.into_iter().map(mean).collect()
 }
 
@@ -438,7 +489,7 @@ mod tests {
     fn still_scene(frames: &[Frame], tracks: &Trajectories) -> StillScene {
         match Background::new(frames, Camera::Still, tracks, 1.0) {
             Background::Still(scene) => scene,
-            other => panic!("{other:?}"),
+            moving => panic!("{moving:?}"),
         }
     }
 
@@ -448,7 +499,7 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_less_than_its_own_length_is_not_in_the_plate() {
+    fn slow_movers_are_not_on_the_plate() {
         // A bar of 20 pixels goes two a frame: in the middle of the frame it is there most of the time.
         let inside = |t: usize, x: usize, y: usize| (2 * t..2 * t + 20).contains(&x) && (8..14).contains(&y);
         let frame = |t: usize| {
@@ -460,24 +511,24 @@ mod tests {
         for (x, y) in (0..20 * 6).map(|k| ((k % 20) as f32, (8 + k / 20) as f32)) {
             tracks.push(0, (0..10).map(|t| (x + 2.0 * t as f32, y, 0.0)));
         }
-        let far = |tracks| still_scene(&frames, tracks).distance[0][(10, 10)];
-        let none = Trajectories::empty(10, (40, 20));
-        assert_eq!(far(&none), 0);
-        assert!(far(&tracks) > 200);
+        let distance = |tracks: &Trajectories| still_scene(&frames, tracks).distance[0][(10, 10)];
+        assert_eq!(distance(&Trajectories::empty(10, (40, 20))), 0);
+        assert!(distance(&tracks) > 200);
     }
 
     #[test]
-    fn what_moves_is_unlike_the_plate_and_what_rests_is_like_it() {
+    fn movers_are_far_from_the_plate_and_the_scene_is_near() {
         let mut tracks = Trajectories::empty(10, (40, 20));
         tracks.push(0, (0..10).map(|t| (3.0 * t as f32 + 3.0, 11.0, 0.0)));
         tracks.push(0, (0..10).map(|_| (5.0, 2.0, 0.0)));
-        let unlike = still_scene(&frames(), &tracks).unlike_plate(&tracks, &Clusters { count: 3, label: vec![0, 1] });
-        assert!(unlike[0] > 0.9 && unlike[1..] == [0.0, 0.0], "{unlike:?}");
+        let distances =
+            still_scene(&frames(), &tracks).plate_distances(&tracks, &Clusters { count: 3, label: vec![0, 1] });
+        assert!(distances[0] > 0.9 && distances[1..] == [0.0, 0.0], "{distances:?}");
     }
 
-    /// Ten frames of a scene of random blocks that goes two pixels to the left each, and before it a square of blocks of
-    /// its own that goes three to the right.
-    fn panned() -> Vec<Frame> {
+    /// Ten frames of a scene of random blocks that moves two pixels a frame to the left, and before it a square of other
+    /// blocks that moves three to the right.
+    fn pan_frames() -> Vec<Frame> {
         let grey =
             |u: usize, v: usize| crate::rng::Rng::for_stage((u / 3 * 1000 + v / 3) as u64, "scene").below(256) as u8;
         let frame = |t: usize| {
@@ -492,7 +543,7 @@ mod tests {
     }
 
     /// Trajectories four pixels apart: object 1 and scene 0.
-    fn followed() -> (Trajectories, Vec<u32>) {
+    fn pan_tracks() -> (Trajectories, Vec<u32>) {
         let (mut tracks, mut label) = (Trajectories::empty(10, (96, 64)), Vec::new());
         for (x, y) in (0..24 * 16).map(|k| (4 * (k % 24) + 2, 4 * (k / 24) + 2)) {
             let inside = (12..36).contains(&x) && (20..44).contains(&y);
@@ -505,52 +556,55 @@ mod tests {
     }
 
     #[test]
-    fn before_a_moving_camera_superpixels_go_with_what_explains_them() {
+    fn with_a_moving_camera_superpixels_follow_the_motion_that_explains_them() {
         let params = BackgroundParams::default();
-        let (tracks, label) = followed();
-        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), &tracks, 1.0);
-        let labelled = LabelledTracks { tracks: &tracks, label: &label, is_object: &[false, true] };
-        background.compare_frames(labelled);
+        let (tracks, label) = pan_tracks();
+        let mut background = Background::new(&pan_frames(), Camera::panning(-2.0, 10), &tracks, 1.0);
+        let segmented = SegmentedTracks { tracks: &tracks, label: &label, is_object: &[false, true] };
+        background.compute_reprojection_errors(segmented);
         // The square of frame 4, and all around it.
         let inside = |x: usize, y: usize| (24..48).contains(&x) && (20..44).contains(&y);
         let plane = Plane::from_fn(96, 64, |x, y| u32::from(inside(x, y)));
         let superpixels = vec![Superpixels::from(&plane); 10];
-        let found = background.evidence(&superpixels, &[], labelled, &[], &params);
-        assert!(found[8] < -1.0 && found[9] > 1.0, "{found:?}");
+        let evidence = background.evidence(&superpixels, &[], segmented, &[], &params);
+        assert!(evidence[8] < -1.0 && evidence[9] > 1.0, "{evidence:?}");
     }
 
     #[test]
-    fn doubts_of_a_cluster_count_where_its_trajectories_are() {
+    fn penalties_count_in_superpixels_of_the_clusters_trajectories() {
         let mut tracks = Trajectories::empty(2, (40, 20));
         tracks.push(0, (0..2).map(|_| (5.0, 11.0, 0.0)));
         tracks.push(0, (0..2).map(|_| (7.0, 15.0, 0.0)));
         tracks.push(1, [(30.0, 11.0, 0.0)]);
         let mut evidence = vec![1.0; 6];
-        let labelled = LabelledTracks { tracks: &tracks, label: &[0, 1, 1], is_object: &[] };
-        add_doubts(&mut evidence, &vec![halves(); 2], labelled, &[0.0, 0.5]);
-        assert_eq!(evidence, [1.0, 1.0, 1.0 - OPINION * 0.25, 1.0, 1.0 - OPINION * 0.5, 1.0 - OPINION * 0.25]);
+        let segmented = SegmentedTracks { tracks: &tracks, label: &[0, 1, 1], is_object: &[] };
+        subtract_penalties(&mut evidence, &vec![halves(); 2], segmented, &[0.0, 0.5]);
+        assert_eq!(
+            evidence,
+            [1.0, 1.0, 1.0 - PENALTY_WEIGHT * 0.25, 1.0, 1.0 - PENALTY_WEIGHT * 0.5, 1.0 - PENALTY_WEIGHT * 0.25]
+        );
     }
 
     #[test]
-    fn without_objects_nothing_is_said() {
+    fn without_objects_the_evidence_is_zero() {
         let params = BackgroundParams::default();
-        let (tracks, label) = followed();
-        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), &tracks, 1.0);
-        let labelled = LabelledTracks { tracks: &tracks, label: &label, is_object: &[false, false] };
-        background.compare_frames(labelled);
-        let found = background.evidence(&vec![halves(); 10], &[], labelled, &[], &params);
-        assert_eq!(found, vec![0.0; 30]);
+        let (tracks, label) = pan_tracks();
+        let mut background = Background::new(&pan_frames(), Camera::panning(-2.0, 10), &tracks, 1.0);
+        let segmented = SegmentedTracks { tracks: &tracks, label: &label, is_object: &[false, false] };
+        background.compute_reprojection_errors(segmented);
+        let evidence = background.evidence(&vec![halves(); 10], &[], segmented, &[], &params);
+        assert_eq!(evidence, vec![0.0; 30]);
     }
 
     #[test]
-    fn more_of_a_cue_never_speaks_less_for_an_object_and_none_says_nothing() {
-        assert_eq!(log_odds(NEUTRAL), 0.0);
-        let found: Vec<f32> = (0..=20).map(|k| log_odds(k as f32 / 20.0)).collect();
-        assert!(found.is_sorted() && found[0] < 0.0 && found[20] == CUE.2, "{found:?}");
+    fn log_odds_rise_with_the_cue_and_are_zero_if_unknown() {
+        assert_eq!(CUE_RESPONSE.log_odds(UNKNOWN_CUE), 0.0);
+        let log_odds: Vec<f32> = (0..=20).map(|k| CUE_RESPONSE.log_odds(k as f32 / 20.0)).collect();
+        assert!(log_odds.is_sorted() && log_odds[0] < 0.0 && log_odds[20] == CUE_RESPONSE.max_log_odds, "{log_odds:?}");
     }
 
     #[test]
-    fn superpixels_with_what_moves_speak_for_objects_and_others_against() {
+    fn superpixels_of_movers_have_positive_evidence() {
         let mut tracks = Trajectories::empty(10, (40, 20));
         for k in 0..5 {
             tracks.push(0, (0..10).map(|t| (3.0 * t as f32 + 1.0 + k as f32, 11.0, 0.0)));
@@ -559,11 +613,11 @@ mod tests {
         let background = Background::new(&frames(), Camera::Still, &tracks, 1.0);
         let label: Vec<u32> = (0..10).map(|i| i % 2).collect();
         let superpixels = vec![halves(); 10];
-        let labelled = LabelledTracks { tracks: &tracks, label: &label, is_object: &[true, false] };
-        let found = background.evidence(&superpixels, &[], labelled, &[], &BackgroundParams::default());
-        assert_eq!(found.len(), 30);
+        let segmented = SegmentedTracks { tracks: &tracks, label: &label, is_object: &[true, false] };
+        let evidence = background.evidence(&superpixels, &[], segmented, &[], &BackgroundParams::default());
+        assert_eq!(evidence.len(), 30);
         // In the first frame the square is on the left, in the last on the right; above there is nothing at any time.
-        assert!(found[0] < 0.0 && found[27] < 0.0, "{found:?}");
-        assert!(found[2] > found[1] && found[28] > found[29], "{found:?}");
+        assert!(evidence[0] < 0.0 && evidence[27] < 0.0, "{evidence:?}");
+        assert!(evidence[2] > evidence[1] && evidence[28] > evidence[29], "{evidence:?}");
     }
 }

@@ -1,103 +1,107 @@
-//! The background plate of a still camera: the scene without what moves before it.
+//! Background plate of a still camera: the scene without its movers.
 //!
-//! Each pixel has the median of what frames all over the clip show there, and the median distance from that as its
-//! noise: high where leaves move or water flows. A median over time is the oldest of background models.
+//! Each pixel has the temporal median of its colour, and the median absolute deviation from it as its noise, which is high
+//! where leaves move or water flows. A temporal median is the oldest of background models. Not in the paper. Cost:
+//! O(pixels · sources). It fails where a mover covers a pixel for half of the clip.
 
 use crate::image::{Frame, Plane};
 use crate::order;
+use crate::superpixel::dilate3x3;
 
-/// Frames that the plate is made of, at most.
-const MOST_SOURCES: usize = 25;
-/// Fewer sources than these say nothing of a pixel.
-const ENOUGH: usize = 3;
-/// Least noise, in grey levels: what rounding and compression leave.
-const LEAST_NOISE: f32 = 1.5;
-/// Distance that is as much object as background, in standard deviations of the noise.
-const HALF: f32 = 5.0;
-/// Standard deviation over median distance, of a normal distribution.
-const DEVIATION: f32 = 1.4826;
+/// Most frames that the plate is made from. Chosen by eye.
+const MAX_SOURCES: usize = 25;
+/// Fewest frames that must show a pixel of the scene. Chosen by eye.
+const MIN_SOURCES: usize = 3;
+/// Least standard deviation, in grey levels: the noise of rounding and compression. Chosen by eye.
+const MIN_NOISE: f32 = 1.5;
+/// Distance that is as likely an object's as the plate's, in standard deviations of the noise. Chosen by eye.
+const NEUTRAL_DEVIATIONS: f32 = 5.0;
+/// Standard deviation over median absolute deviation, of a normal distribution.
+const SIGMA_PER_MAD: f32 = 1.4826;
 
-/// A frame reduced, a colour a pixel.
+/// A reduced frame, as one colour a pixel.
 pub(crate) type Picture = Plane<[u8; 3]>;
 
-/// The plate.
+/// Colour and noise of each pixel of the scene.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Plate {
     colour: Picture,
-    /// Variance of the noise at each pixel and around it, with the variance over the clip, in grey levels squared.
+    /// Largest variance of the noise in 3×3 pixels, plus the variance of the whole clip, in grey levels squared.
     variance: Plane<f32>,
-    /// Whether enough frames show the scene there.
+    /// `true` where enough frames show the scene.
     is_known: Plane<bool>,
 }
 
-/// Distance from a plate that is not known there.
-pub(super) const UNKNOWN: u8 = 255;
+/// Distance of a pixel where the plate is unknown.
+pub(super) const UNKNOWN_DISTANCE: u8 = 255;
 
 impl Plate {
-    /// The plate of frames of equal size, which may be reduced. `None` without any. `hidden` says which pixels of which
-    /// frame show something else. Where too few are left the plate is not known; its colour is the median of all.
-    pub(super) fn new(frames: &[Picture], hidden: impl Fn(usize, usize, usize) -> bool) -> Option<Self> {
+    /// Builds the plate of frames of equal size; `None` without any. `is_hidden(t, x, y)` marks pixels that do not show the
+    /// scene. With too few others the plate is unknown there, and its colour the median of all.
+    pub(super) fn new(frames: &[Picture], is_hidden: impl Fn(usize, usize, usize) -> bool) -> Option<Self> {
         let size = frames.first()?;
-        let count = MOST_SOURCES.min(frames.len());
+        let count = MAX_SOURCES.min(frames.len());
         let sources: Vec<usize> = (0..count).map(|k| k * (frames.len() - 1) / (count - 1).max(1)).collect();
         let mut colour = Plane::filled(size.width(), size.height(), [0; 3]);
         let mut noise = Plane::filled(size.width(), size.height(), 0.0);
         let mut is_known = Plane::filled(size.width(), size.height(), true);
-        let mut seen = Vec::with_capacity(count);
+        let mut colours = Vec::with_capacity(count);
         for y in 0..size.height() {
             let rows: Vec<&[[u8; 3]]> = sources.iter().map(|&t| frames[t].row(y)).collect();
-            let (middle, apart) = median_row(&rows);
+            let (median, mad) = median_row(&rows);
             for x in 0..size.width() {
-                if !sources.iter().any(|&t| hidden(t, x, y)) {
-                    (colour.row_mut(y)[x], noise.row_mut(y)[x]) = (middle[x], DEVIATION * f32::from(apart[x]));
+                if !sources.iter().any(|&t| is_hidden(t, x, y)) {
+                    (colour.row_mut(y)[x], noise.row_mut(y)[x]) = (median[x], SIGMA_PER_MAD * f32::from(mad[x]));
                     continue;
                 }
-                seen.clear();
-                seen.extend(sources.iter().filter(|&&t| !hidden(t, x, y)).map(|&t| frames[t][(x, y)]));
-                if seen.len() < ENOUGH.min(count) {
+                colours.clear();
+                colours.extend(sources.iter().filter(|&&t| !is_hidden(t, x, y)).map(|&t| frames[t][(x, y)]));
+                if colours.len() < MIN_SOURCES.min(count) {
                     is_known.row_mut(y)[x] = false;
-                    seen.clear();
-                    seen.extend(sources.iter().map(|&t| frames[t][(x, y)]));
+                    colours.clear();
+                    colours.extend(sources.iter().map(|&t| frames[t][(x, y)]));
                 }
-                (colour.row_mut(y)[x], noise.row_mut(y)[x]) = median_of(&seen);
+                (colour.row_mut(y)[x], noise.row_mut(y)[x]) = median_colour(&colours);
             }
         }
-        let of_clip = clip_noise(&noise);
-        let variance = largest_around(&noise).map(|n| n * n + of_clip * of_clip);
+        let clip_noise = order::nth_smallest(noise.data(), noise.data().len() / 2).max(MIN_NOISE);
+        // Beside small movers the plate is uncertain, too.
+        let variance = dilate3x3(&noise).map(|n| n * n + clip_noise * clip_noise);
         Some(Self { colour, variance, is_known })
     }
 
-    /// How far each pixel is from the plate, in 255ths: one half at [`HALF`] standard deviations of the noise there;
-    /// [`UNKNOWN`] where the plate is not known.
+    /// Computes the distance `d² / (d² + k² σ²)` of each pixel from the plate, in 254ths, with `k` of
+    /// [`NEUTRAL_DEVIATIONS`]; [`UNKNOWN_DISTANCE`] where the plate is unknown.
     pub(super) fn distance(&self, picture: &Picture) -> Plane<u8> {
-        let apart: Vec<u8> = picture.data().iter().zip(self.colour.data()).map(|(&a, &b)| apart(a, b)).collect();
-        let of = |(&apart, &variance): (&u8, &f32)| {
-            let (apart, half) = (f32::from(apart), HALF * HALF * variance);
-            // Below 255, and cut as a wide number: many at a time.
-            (254.0 * apart * apart / (apart * apart + half)) as i32 as u8
+        let pixels = picture.data().iter().zip(self.colour.data());
+        let differences: Vec<u8> = pixels.map(|(&a, &b)| max_channel_difference(a, b)).collect();
+        let scaled = |(&difference, &variance): (&u8, &f32)| {
+            let (difference, half) = (f32::from(difference), NEUTRAL_DEVIATIONS * NEUTRAL_DEVIATIONS * variance);
+            // Below 255, and converted through i32, which vectorizes.
+            (254.0 * difference * difference / (difference * difference + half)) as i32 as u8
         };
-        let mut distance: Vec<u8> = apart.iter().zip(self.variance.data()).map(of).collect();
-        for (distance, _) in distance.iter_mut().zip(self.is_known.data()).filter(|(_, known)| !**known) {
-            *distance = UNKNOWN;
+        let mut distance: Vec<u8> = differences.iter().zip(self.variance.data()).map(scaled).collect();
+        for (distance, _) in distance.iter_mut().zip(self.is_known.data()).filter(|(_, is_known)| !**is_known) {
+            *distance = UNKNOWN_DISTANCE;
         }
         Plane::from_vec(picture.width(), picture.height(), distance).unwrap_or_default()
     }
 }
 
-/// The largest difference of any channel.
-pub(super) fn apart(a: [u8; 3], b: [u8; 3]) -> u8 {
+/// Largest difference of any channel.
+pub(super) fn max_channel_difference(a: [u8; 3], b: [u8; 3]) -> u8 {
     a[0].abs_diff(b[0]).max(a[1].abs_diff(b[1])).max(a[2].abs_diff(b[2]))
 }
 
-/// A frame reduced by `step`.
-pub(super) fn picture(frame: &Frame, step: usize) -> Picture {
+/// Reduces a frame by `step`.
+pub(super) fn reduce(frame: &Frame, step: usize) -> Picture {
     let small = frame.resized((frame.width() / step).max(1), (frame.height() / step).max(1));
     let at = |x: usize, y: usize| 3 * (y * small.width() + x);
     Plane::from_fn(small.width(), small.height(), |x, y| std::array::from_fn(|c| small.rgb()[at(x, y) + c]))
 }
 
-/// The colour between pixels, to a sixteenth of a pixel.
-pub(super) fn sampled(picture: &Picture, x: f32, y: f32) -> [u8; 3] {
+/// Samples a colour bilinearly, to a sixteenth of a pixel.
+pub(super) fn sample_colour(picture: &Picture, x: f32, y: f32) -> [u8; 3] {
     let (x, y) = ((16.0 * x) as u32, (16.0 * y) as u32);
     let (x0, y0) = ((x / 16) as usize, (y / 16) as usize);
     let (x1, y1) = ((x0 + 1).min(picture.width() - 1), (y0 + 1).min(picture.height() - 1));
@@ -109,18 +113,18 @@ pub(super) fn sampled(picture: &Picture, x: f32, y: f32) -> [u8; 3] {
     })
 }
 
-/// For each pixel of a row the median of each channel over all frames, and the median distance from it.
+/// Median colour of each pixel of a row over all frames, and the median distance from it.
 fn median_row(frames: &[&[[u8; 3]]]) -> (Vec<[u8; 3]>, Vec<u8>) {
     let flat: Vec<&[u8]> = frames.iter().map(|row| row.as_flattened()).collect();
-    let middle = medians(&flat).as_chunks().0.to_vec();
-    let apart_from = |row: &&[[u8; 3]]| row.iter().zip(&middle).map(|(&a, &b)| apart(a, b)).collect();
-    let distances: Vec<Vec<u8>> = frames.iter().map(apart_from).collect();
+    let median = medians(&flat).as_chunks().0.to_vec();
+    let distances = |row: &&[[u8; 3]]| row.iter().zip(&median).map(|(&a, &b)| max_channel_difference(a, b)).collect();
+    let distances: Vec<Vec<u8>> = frames.iter().map(distances).collect();
     let distances: Vec<&[u8]> = distances.iter().map(Vec::as_slice).collect();
-    let noise = medians(&distances);
-    (middle, noise)
+    let mad = medians(&distances);
+    (median, mad)
 }
 
-/// [`median`] of what all rows have at a place, place by place: many at a time in vector registers.
+/// [`median`] over the rows, column by column: many at a time in vector registers.
 fn medians(rows: &[&[u8]]) -> Vec<u8> {
     let half = (rows.len() / 2) as u8;
     let mut low = vec![0; rows.first().map_or(0, |row| row.len())];
@@ -139,39 +143,25 @@ fn medians(rows: &[&[u8]]) -> Vec<u8> {
     low
 }
 
-/// The median of each channel of at most [`MOST_SOURCES`] colours, and the standard deviation that the median distance
-/// from it stands for.
-pub(super) fn median_of(seen: &[[u8; 3]]) -> ([u8; 3], f32) {
-    let mut line = [0; MOST_SOURCES];
-    let line = &mut line[..seen.len()];
-    let colour = std::array::from_fn(|c| {
-        line.iter_mut().zip(seen).for_each(|(value, own)| *value = own[c]);
-        median(line)
+/// Median of each channel of at most [`MAX_SOURCES`] colours, and the standard deviation by the median distance from it.
+pub(super) fn median_colour(colours: &[[u8; 3]]) -> ([u8; 3], f32) {
+    let mut values = [0; MAX_SOURCES];
+    let values = &mut values[..colours.len()];
+    let median_colour = std::array::from_fn(|c| {
+        values.iter_mut().zip(colours).for_each(|(value, colour)| *value = colour[c]);
+        median(values)
     });
-    line.iter_mut().zip(seen).for_each(|(value, &own)| *value = apart(own, colour));
-    (colour, DEVIATION * f32::from(median(line)))
+    let differences = colours.iter().map(|&colour| max_channel_difference(colour, median_colour));
+    values.iter_mut().zip(differences).for_each(|(value, difference)| *value = difference);
+    (median_colour, SIGMA_PER_MAD * f32::from(median(values)))
 }
 
-/// The middle one of all values by order, the upper of two: bit by bit, by how many are less.
+/// Median of some values, the upper of two, bit by bit from the number of lesser values.
 fn median(values: &[u8]) -> u8 {
     (0..8).rev().fold(0, |low, bit| {
         let middle = low | 1_u8 << bit;
         let less = values.iter().filter(|&&v| v < middle).count();
         if less <= values.len() / 2 { middle } else { low }
-    })
-}
-
-/// The noise of the pixel in the middle, when all are ordered by it.
-fn clip_noise(noise: &Plane<f32>) -> f32 {
-    order::nth(noise.data(), noise.data().len() / 2).max(LEAST_NOISE)
-}
-
-/// The largest value of the 3×3 pixels around each: beside what moves a little the plate is not sure either.
-fn largest_around(plane: &Plane<f32>) -> Plane<f32> {
-    let around = |v: usize, side: usize| v.saturating_sub(1)..(v + 2).min(side);
-    Plane::from_fn(plane.width(), plane.height(), |x, y| {
-        let rows = around(y, plane.height()).map(|y| &plane.row(y)[around(x, plane.width())]);
-        rows.flatten().copied().fold(0.0, f32::max)
     })
 }
 
@@ -187,9 +177,9 @@ mod tests {
         let mut rng = Rng::for_stage(5, "median");
         for n in 1..60 {
             let mut values: Vec<u8> = (0..n).map(|_| rng.below(if n % 3 == 0 { 4 } else { 256 }) as u8).collect();
-            let found = median(&values);
+            let value = median(&values);
             values.sort_unstable();
-            assert_eq!(found, values[n / 2], "{values:?}");
+            assert_eq!(value, values[n / 2], "{values:?}");
         }
     }
 
@@ -204,7 +194,7 @@ mod tests {
                 let inside = (4 * t..4 * t + 8).contains(&x) && (10..18).contains(&y);
                 *value = if inside { 220 } else { *value + rng.below(3) as u8 };
             }
-            picture(&Frame::from_rgb(rgb, SIZE.0, SIZE.1).unwrap(), 1)
+            reduce(&Frame::from_rgb(rgb, SIZE.0, SIZE.1).unwrap(), 1)
         };
         let frames = (0..10).map(frame).collect();
         (scene, frames)
@@ -223,7 +213,7 @@ mod tests {
         let (_, frames) = frames();
         let plate = Plate::new(&frames, |t, x, _| x < 10 && t > 1).unwrap();
         let distance = plate.distance(&frames[0]);
-        assert!((0..SIZE.1).all(|y| (0..SIZE.0).all(|x| (distance[(x, y)] == UNKNOWN) == (x < 10))));
+        assert!((0..SIZE.1).all(|y| (0..SIZE.0).all(|x| (distance[(x, y)] == UNKNOWN_DISTANCE) == (x < 10))));
         // All that there is of a clip of two frames is enough.
         let plate = Plate::new(&frames[..2], |_, _, _| false).unwrap();
         assert!(plate.is_known.data().iter().all(|&known| known));
@@ -238,8 +228,8 @@ mod tests {
             for y in 0..SIZE.1 {
                 for x in 0..SIZE.0 {
                     let inside = (4 * t..4 * t + 8).contains(&x) && (10..18).contains(&y);
-                    let found = distance[(x, y)];
-                    assert!(if inside { found > 200 } else { found < 60 }, "{found} at {x}, {y} of frame {t}");
+                    let value = distance[(x, y)];
+                    assert!(if inside { value > 200 } else { value < 60 }, "{value} at {x}, {y} of frame {t}");
                 }
             }
         }

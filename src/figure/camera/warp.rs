@@ -1,72 +1,68 @@
-//! Where the points of one frame are in another, smoothly over the frame: what a camera does before a scene that is not
-//! flat, known at a few points.
+//! Smooth warp of one frame to another, for a camera that moves before a scene that is not flat.
 //!
-//! What the points do besides a homography is averaged in square cells, and cells without points take the average of
-//! larger and larger cells around them, down to nothing besides the homography.
+//! Known point matches are compared with a homography. Their residuals are averaged in square cells; cells with few points
+//! lean on the average of ever larger cells around them, at last on the homography alone. Cost: O(points + cells).
 
 use super::Homography;
 use crate::image::{Plane, sample_bilinear};
 
-/// Side of the smallest cells, in pixels.
-const CELL: usize = 16;
-/// How many points the average of a cell four times as large counts as.
-const COARSE: f32 = 0.5;
+/// Side of the smallest cells. Chosen by eye.
+const CELL_PX: usize = 16;
+/// Weight of the average of the next larger cell, in points. Chosen by eye.
+const COARSE_WEIGHT: f32 = 0.5;
 
 /// A smooth map of one frame's points to another frame.
 #[derive(Debug, Clone)]
 pub(crate) struct Warp {
-    way: Homography,
-    /// What is added to the homography, by cells.
-    besides: [Plane<f32>; 2],
+    homography: Homography,
+    /// Displacement in x and y that is added to the homography, by cells.
+    residual: [Plane<f32>; 2],
 }
 
-/// Sums over the points of a cell: what they do besides the homography, and how many they are.
-type Sums = [f32; 3];
+/// Sums over the points of a cell: residual in x and y, and number of points.
+type CellSums = [f32; 3];
 
 impl Warp {
-    /// For frames of `size` pixels. Each point is given in the one frame and in the other.
+    /// Fits the warp of frames of `size` pixels to matched points, each in the one frame and in the other.
     pub(crate) fn new(
         size: (usize, usize),
-        way: Homography,
-        points: impl Iterator<Item = ((f32, f32), (f32, f32))>,
+        homography: Homography,
+        matches: impl Iterator<Item = ((f32, f32), (f32, f32))>,
     ) -> Self {
-        let mut cells = Plane::filled(size.0.div_ceil(CELL).max(1), size.1.div_ceil(CELL).max(1), [0.0; 3]);
-        for ((x, y), (to_x, to_y)) in points {
-            let (by_x, by_y) = way.apply(f64::from(x), f64::from(y));
-            let place = |v: f32, side: usize| ((v + 0.5).max(0.0) as usize / CELL).min(side - 1);
-            let (column, row) = (place(x, cells.width()), place(y, cells.height()));
-            let sum: &mut Sums = &mut cells.row_mut(row)[column];
-            *sum = [sum[0] + to_x - by_x as f32, sum[1] + to_y - by_y as f32, sum[2] + 1.0];
+        let mut cells = Plane::filled(size.0.div_ceil(CELL_PX).max(1), size.1.div_ceil(CELL_PX).max(1), [0.0; 3]);
+        for ((x, y), (to_x, to_y)) in matches {
+            let (predicted_x, predicted_y) = homography.apply(f64::from(x), f64::from(y));
+            let cell = |v: f32, side: usize| ((v + 0.5).max(0.0) as usize / CELL_PX).min(side - 1);
+            let (column, row) = (cell(x, cells.width()), cell(y, cells.height()));
+            let sum: &mut CellSums = &mut cells.row_mut(row)[column];
+            *sum = [sum[0] + to_x - predicted_x as f32, sum[1] + to_y - predicted_y as f32, sum[2] + 1.0];
         }
-        let filled = filled(&cells);
-        Self { way, besides: [filled.map(|(x, _)| x), filled.map(|(_, y)| y)] }
+        let means = smooth_means(&cells);
+        Self { homography, residual: [means.map(|(x, _)| x), means.map(|(_, y)| y)] }
     }
 
-    /// Where a point goes.
+    /// Maps a point.
     pub(crate) fn apply(&self, x: f32, y: f32) -> (f32, f32) {
-        let (to_x, to_y) = self.way.apply(f64::from(x), f64::from(y));
-        let place = |v: f32| (v + 0.5) / CELL as f32 - 0.5;
-        let (column, row) = (place(x), place(y));
-        (
-            to_x as f32 + sample_bilinear(&self.besides[0], column, row),
-            to_y as f32 + sample_bilinear(&self.besides[1], column, row),
-        )
+        let (to_x, to_y) = self.homography.apply(f64::from(x), f64::from(y));
+        let cell = |v: f32| (v + 0.5) / CELL_PX as f32 - 0.5;
+        let [dx, dy] = self.residual.each_ref().map(|plane| sample_bilinear(plane, cell(x), cell(y)));
+        (to_x as f32 + dx, to_y as f32 + dy)
     }
 }
 
-/// The average of each cell, drawn to that of the four times as large cell around it.
-fn filled(cells: &Plane<Sums>) -> Plane<(f32, f32)> {
+/// Mean residual of each cell, drawn towards the mean of the four times as large cell around it.
+fn smooth_means(cells: &Plane<CellSums>) -> Plane<(f32, f32)> {
     let (w, h) = (cells.width(), cells.height());
-    let coarse = (w > 1 || h > 1).then(|| filled(&halved(cells)));
+    let coarse = (w > 1 || h > 1).then(|| smooth_means(&halve(cells)));
     Plane::from_fn(w, h, |x, y| {
         let [sum_x, sum_y, count] = cells[(x, y)];
-        let (around_x, around_y) = coarse.as_ref().map_or((0.0, 0.0), |coarse| coarse[(x / 2, y / 2)]);
-        let all = count + COARSE;
-        ((sum_x + COARSE * around_x) / all, (sum_y + COARSE * around_y) / all)
+        let (coarse_x, coarse_y) = coarse.as_ref().map_or((0.0, 0.0), |coarse| coarse[(x / 2, y / 2)]);
+        let weight = count + COARSE_WEIGHT;
+        ((sum_x + COARSE_WEIGHT * coarse_x) / weight, (sum_y + COARSE_WEIGHT * coarse_y) / weight)
     })
 }
 
-fn halved(cells: &Plane<Sums>) -> Plane<Sums> {
+fn halve(cells: &Plane<CellSums>) -> Plane<CellSums> {
     let (w, h) = (cells.width(), cells.height());
     Plane::from_fn(w.div_ceil(2), h.div_ceil(2), |x, y| {
         let mut sum = [0.0; 3];
@@ -107,7 +103,7 @@ mod tests {
         let points = grid(|x, y| (if x < 48.0 { x + 4.0 } else { x }, y));
         let warp =
             Warp::new((96, 64), Homography::IDENTITY, points.into_iter().filter(|((x, _), _)| *x < 40.0 || *x > 56.0));
-        let by = |x: f32| warp.apply(x, 32.0).0 - x;
-        assert!(by(12.0) > 3.3 && by(90.0) < 0.5 && by(48.0) > by(90.0) && by(48.0) < by(12.0));
+        let shift = |x: f32| warp.apply(x, 32.0).0 - x;
+        assert!(shift(12.0) > 3.3 && shift(90.0) < 0.5 && shift(48.0) > shift(90.0) && shift(48.0) < shift(12.0));
     }
 }

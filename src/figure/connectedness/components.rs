@@ -1,13 +1,13 @@
-//! The connected pieces of the foreground, frame by frame.
+//! Connected components of the foreground, frame by frame.
 
 use crate::discontinuity::Neighborhoods;
 use crate::sets::DisjointSets;
 use crate::trajectory::Trajectories;
 
-/// No component: background, or too small a piece of foreground.
+/// Component of the background, and of foreground in too small a component.
 pub const NO_COMPONENT: u32 = u32::MAX;
 
-/// The connected pieces of the foreground in each frame.
+/// Connected components of the foreground in each frame.
 ///
 /// Law: `of_point` has an entry for each trajectory point, in their order; in frame `t` it is below `count[t]` or
 /// [`NO_COMPONENT`].
@@ -19,9 +19,8 @@ pub struct Components {
     pub of_point: Vec<u32>,
 }
 
-/// The components of the foreground: trajectories joined by Delaunay edges of at most `max_edge` pixels between
-/// foreground trajectories. Pieces of fewer than `min_size` trajectories are none. Components are numbered by their
-/// first trajectory.
+/// Computes the connected components of the foreground, along Delaunay edges of at most `max_edge` pixels. Components of
+/// fewer than `min_size` trajectories are left out. They are numbered by their first trajectory.
 ///
 /// # Examples
 /// Foreground at either end of a row of trajectories: two components.
@@ -47,7 +46,7 @@ pub fn components(
     max_edge: f32,
     min_size: usize,
 ) -> Components {
-    let mut found = Components { count: Vec::new(), of_point: vec![NO_COMPONENT; tracks.x.len()] };
+    let mut components = Components { count: Vec::new(), of_point: vec![NO_COMPONENT; tracks.x.len()] };
     let mut set = DisjointSets::new(tracks.len());
     let mut size = vec![0_u32; tracks.len()];
     let mut number = vec![NO_COMPONENT; tracks.len()];
@@ -74,11 +73,11 @@ pub fn components(
                 number[root] = count;
                 count += 1;
             }
-            found.of_point[tracks.point(i, t)] = number[root];
+            components.of_point[tracks.point(i, t)] = number[root];
         }
-        found.count.push(count);
+        components.count.push(count);
     }
-    found
+    components
 }
 
 fn distance_sq(tracks: &Trajectories, i: usize, j: usize, t: usize) -> f32 {

@@ -1,34 +1,32 @@
-//! K-means on the embedding: one of the discretizations that the discontinuity-aware one is compared with (section 5,
-//! Figure 10).
+//! K-means on the embedding, a baseline of the discontinuity-aware discretization (section 5, Figure 10).
 //!
 //! Trajectory `i` lies at `x_i = (√λ_k V_ik)_k`: as the embedding affinity of two trajectories is `Ŵ_ij = Σ_k λ_k V_ik
 //! V_jk`, their squared distance is `Ŵ_ii + Ŵ_jj − 2 Ŵ_ij`. (Shi and Malik, whom the paper names for its embedding
 //! distances, leave out the `√λ_k`; these lie between 0.8 and 1 for the eigenvectors that are kept by default.)
 //!
-//! 1. Centres are chosen among the rows, each with a probability in proportion to its squared distance to those before
-//!    it (k-means++: Arthur and Vassilvitskii 2007). Where all rows lie on centres there are fewer clusters.
-//! 2. Every row goes to its nearest centre, every centre to the mean of its rows; a centre without rows goes to the row
+//! 1. Centres are drawn from the rows, with a probability proportional to the squared distance to the nearest centre so
+//!    far (k-means++: Arthur and Vassilvitskii 2007). If all rows lie on centres there are fewer clusters.
+//! 2. Every row moves to its nearest centre, every centre to the mean of its rows; a centre without rows moves to the row
 //!    farthest from its own. Repeated until no row changes.
-//! 3. Of [`RESTARTS`] starts the one with the least inertia is kept, the first of equal ones.
+//! 3. The best of [`NUM_STARTS`] starts by inertia is kept, the first of equal ones.
 //!
-//! Cost: O(restarts · iterations · rows · K²).
+//! Cost: O(starts · iterations · rows · K²). It fails where clusters of the embedding are elongated.
 
 use crate::embedding::Embedding;
 use crate::evidence::UNLABELLED;
 use crate::rng::Rng;
 
-/// Starts tried.
-const RESTARTS: u32 = 10;
-/// Most iterations of a start: k-means may creep for long where rows lie along lines, without a visible change.
+/// Number of random starts. Chosen by eye.
+const NUM_STARTS: u32 = 10;
+/// Most iterations of a start. Chosen by eye: rows along lines converge slowly, without a visible change.
 const MAX_ITERATIONS: usize = 100;
-/// The same in multiplications for each row: fewer iterations from 18 centres on.
-const MOST_WORK: usize = 30_000;
-/// Centres whose distances are summed side by side, in registers.
-const SIDE: usize = 8;
+/// Most multiplications for each row and start: fewer iterations from 18 centres on. Chosen by eye.
+const MAX_ROW_PRODUCTS: usize = 30_000;
+/// Centres whose distances are summed in parallel: the width of vector registers.
+const LANES: usize = 8;
 
-/// One label in `0..count` for every embedded trajectory, by the leading `count` eigenvectors; the others stay
-/// unlabelled.
-pub(crate) fn k_means(embedding: &Embedding, count: usize, seed: u32) -> Vec<u32> {
+/// Labels every embedded trajectory in `0..count`, by the leading `count` eigenvectors; the others stay unlabelled.
+pub(super) fn k_means(embedding: &Embedding, count: usize, seed: u32) -> Vec<u32> {
     let count = count.min(embedding.dimensions);
     let mut label = vec![UNLABELLED; embedding.num_rows];
     let embedded: Vec<usize> = (0..embedding.num_rows).filter(|&i| embedding.embedded[i]).collect();
@@ -36,14 +34,14 @@ pub(crate) fn k_means(embedding: &Embedding, count: usize, seed: u32) -> Vec<u32
         return label;
     }
     let scale: Vec<f64> = embedding.eigenvalues[..count].iter().map(|l| l.max(0.0).sqrt()).collect();
-    let place = |&i: &usize| embedding.row(i).iter().zip(&scale).map(|(v, s)| v * s);
-    let rows: Vec<f64> = embedded.iter().flat_map(place).collect();
+    let coordinates = |&i: &usize| embedding.row(i).iter().zip(&scale).map(|(v, s)| v * s);
+    let rows: Vec<f64> = embedded.iter().flat_map(coordinates).collect();
     let mut rng = Rng::for_stage(seed.into(), "k-means");
     let mut best = Partition::new(&rows, count, count, &mut rng);
-    best.settle(&rows);
-    for _ in 1..RESTARTS {
+    best.iterate(&rows);
+    for _ in 1..NUM_STARTS {
         let mut next = Partition::new(&rows, count, count, &mut rng);
-        next.settle(&rows);
+        next.iterate(&rows);
         if next.inertia < best.inertia {
             best = next;
         }
@@ -52,14 +50,14 @@ pub(crate) fn k_means(embedding: &Embedding, count: usize, seed: u32) -> Vec<u32
     label
 }
 
-/// Rows shared out among centres.
+/// Partition of the rows by nearest centre.
 struct Partition {
     dimensions: usize,
-    /// Number of centres; may be fewer than were asked for.
+    /// Number of centres, at most the number asked for.
     count: usize,
-    /// `dimensions` lines for each [`SIDE`] centres: a line holds one coordinate of those. Lines are filled up with
-    /// infinity, to which nothing is near.
-    centres: Vec<[f64; SIDE]>,
+    /// `dimensions` lines for each [`LANES`] centres, one coordinate a line. Lines are padded with infinity, which is near
+    /// no row.
+    centres: Vec<[f64; LANES]>,
     label: Vec<u32>,
     /// Squared distance of each row to its centre, and their sum.
     distance: Vec<f64>,
@@ -67,64 +65,64 @@ struct Partition {
 }
 
 impl Partition {
-    /// Step 1, and every row at its nearest centre. `rows` are at least one, of `dimensions` numbers each.
+    /// Draws centres (step 1) and assigns every row. There must be a row, of `dimensions` numbers.
     fn new(rows: &[f64], dimensions: usize, count: usize, rng: &mut Rng) -> Self {
         let num = rows.len() / dimensions;
         let row = |i: usize| &rows[i * dimensions..(i + 1) * dimensions];
-        let mut chosen = vec![rng.below(num)];
+        let mut seeds = vec![rng.below(num)];
         let mut distance = vec![f64::INFINITY; num];
         loop {
-            let newest = row(chosen[chosen.len() - 1]);
+            let newest = row(seeds[seeds.len() - 1]);
             for (d, row) in distance.iter_mut().zip(rows.chunks_exact(dimensions)) {
                 *d = d.min(row.iter().zip(newest).map(|(a, b)| (a - b) * (a - b)).sum());
             }
             let total: f64 = distance.iter().sum();
-            if chosen.len() == count || total <= 0.0 {
+            if seeds.len() == count || total <= 0.0 {
                 break;
             }
-            let mut left = total * rng.uniform();
-            // Rounding may leave a little over at the end: then the farthest row is as good as any.
-            let hit = distance.iter().position(|&d| {
-                left -= d;
-                left < 0.0
+            let mut remainder = total * rng.uniform();
+            let drawn = distance.iter().position(|&d| {
+                remainder -= d;
+                remainder < 0.0
             });
-            chosen.push(hit.unwrap_or_else(|| farthest(&distance)));
+            // None by rounding.
+            seeds.push(drawn.unwrap_or_else(|| farthest(&distance)));
         }
-        let count = chosen.len();
+        let count = seeds.len();
         let coordinate = |i: Option<&usize>, c: usize| i.map_or(f64::INFINITY, |&i| rows[i * dimensions + c]);
         let line = |group: &[usize], c: usize| std::array::from_fn(|k| coordinate(group.get(k), c));
-        let centres = chosen.chunks(SIDE).flat_map(|group| (0..dimensions).map(move |c| line(group, c))).collect();
-        let mut fresh = Self { dimensions, count, centres, label: vec![0; num], distance, inertia: 0.0 };
-        fresh.assign(rows);
-        fresh
+        let centres = seeds.chunks(LANES).flat_map(|group| (0..dimensions).map(move |c| line(group, c))).collect();
+        let mut partition = Self { dimensions, count, centres, label: vec![0; num], distance, inertia: 0.0 };
+        partition.assign(rows);
+        partition
     }
 
-    /// Step 2.
-    fn settle(&mut self, rows: &[f64]) {
-        let most = (MOST_WORK / (self.count * self.dimensions).max(1)).min(MAX_ITERATIONS);
-        for _ in 0..most {
-            self.recentre(rows);
+    /// Repeats step 2 until no row changes.
+    fn iterate(&mut self, rows: &[f64]) {
+        let max_iterations = (MAX_ROW_PRODUCTS / (self.count * self.dimensions).max(1)).min(MAX_ITERATIONS);
+        for _ in 0..max_iterations {
+            self.move_centres(rows);
             if !self.assign(rows) {
                 break;
             }
         }
     }
 
-    /// Sends every row to its nearest centre, the first of equally near ones. Returns whether any row changed.
+    /// Assigns every row to its nearest centre, the first of equal ones. Returns `true` if any row changed.
     fn assign(&mut self, rows: &[f64]) -> bool {
         let mut changed = false;
         self.inertia = 0.0;
         for (i, row) in rows.chunks_exact(self.dimensions).enumerate() {
             let mut nearest = (f64::INFINITY, 0_u32);
             for (group, lines) in self.centres.chunks_exact(self.dimensions).enumerate() {
-                let mut sums = [0.0_f64; SIDE];
+                let mut sums = [0.0_f64; LANES];
                 for (x, line) in row.iter().zip(lines) {
                     for (sum, centre) in sums.iter_mut().zip(line) {
                         *sum += (x - centre) * (x - centre);
                     }
                 }
-                let here = sums.into_iter().zip((group * SIDE) as u32..);
-                nearest = here.fold(nearest, |near, next| if next.0 < near.0 { next } else { near });
+                let candidates = sums.into_iter().zip((group * LANES) as u32..);
+                nearest = candidates.fold(nearest, |best, next| if next.0 < best.0 { next } else { best });
             }
             changed |= self.label[i] != nearest.1;
             self.label[i] = nearest.1;
@@ -135,7 +133,7 @@ impl Partition {
     }
 
     /// Moves every centre to the mean of its rows.
-    fn recentre(&mut self, rows: &[f64]) {
+    fn move_centres(&mut self, rows: &[f64]) {
         let mut size = vec![0.0_f64; self.count];
         let mut sums = vec![0.0_f64; self.count * self.dimensions];
         for (row, &l) in rows.chunks_exact(self.dimensions).zip(&self.label) {
@@ -144,26 +142,25 @@ impl Partition {
         }
         for (c, sums) in sums.chunks_exact_mut(self.dimensions).enumerate().filter(|&(c, _)| size[c] > 0.0) {
             sums.iter_mut().for_each(|sum| *sum /= size[c]);
-            self.put(c, sums);
+            self.set_centre(c, sums);
         }
         for c in (0..self.count).filter(|&c| size[c] <= 0.0) {
-            let lost = farthest(&self.distance);
-            // The next empty one takes another row.
-            self.distance[lost] = 0.0;
-            self.put(c, &rows[lost * self.dimensions..]);
+            let outlier = farthest(&self.distance);
+            // The next empty centre takes another row.
+            self.distance[outlier] = 0.0;
+            self.set_centre(c, &rows[outlier * self.dimensions..]);
         }
     }
 
-    /// Puts centre `c` at `place`.
-    fn put(&mut self, c: usize, place: &[f64]) {
-        let lines = &mut self.centres[c / SIDE * self.dimensions..][..self.dimensions];
-        lines.iter_mut().zip(place).for_each(|(line, x)| line[c % SIDE] = *x);
+    fn set_centre(&mut self, c: usize, coordinates: &[f64]) {
+        let lines = &mut self.centres[c / LANES * self.dimensions..][..self.dimensions];
+        lines.iter_mut().zip(coordinates).for_each(|(line, x)| line[c % LANES] = *x);
     }
 }
 
-/// The place of the largest number, the first of equal ones.
+/// Index of the largest distance, the first of equal ones.
 fn farthest(distance: &[f64]) -> usize {
-    (0..distance.len()).fold(0, |far, i| if distance[i] > distance[far] { i } else { far })
+    (0..distance.len()).fold(0, |best, i| if distance[i] > distance[best] { i } else { best })
 }
 
 #[cfg(test)]
@@ -184,8 +181,8 @@ mod tests {
     /// Four blobs of `each` rows, corners of a square of side 1, `spread` wide; row `i` belongs to blob `i % 4`.
     fn blobs(each: usize, spread: f64) -> Vec<Vec<f64>> {
         let mut rng = Rng::for_stage(11, "blobs");
-        let mut near = |v: f64| v + rng.range(-spread, spread);
-        (0..4 * each).map(|i| vec![near((i % 2) as f64), near((i / 2 % 2) as f64), 0.0, near(0.3)]).collect()
+        let mut around = |v: f64| v + rng.range(-spread, spread);
+        (0..4 * each).map(|i| vec![around((i % 2) as f64), around((i / 2 % 2) as f64), 0.0, around(0.3)]).collect()
     }
 
     #[test]
@@ -202,19 +199,19 @@ mod tests {
     fn eigenvectors_count_by_their_eigenvalues() {
         // Along the first axis the groups are 1 apart, along the second 1.2.
         let rows: Vec<Vec<f64>> = (0..40).map(|i| vec![f64::from(i % 2), 1.2 * f64::from(i / 2 % 2)]).collect();
-        let by =
+        let splits_along =
             |axis: i32| move |labels: &[u32]| (0..4).all(|i| (labels[0] == labels[i as usize]) == (i / axis % 2 == 0));
-        assert!(by(2)(&k_means(&embedding(&[1.0, 1.0], &rows), 2, 0)));
-        assert!(by(1)(&k_means(&embedding(&[1.0, 0.25], &rows), 2, 0)));
+        assert!(splits_along(2)(&k_means(&embedding(&[1.0, 1.0], &rows), 2, 0)));
+        assert!(splits_along(1)(&k_means(&embedding(&[1.0, 0.25], &rows), 2, 0)));
     }
 
     #[test]
     fn the_same_seed_gives_the_same_labels_and_only_leading_eigenvectors_count() {
         let noisy = embedding(&[1.0; 4], &blobs(25, 0.8));
         assert_eq!(k_means(&noisy, 4, 5), k_means(&noisy, 4, 5));
-        let mut other = noisy.clone();
-        other.vectors.iter_mut().skip(3).step_by(4).for_each(|v| *v *= 100.0);
-        assert_eq!(k_means(&noisy, 3, 5), k_means(&other, 3, 5));
+        let mut changed = noisy.clone();
+        changed.vectors.iter_mut().skip(3).step_by(4).for_each(|v| *v *= 100.0);
+        assert_eq!(k_means(&noisy, 3, 5), k_means(&changed, 3, 5));
     }
 
     #[test]
@@ -226,11 +223,11 @@ mod tests {
             assert_eq!(partition.count, count);
             for _ in 0..30 {
                 let before = partition.inertia;
-                partition.recentre(&rows);
+                partition.move_centres(&rows);
                 partition.assign(&rows);
                 assert!(partition.inertia <= before * (1.0 + 1e-12), "{count}: {before} {}", partition.inertia);
             }
-            partition.settle(&rows);
+            partition.iterate(&rows);
             assert!(!partition.assign(&rows), "{count} centres");
         }
     }
@@ -250,7 +247,7 @@ mod tests {
         };
         partition.assign(&rows);
         assert_eq!((partition.inertia, &partition.label), (98.0, &vec![0; 5]));
-        partition.recentre(&rows);
+        partition.move_centres(&rows);
         assert_eq!(partition.centres, [line([2.8, 9.0, 4.0])]);
         partition.assign(&rows);
         assert_eq!(partition.label, [0, 0, 0, 1, 2]);
@@ -266,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_embedded_stays_unlabelled() {
+    fn trajectories_outside_the_embedding_stay_unlabelled() {
         assert!(k_means(&Embedding::default(), 3, 1).is_empty());
         let mut e = embedding(&[1.0, 0.9], &[vec![1.0, 0.0], vec![0.0, 0.0], vec![0.0, 1.0]]);
         e.embedded[1] = false;

@@ -1,52 +1,50 @@
 //! Discontinuity-aware discretization (section 2.3): from embedding and discontinuities to cluster labels.
 //!
-//! In: the embedding, and what is known of the trajectories ([`Known`]), with the discontinuities between neighbours. Out:
-//! one label per trajectory.
+//! In: the embedding, the trajectories with their motion ([`EvidenceInput`]), and the discontinuities between neighbours.
+//! Out: one label per trajectory.
 //!
-//! 1. Eigenvector rotation (Yu and Shi 2003) into as many clusters as there are eigenvectors: an over-segmentation
-//!    (`rotation`).
-//! 2. Clusters that are one thing by all that is known of them are merged ([`crate::evidence`]).
-//!    Both steps are taken for five numbers of clusters, from all eigenvectors down to half of them, and the result that is
-//!    nearest to the others counts (`median`): one that hangs on a single eigenvector does not.
-//! 3. Trajectories outside the embedding take the label of most of their neighbours.
-//! 4. Labels are numbered by how many trajectory points they hold, most first.
+//! 1. Eigenvector rotation (Yu and Shi 2003) into a cluster for each eigenvector: an over-segmentation (`rotation`).
+//! 2. Clusters that are likely one object are merged ([`crate::evidence`]).
+//!    Both steps run for five numbers of clusters, from all eigenvectors down to half of them, and the clustering that is
+//!    nearest to the others is kept (`median`): one that depends on a single eigenvector is not.
+//! 3. Trajectories outside the embedding take the majority label of their neighbours.
+//! 4. Labels are numbered by falling number of trajectory points.
 //!
-//! The paper merges by discontinuities alone, in step 2 (`merge`, rotation-merge): of each two neighbouring clusters the
-//! mean `d^C` over all neighbour pairs between them, the smallest first while it is below ρ, sums added up at each merge.
-//! It does not fix the order (greedy here: chains through small clusters do not form); its ρ is 0.4 (0.77 here, since the
-//! rotation cuts where the embedding changes fastest, and true borders have a mean `d` above 0.9); and it has no least
-//! length of a border, where fewer than three trajectories on either side do not count here.
+//! The paper merges by discontinuities alone in step 2 (`border_merging`, rotation-merge): for each pair of neighbouring
+//! clusters it takes the mean `d^C` over all neighbour pairs between them, and merges the smallest while it is below ρ.
+//! It does not fix the order (greedy here, so that chains through small clusters do not form); its ρ is 0.4 (0.77 here,
+//! since the rotation cuts where the embedding changes fastest, and true borders have a mean `d` above 0.9); and it has
+//! no least length of a border (three trajectories on either side here).
 //!
-//! To compare with, step 2 can be left out, K-means can take the place of the rotation (`kmeans`), and the number of
-//! clusters can follow from the gap between two consecutive eigenvalues ([`cluster_count`]): the five ways of Figure 10.
+//! For comparison, step 2 can be left out, K-means can replace the rotation (`kmeans`), and the number of clusters can
+//! follow from the gap between two consecutive eigenvalues ([`cluster_count`]): the five methods of Figure 10.
+//! [`threshold_segmentation`] is the segmentation of Figure 1(c).
 //!
-//! [`threshold_segmentation`] is the other reading of the discontinuities, Figure 1(c): the connected components of all
-//! edges with `d` below 0.6.
+//! Cost: O(rotations · rows · K²). It fails where one object needs more eigenvectors than there are.
 
+mod border_merging;
 mod clusters;
 mod kmeans;
 mod median;
-mod merge;
 mod rotation;
 
 use crate::discontinuity::Discontinuities;
 use crate::embedding::Embedding;
 #[doc(inline)]
-pub use crate::evidence::Known;
-use crate::evidence::{UNLABELLED, unite};
+pub use crate::evidence::EvidenceInput;
+use crate::evidence::{UNLABELLED, merge_by_evidence};
 use crate::order;
 use crate::sets::DisjointSets;
 use crate::trajectory::Trajectories;
+use border_merging::merge_by_borders;
 pub use clusters::Clusters;
-pub(crate) use clusters::canonical;
 use kmeans::k_means;
-use median::median;
-use merge::merge_clusters;
-use rotation::labels_of;
-pub(crate) use rotation::{RowsOf, rotate};
+use median::median_clustering;
+use rotation::label_embedded;
+pub(crate) use rotation::{NormalizedRows, rotate};
 
 crate::choices! {
-    /// From embedding to labels.
+    /// Method from embedding to labels.
     pub enum DiscretizeMethod {
         /// Rotation, then merging across weak borders: the discontinuity-aware discretization.
         RotationMerge = "rotation-merge",
@@ -54,17 +52,17 @@ crate::choices! {
         Rotation = "rotation",
         /// K-means alone.
         KMeans = "k-means",
-        /// Rotation, then merging by all that is known of each two clusters, discontinuities among it.
+        /// Rotation, then merging by discontinuities, motion and size.
         RotationEvidence = "rotation-evidence",
     }
 }
 
 crate::choices! {
-    /// How many clusters there are, before any merging.
+    /// Number of clusters before merging.
     pub enum CountRule {
         /// As many as the embedding has eigenvectors: those whose eigenvalues reach a threshold.
         Eigenvalues = "eigenvalues",
-        /// As many as there are eigenvalues before the first large gap.
+        /// As many as there are eigenvalues before the first large gap of two.
         Gap = "gap",
     }
 }
@@ -72,17 +70,17 @@ crate::choices! {
 crate::params! {
     /// Discretization.
     pub struct DiscretizeParams {
-        /// rotation-evidence merges by all that is known of each two clusters, rotation-merge by discontinuities alone
-        /// (section 2.3); rotation and k-means, without merging, are those of Figure 10.
+        /// rotation-evidence merges by discontinuities, motion and size, rotation-merge by discontinuities alone
+        /// (section 2.3); rotation and k-means do not merge (Figure 10).
         pub method: DiscretizeMethod = DiscretizeMethod::RotationEvidence, in 0..=3, expert;
-        /// How many clusters are made (before merging): eigenvalues takes one for each eigenvector of the embedding,
-        /// gap one for each eigenvalue before the first gap of at least `minGap`.
+        /// Number of clusters before merging: eigenvalues takes one for each eigenvector of the embedding, gap one for
+        /// each eigenvalue before the first gap of at least `minGap`.
         pub count: CountRule = CountRule::Eigenvalues, in 0..=1, expert;
-        /// With the count by gap: K is the least number for which λ_K − λ_K+1 reaches this, among the eigenvalues of
-        /// the embedding; all of them where there is no such gap. Higher gives more clusters.
+        /// With the count by gap: K is the least number for which λ_K − λ_K+1 reaches this, or all eigenvalues of the
+        /// embedding if none does. Higher gives more clusters.
         pub min_gap: f64 = 0.02, in 0.0..=1.0, expert;
-        /// With rotation-evidence: log-odds above which two pieces are joined, of which the smaller holds all trajectories; a
-        /// smaller share asks less. Higher keeps more apart, lower makes fewer, larger clusters.
+        /// With rotation-evidence: log-odds above which two clusters are merged, lower for small ones. Higher splits more,
+        /// lower makes fewer, larger clusters.
         pub merge_log_odds: f64 = 2.8, in 0.0..=20.0;
         /// ρ of rotation-merge: clusters whose mean discontinuity along their common border is below it are merged
         /// (section 2.3: 0.4). Higher merges more.
@@ -90,7 +88,7 @@ crate::params! {
     }
 }
 
-/// A label for each trajectory, by the method and the count that `params` name. `seed` is for K-means.
+/// Labels each trajectory, by the method and the count of `params`. `seed` is for K-means.
 ///
 /// # Examples
 /// The trajectories of [`discontinuities`](crate::discontinuity::discontinuities)' example, clustered again.
@@ -101,7 +99,7 @@ crate::params! {
 /// # use tracecut::sparse::SymCsr;
 /// # use tracecut::trajectory::Trajectories;
 /// #
-/// # // A trajectory for each digit; those of equal digits move alike.
+/// # // A trajectory for each digit; equal digits move alike.
 /// # let digits = ["00011", "00011", "00011"].concat().into_bytes();
 /// # let mut tracks = Trajectories::empty(1, (50, 30));
 /// # (0..15).for_each(|i| tracks.push(0, [(10.0 * (i % 5) as f32, 10.0 * (i / 5) as f32 + (i % 5 % 2) as f32, 0.0)]));
@@ -110,113 +108,112 @@ crate::params! {
 /// # let a = SymCsr::from_upper(15, &alike.map(|(i, j)| (i, j, 1.0)).collect::<Vec<_>>());
 /// # let params = EmbeddingParams { min_component: 2, min_dimensions: 1, ..EmbeddingParams::default() };
 /// # let embedding = embed(&a, &params, 0);
-/// # let found = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
+/// # let d = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
 /// use tracecut::affinity::AffinityParams;
-/// use tracecut::discretize::{DiscretizeMethod, DiscretizeParams, Known, discretize};
+/// use tracecut::discretize::{DiscretizeMethod, DiscretizeParams, EvidenceInput, discretize};
 ///
 /// let affinity = AffinityParams::default();
 /// let params = DiscretizeParams { method: DiscretizeMethod::RotationMerge, ..DiscretizeParams::default() };
-/// let clusters = discretize(&embedding, &Known::new(&tracks, &found, &affinity, None, None), &params, 0);
+/// let clusters = discretize(&embedding, &EvidenceInput::new(&tracks, &d, &affinity, None, None), &params, 0);
 /// assert_eq!((clusters.count, clusters.label.len()), (2, 15));
 /// assert!(clusters.label.iter().zip(&digits).all(|(&label, digit)| label == u32::from(digit - b'0')));
 /// ```
 #[must_use]
-pub fn discretize(embedding: &Embedding, known: &Known, params: &DiscretizeParams, seed: u32) -> Clusters {
-    discretize_by(embedding, known, params, seed, |count| RowsOf::new(embedding, count).turned())
+pub fn discretize(embedding: &Embedding, input: &EvidenceInput, params: &DiscretizeParams, seed: u32) -> Clusters {
+    discretize_with(embedding, input, params, seed, |count| NormalizedRows::new(embedding, count).rotate())
 }
 
-/// The same with the labels that the rotation of so many of the embedding's columns gives to its rows.
-pub(crate) fn discretize_by(
+/// Same as [`discretize`], with `rotate(count)` for the labels of the embedded rows by `count` eigenvectors.
+pub(crate) fn discretize_with(
     embedding: &Embedding,
-    known: &Known,
+    input: &EvidenceInput,
     params: &DiscretizeParams,
     seed: u32,
-    mut turned: impl FnMut(usize) -> Vec<u32>,
+    mut rotate: impl FnMut(usize) -> Vec<u32>,
 ) -> Clusters {
     if params.method != DiscretizeMethod::RotationEvidence {
-        return discretize_into(embedding, known, cluster_count(embedding, params), params, seed);
+        return discretize_into(embedding, input, cluster_count(embedding, params), params, seed);
     }
-    let mut found: Vec<(usize, Clusters)> = Vec::new();
+    let mut clusterings: Vec<(usize, Clusters)> = Vec::new();
     for count in rotation_counts(embedding, params) {
-        // Of few eigenvectors some parts are equal.
-        let made = found.last().filter(|(before, _)| *before == count).map(|(_, clusters)| clusters.clone());
-        let make = || merged(labels_of(embedding, turned(count)), known, params);
-        found.push((count, made.unwrap_or_else(make)));
+        // Few eigenvectors have equal counts.
+        let last = clusterings.last().filter(|last| last.0 == count).map(|(_, clusters)| clusters.clone());
+        let clusters = last.unwrap_or_else(|| merge(label_embedded(embedding, rotate(count)), input, params));
+        clusterings.push((count, clusters));
     }
-    median(found.into_iter().map(|(_, clusters)| clusters).collect())
+    median_clustering(clusterings.into_iter().map(|(_, clusters)| clusters).collect())
 }
 
-/// How many clusters rotations are made for, most first; none where it is done otherwise.
+/// Numbers of clusters of the rotations whose median is taken, largest first; none with other methods.
 pub(crate) fn rotation_counts(embedding: &Embedding, params: &DiscretizeParams) -> Vec<usize> {
     let count = cluster_count(embedding, params);
-    let parts = EIGHTHS.iter().map(|eighths| (eighths * count / 8).max(2));
-    parts.filter(|_| params.method == DiscretizeMethod::RotationEvidence).collect()
+    let counts = ROTATION_EIGHTHS.iter().map(|eighths| (eighths * count / 8).max(2));
+    counts.filter(|_| params.method == DiscretizeMethod::RotationEvidence).collect()
 }
 
-/// Parts of the number of eigenvectors by which a clip is clustered.
-pub(crate) const MOST_ROTATIONS: usize = EIGHTHS.len();
-const EIGHTHS: [usize; 5] = [8, 7, 6, 5, 4];
+/// Number of rotations whose median is taken.
+pub(crate) const NUM_ROTATIONS: usize = ROTATION_EIGHTHS.len();
+/// Their numbers of clusters, in eighths of the number of eigenvectors. Chosen by eye.
+const ROTATION_EIGHTHS: [usize; 5] = [8, 7, 6, 5, 4];
 
-/// The over-segmentation: labels by the method and the count that `params` name, before any merging. Trajectories that are
-/// not embedded have [`UNLABELLED`]. `seed` is for K-means.
-pub(crate) fn pieces(embedding: &Embedding, params: &DiscretizeParams, seed: u32) -> Vec<u32> {
-    pieces_of(embedding, cluster_count(embedding, params), params, seed)
+/// Over-segments the trajectories, by the method and the count of `params`. Trajectories that are not embedded are
+/// [`UNLABELLED`]. `seed` is for K-means.
+pub(crate) fn oversegment(embedding: &Embedding, params: &DiscretizeParams, seed: u32) -> Vec<u32> {
+    oversegment_into(embedding, cluster_count(embedding, params), params, seed)
 }
 
-fn pieces_of(embedding: &Embedding, count: usize, params: &DiscretizeParams, seed: u32) -> Vec<u32> {
+fn oversegment_into(embedding: &Embedding, count: usize, params: &DiscretizeParams, seed: u32) -> Vec<u32> {
     match params.method {
         DiscretizeMethod::KMeans => k_means(embedding, count, seed),
         _ => rotate(embedding, count),
     }
 }
 
-/// The clusters that pieces are merged to, as `params` name it. Unlabelled trajectories take the label of most of their
-/// neighbours.
-fn merged(mut label: Vec<u32>, known: &Known, params: &DiscretizeParams) -> Clusters {
+/// Merges clusters by the method of `params` (steps 2 to 4).
+fn merge(mut label: Vec<u32>, input: &EvidenceInput, params: &DiscretizeParams) -> Clusters {
     match params.method {
-        DiscretizeMethod::RotationEvidence => unite(&mut label, known, params.merge_log_odds),
-        DiscretizeMethod::RotationMerge => merge_clusters(&mut label, known.found, params.merge_threshold),
+        DiscretizeMethod::RotationEvidence => merge_by_evidence(&mut label, input, params.merge_log_odds),
+        DiscretizeMethod::RotationMerge => merge_by_borders(&mut label, input.discontinuities, params.merge_threshold),
         DiscretizeMethod::Rotation | DiscretizeMethod::KMeans => {}
     }
-    spread_labels(&mut label, known.found);
-    canonical(known.tracks, label)
+    spread_labels(&mut label, input.discontinuities);
+    Clusters::from_labels(input.tracks, label)
 }
 
-/// The same, into `count` clusters before merging, by the leading `count` eigenvectors; `params.count` says nothing
-/// here.
+/// Discretizes by the leading `count` eigenvectors into `count` clusters before merging, without `params.count`.
 pub(crate) fn discretize_into(
     embedding: &Embedding,
-    known: &Known,
+    input: &EvidenceInput,
     count: usize,
     params: &DiscretizeParams,
     seed: u32,
 ) -> Clusters {
-    merged(pieces_of(embedding, count, params, seed), known, params)
+    merge(oversegment_into(embedding, count, params, seed), input, params)
 }
 
-/// The clusters with all background trajectories in one of their own.
+/// Moves all background trajectories to a cluster of their own.
 pub(crate) fn with_background(tracks: &Trajectories, clusters: Clusters, foreground: &[bool]) -> Clusters {
     let background = clusters.count as u32;
     let label = clusters.label.iter().zip(foreground).map(|(&l, &f)| if f { l } else { background }).collect();
-    canonical(tracks, label)
+    Clusters::from_labels(tracks, label)
 }
 
-/// The number of clusters by the rule that `params` name: at most as many as the embedding has eigenvectors.
+/// Number of clusters by the rule of `params`, at most the number of eigenvectors.
 #[doc(hidden)]
 pub fn cluster_count(embedding: &Embedding, params: &DiscretizeParams) -> usize {
     match params.count {
         CountRule::Eigenvalues => embedding.dimensions,
         CountRule::Gap => {
             let gap = embedding.eigenvalues.windows(2).position(|pair| pair[0] - pair[1] >= params.min_gap);
-            gap.map_or(embedding.dimensions, |before| before + 1)
+            gap.map_or(embedding.dimensions, |last| last + 1)
         }
     }
 }
 
-/// The segmentation of Figure 1(c): connected components of the edges with `d` at most `threshold`.
+/// Connected components of the edges with `d` at most `threshold`, 0.6 in Figure 1(c).
 ///
 /// # Examples
-/// The trajectories of [`discontinuities`](crate::discontinuity::discontinuities)' example, parted where `d` is above 0.6.
+/// The trajectories of [`discontinuities`](crate::discontinuity::discontinuities)' example, split where `d` is above 0.6.
 ///
 /// ```
 /// # use tracecut::discontinuity::{DiscontinuityParams, discontinuities, neighborhoods};
@@ -224,7 +221,7 @@ pub fn cluster_count(embedding: &Embedding, params: &DiscretizeParams) -> usize 
 /// # use tracecut::sparse::SymCsr;
 /// # use tracecut::trajectory::Trajectories;
 /// #
-/// # // A trajectory for each digit; those of equal digits move alike.
+/// # // A trajectory for each digit; equal digits move alike.
 /// # let digits = ["00011", "00011", "00011"].concat().into_bytes();
 /// # let mut tracks = Trajectories::empty(1, (50, 30));
 /// # (0..15).for_each(|i| tracks.push(0, [(10.0 * (i % 5) as f32, 10.0 * (i / 5) as f32 + (i % 5 % 2) as f32, 0.0)]));
@@ -233,11 +230,11 @@ pub fn cluster_count(embedding: &Embedding, params: &DiscretizeParams) -> usize 
 /// # let a = SymCsr::from_upper(15, &alike.map(|(i, j)| (i, j, 1.0)).collect::<Vec<_>>());
 /// # let params = EmbeddingParams { min_component: 2, min_dimensions: 1, ..EmbeddingParams::default() };
 /// # let embedding = embed(&a, &params, 0);
-/// # let found = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
+/// # let d = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
 /// use tracecut::discretize::threshold_segmentation;
 ///
-/// let pieces = threshold_segmentation(&tracks, &found, 0.6);
-/// assert_eq!((pieces.count, pieces.label[0], pieces.label[4]), (2, 0, 1));
+/// let components = threshold_segmentation(&tracks, &d, 0.6);
+/// assert_eq!((components.count, components.label[0], components.label[4]), (2, 0, 1));
 /// ```
 #[must_use]
 pub fn threshold_segmentation(tracks: &Trajectories, discontinuities: &Discontinuities, threshold: f64) -> Clusters {
@@ -248,28 +245,28 @@ pub fn threshold_segmentation(tracks: &Trajectories, discontinuities: &Discontin
         }
     }
     let label = (0..tracks.len()).map(|i| sets.root(i) as u32).collect();
-    canonical(tracks, label)
+    Clusters::from_labels(tracks, label)
 }
 
-/// Gives unlabelled trajectories the label of most of their labelled neighbours, ring by ring; 0 where there are none
-/// at all.
+/// Gives unlabelled trajectories the majority label of their neighbours, ring by ring; 0 without labelled neighbours.
 fn spread_labels(label: &mut [u32], discontinuities: &Discontinuities) {
     loop {
         let mut votes: Vec<(u32, u32)> = Vec::new();
         for &(i, j) in &discontinuities.neighborhoods.pairs {
             match (label[i as usize], label[j as usize]) {
                 (UNLABELLED, UNLABELLED) => {}
-                (UNLABELLED, known) => votes.push((i, known)),
-                (known, UNLABELLED) => votes.push((j, known)),
+                (UNLABELLED, vote) => votes.push((i, vote)),
+                (vote, UNLABELLED) => votes.push((j, vote)),
                 _ => {}
             }
         }
         if votes.is_empty() {
             break;
         }
-        order::sort_by_key(&mut votes, |&(i, known)| order::pair(i, known));
+        order::sort_by_key(&mut votes, |&(i, vote)| order::pair_key(i, vote));
         for ballot in votes.chunk_by(|a, b| a.0 == b.0) {
-            let winner = ballot.chunk_by(|a, b| a == b).rev().max_by_key(|same| same.len()).map_or(0, |same| same[0].1);
+            let equal_votes = ballot.chunk_by(|a, b| a == b).rev();
+            let winner = equal_votes.max_by_key(|votes| votes.len()).map_or(0, |votes| votes[0].1);
             label[ballot[0].0 as usize] = winner;
         }
     }
@@ -313,7 +310,7 @@ mod tests {
         let mut tracks = still(2, 2);
         tracks.num_frames = 9;
         tracks.push(0, (0..9).map(|_| (0.0, 0.0, 0.0)));
-        assert_eq!(canonical(&tracks, vec![7, 7, 3]).label, [1, 1, 0]);
+        assert_eq!(Clusters::from_labels(&tracks, vec![7, 7, 3]).label, [1, 1, 0]);
     }
 
     #[test]
@@ -329,9 +326,9 @@ mod tests {
         links.neighborhoods.pairs.extend([(1, 3), (1, 4)]);
         spread_labels(&mut label, &links);
         assert_eq!(label, [1, 2, 2, 2, 2]);
-        let mut alone = vec![UNLABELLED];
-        spread_labels(&mut alone, &chain(&[]));
-        assert_eq!(alone, [0]);
+        let mut single = vec![UNLABELLED];
+        spread_labels(&mut single, &chain(&[]));
+        assert_eq!(single, [0]);
     }
 
     #[test]
@@ -344,9 +341,13 @@ mod tests {
         ] {
             for count in [CountRule::Eigenvalues, CountRule::Gap] {
                 let params = DiscretizeParams { method, count, ..DiscretizeParams::default() };
-                let (none, links, affinity) = (still(0, 3), chain(&[]), AffinityParams::default());
-                let clusters =
-                    discretize(&Embedding::default(), &Known::new(&none, &links, &affinity, None, None), &params, 0);
+                let (no_tracks, links, affinity) = (still(0, 3), chain(&[]), AffinityParams::default());
+                let clusters = discretize(
+                    &Embedding::default(),
+                    &EvidenceInput::new(&no_tracks, &links, &affinity, None, None),
+                    &params,
+                    0,
+                );
                 assert_eq!(clusters, Clusters::default());
             }
         }
@@ -385,7 +386,8 @@ mod tests {
         let labels = |method, count| {
             let params = DiscretizeParams { method, ..DiscretizeParams::default() };
             let (tracks, affinity) = (still(6, 3), AffinityParams::default());
-            discretize_into(&embedding, &Known::new(&tracks, &links, &affinity, None, None), count, &params, 0).label
+            discretize_into(&embedding, &EvidenceInput::new(&tracks, &links, &affinity, None, None), count, &params, 0)
+                .label
         };
         for method in [DiscretizeMethod::Rotation, DiscretizeMethod::KMeans] {
             assert_eq!(labels(method, 2), [0, 0, 0, 1, 1, 1], "{method:?}");

@@ -1,33 +1,35 @@
 //! Eigenvector rotation: the multiclass spectral clustering of Yu and Shi (ICCV 2003), which the paper calls *rot*.
 //!
-//! Finds the rotation `R` of the row-normalised eigenvectors `Ṽ` that brings them nearest to a binary indicator matrix
-//! `X`:
+//! Finds the rotation `R` of the row-normalised eigenvectors `Ṽ` that is nearest to a binary indicator matrix `X`,
+//! minimising `‖X − Ṽ R‖`:
 //!
-//! 1. Start: rows of `Ṽ` that are as orthogonal to each other as can be, chosen one after the other.
+//! 1. Start: nearly orthogonal rows of `Ṽ`, row_index greedily.
 //! 2. `X` = row-wise maximum of `Ṽ R`.
 //! 3. `R` = the orthogonal matrix nearest to `Ṽᵀ X`, by singular value decomposition; repeat from 2 while the fit
 //!    improves.
 //!
-//! Several first rows are tried and the best fit is kept, ties to the first: the start decides which local optimum is
-//! found.
+//! Several first rows are tried and the best fit is kept, ties to the first, since the start decides the local optimum.
+//! Cost: O(starts · iterations · (rows · K² + K³)). It fails where two clusters differ in none of the eigenvectors.
 
 use crate::embedding::Embedding;
 use crate::evidence::UNLABELLED;
-use crate::order::{double, sort_by_key};
+use crate::order::{f64_key, sort_by_key};
 
-/// First rows tried, as fractions of the number of rows.
-const STARTS: [f64; 3] = [0.5, 0.25, 0.75];
-/// Most iterations per start (the published code's value).
+/// First rows tried, as fractions of the number of rows. Chosen by eye.
+const START_ROWS: [f64; 3] = [0.5, 0.25, 0.75];
+/// Most iterations of a start (published code of Yu and Shi).
 const MAX_ITERATIONS: usize = 20;
+/// Most sweeps of the Jacobi iteration, which converges in about ten.
+const MAX_SWEEPS: usize = 60;
 
-/// One label in `0..count` for every embedded trajectory, by the leading `count` eigenvectors; the others stay
-/// unlabelled. Labels may be missing.
+/// Labels every embedded trajectory in `0..count`, by the leading `count` eigenvectors; the others stay unlabelled. Labels
+/// may be missing.
 pub(crate) fn rotate(embedding: &Embedding, count: usize) -> Vec<u32> {
-    labels_of(embedding, RowsOf::new(embedding, count).turned())
+    label_embedded(embedding, NormalizedRows::new(embedding, count).rotate())
 }
 
-/// The labels of all trajectories from those of the embedded ones.
-pub(crate) fn labels_of(embedding: &Embedding, labels: Vec<u32>) -> Vec<u32> {
+/// Extends the labels of the embedded trajectories to all of them.
+pub(super) fn label_embedded(embedding: &Embedding, labels: Vec<u32>) -> Vec<u32> {
     let mut label = vec![UNLABELLED; embedding.num_rows];
     for (label, l) in label.iter_mut().zip(&embedding.embedded).filter(|(_, e)| **e).map(|(l, _)| l).zip(labels) {
         *label = l;
@@ -35,28 +37,28 @@ pub(crate) fn labels_of(embedding: &Embedding, labels: Vec<u32>) -> Vec<u32> {
     label
 }
 
-/// What a rotation is looked for: the leading numbers of the embedded rows, scaled to length one.
+/// Leading eigenvectors of the embedded trajectories, with rows scaled to length one.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct RowsOf {
-    /// Numbers a row.
+pub(crate) struct NormalizedRows {
+    /// Length of a row.
     pub(crate) k: usize,
     pub(crate) rows: Vec<f64>,
 }
 
-impl RowsOf {
-    /// The leading `count` numbers, or all there are.
+impl NormalizedRows {
+    /// Takes the leading `count` eigenvectors, or all there are.
     pub(crate) fn new(embedding: &Embedding, count: usize) -> Self {
         let k = count.min(embedding.dimensions);
         let embedded: Vec<usize> = (0..embedding.num_rows).filter(|&i| embedding.embedded[i]).collect();
         Self { k, rows: normalised_rows(embedding, &embedded, k) }
     }
 
-    /// The label of each row; none without any number.
-    pub(crate) fn turned(&self) -> Vec<u32> {
+    /// Labels each row by the best rotation; empty without eigenvectors.
+    pub(crate) fn rotate(&self) -> Vec<u32> {
         let Self { k, rows } = self;
         let count = rows.len().checked_div(*k).unwrap_or(0);
         let mut best: Option<(f64, Vec<u32>)> = None;
-        for start in STARTS.iter().filter(|_| count > 0) {
+        for start in START_ROWS.iter().filter(|_| count > 0) {
             let first = ((count as f64 * start) as usize).min(count - 1);
             let (fit, labels) = fit_rotation(rows, *k, initial_rotation(rows, *k, first));
             if best.as_ref().is_none_or(|b| fit > b.0) {
@@ -67,7 +69,7 @@ impl RowsOf {
     }
 }
 
-/// The first `k` numbers of the rows of `V`, scaled to length one; a zero row stays zero.
+/// Scales the first `k` columns of the rows of `V` to length one; a zero row stays zero.
 fn normalised_rows(embedding: &Embedding, embedded: &[usize], k: usize) -> Vec<f64> {
     let mut rows = Vec::with_capacity(embedded.len() * k);
     for &i in embedded {
@@ -79,25 +81,25 @@ fn normalised_rows(embedding: &Embedding, embedded: &[usize], k: usize) -> Vec<f
     rows
 }
 
-/// `R`, `k × k` row by row; its columns are rows of `Ṽ`, each as little aligned with those before it as possible.
+/// Builds the start `R`, `k × k` row by row: its columns are rows of `Ṽ`, each the least aligned with those before it.
 fn initial_rotation(rows: &[f64], k: usize, first: usize) -> Vec<f64> {
     let n = rows.len() / k;
     let mut rotation = vec![0.0; k * k];
     let mut alignment = vec![0.0; n];
-    let mut chosen = first;
+    let mut row_index = first;
     for column in 0..k {
         for c in 0..k {
-            rotation[c * k + column] = rows[chosen * k + c];
+            rotation[c * k + column] = rows[row_index * k + c];
         }
         for (i, row) in rows.chunks_exact(k).enumerate() {
-            alignment[i] += row.iter().zip(&rows[chosen * k..]).map(|(a, b)| a * b).sum::<f64>().abs();
+            alignment[i] += row.iter().zip(&rows[row_index * k..]).map(|(a, b)| a * b).sum::<f64>().abs();
         }
-        chosen = (0..n).fold(0, |low, i| if alignment[i] < alignment[low] { i } else { low });
+        row_index = (0..n).fold(0, |low, i| if alignment[i] < alignment[low] { i } else { low });
     }
     rotation
 }
 
-/// Alternates labels and rotation; returns the fit (the sum of singular values, larger is better) and the labels.
+/// Alternates labels and rotation. Returns the fit (the sum of singular values, larger is better) and the labels.
 fn fit_rotation(rows: &[f64], k: usize, mut rotation: Vec<f64>) -> (f64, Vec<u32>) {
     let mut best = (f64::NEG_INFINITY, vec![0; rows.len() / k]);
     let mut rotated = vec![0.0; k];
@@ -127,36 +129,37 @@ fn fit_rotation(rows: &[f64], k: usize, mut rotation: Vec<f64>) -> (f64, Vec<u32
     best
 }
 
-/// For `M = Xᵀ Ṽ = A Ω Bᵀ` (`k × k`, row by row): the rotation `B Aᵀ` and the trace of `Ω`. One-sided Jacobi iteration.
+/// Computes the rotation `B Aᵀ` and the trace of `Ω` for `M = Xᵀ Ṽ = A Ω Bᵀ` (`k × k`, row by row), by one-sided Jacobi
+/// iteration.
 fn polar_factor(moment: &[f64], k: usize) -> (Vec<f64>, f64) {
     // Rows of `g` become Ω_c A_cᵀ, rows of `b` become B_cᵀ: rotations of the columns of M, kept transposed for
     // locality.
     let mut g: Vec<f64> = (0..k * k).map(|e| moment[(e % k) * k + e / k]).collect();
     let mut b: Vec<f64> = (0..k * k).map(|e| if e / k == e % k { 1.0 } else { 0.0 }).collect();
-    for _sweep in 0..60 {
-        let mut turned = false;
+    for _ in 0..MAX_SWEEPS {
+        let mut is_diagonal = true;
         for p in 0..k {
             for q in p + 1..k {
                 let [alpha, beta, gamma] = products(&g[p * k..][..k], &g[q * k..][..k]);
                 if gamma * gamma <= 1e-30 * alpha * beta || gamma == 0.0 {
                     continue;
                 }
-                turned = true;
+                is_diagonal = false;
                 let zeta = (beta - alpha) / (2.0 * gamma);
                 let t = zeta.signum() / (zeta.abs() + (1.0 + zeta * zeta).sqrt());
                 let cos = 1.0 / (1.0 + t * t).sqrt();
-                turn(&mut g, k, p, q, cos, cos * t);
-                turn(&mut b, k, p, q, cos, cos * t);
+                rotate_rows(&mut g, k, p, q, cos, cos * t);
+                rotate_rows(&mut b, k, p, q, cos, cos * t);
             }
         }
-        if !turned {
+        if is_diagonal {
             break;
         }
     }
     orthogonal_product(&g, &b, k)
 }
 
-/// `a·a`, `b·b` and `a·b` of two rows of one length, four terms side by side.
+/// Computes `a·a`, `b·b` and `a·b` of two rows, four terms in parallel.
 fn products(a: &[f64], b: &[f64]) -> [f64; 3] {
     let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
     let mut sums = [[0.0; 4]; 3];
@@ -174,24 +177,24 @@ fn products(a: &[f64], b: &[f64]) -> [f64; 3] {
     sums
 }
 
-/// Turns rows `p < q` of a matrix of `k` columns.
-fn turn(m: &mut [f64], k: usize, p: usize, q: usize, cos: f64, sin: f64) {
-    let (before, from_q) = m.split_at_mut(q * k);
-    for (x, y) in before[p * k..][..k].iter_mut().zip(&mut from_q[..k]) {
+/// Applies a Givens rotation to rows `p < q` of a matrix of `k` columns.
+fn rotate_rows(m: &mut [f64], k: usize, p: usize, q: usize, cos: f64, sin: f64) {
+    let (upper, lower) = m.split_at_mut(q * k);
+    for (x, y) in upper[p * k..][..k].iter_mut().zip(&mut lower[..k]) {
         let (a, b) = (*x, *y);
         *x = cos * a - sin * b;
         *y = sin * a + cos * b;
     }
 }
 
-/// `B Aᵀ` from the rows `Ω_c A_cᵀ` of `g` and `B_cᵀ` of `b`. Where Ω_c vanishes (an empty cluster) any direction
-/// orthogonal to the other `A` is right; unit vectors are tried in order.
+/// Computes `B Aᵀ` from the rows `Ω_c A_cᵀ` of `g` and `B_cᵀ` of `b`. Where Ω_c vanishes (an empty cluster) any direction
+/// orthogonal to the other `A` will do; unit vectors are tried in order.
 fn orthogonal_product(g: &[f64], b: &[f64], k: usize) -> (Vec<f64>, f64) {
     let omega: Vec<f64> = g.chunks_exact(k).map(|row| row.iter().map(|v| v * v).sum::<f64>().sqrt()).collect();
     let tiny = 1e-12 * omega.iter().fold(0.0_f64, |a, &v| a.max(v));
     let mut basis: Vec<Vec<f64>> = Vec::with_capacity(k);
     let mut order: Vec<usize> = (0..k).collect();
-    sort_by_key(&mut order, |&c| !double(omega[c]));
+    sort_by_key(&mut order, |&c| !f64_key(omega[c]));
     let mut rotation = vec![0.0; k * k];
     for &c in &order {
         let row = if omega[c] > tiny && omega[c] > 0.0 {
@@ -209,7 +212,7 @@ fn orthogonal_product(g: &[f64], b: &[f64], k: usize) -> (Vec<f64>, f64) {
     (rotation, omega.iter().sum())
 }
 
-/// A unit vector orthogonal to `basis`, which has fewer than `k` members.
+/// Returns a unit vector orthogonal to `basis`, which has fewer than `k` members.
 fn completing_vector(basis: &[Vec<f64>], k: usize) -> Vec<f64> {
     let mut longest = (0.0, vec![0.0; k]);
     for axis in 0..k {
@@ -249,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn rotated_indicator_vectors_are_found_again() {
+    fn rotated_indicator_vectors_are_recovered() {
         // Three groups on three orthogonal directions, turned by a fixed rotation, with a little noise.
         let turn = [[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]];
         let mut rng = Rng::for_stage(3, "rotation");

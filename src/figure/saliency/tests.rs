@@ -20,21 +20,21 @@ fn flow_of(size: (usize, usize), motion: impl Fn(f64, f64) -> (f64, f64)) -> Flo
     }
 }
 
-/// A clip of ground and one square: their motion at frame `t`, in pixels.
-struct Clip {
+/// A clip of a scene and one square: their motion at frame `t`, in pixels.
+struct SquareClip {
     ground: fn(usize) -> (f64, f64),
     square: fn(usize) -> (f64, f64),
     noise: f64,
     side: f64,
 }
 
-/// What comes out for each trajectory, and whether it is on the square.
+/// Saliency of each trajectory, and the ones on the square.
 struct Outcome {
     saliency: Saliency,
     on_square: Vec<bool>,
 }
 
-impl Clip {
+impl SquareClip {
     /// Corner of the square at frame `t`.
     fn corner(&self, t: usize) -> (f64, f64) {
         (0..t).map(self.square).fold((24.0, 24.0), |(x, y), (u, v)| (x + u, y + v))
@@ -84,9 +84,9 @@ impl Clip {
         let mut rows = AffinityRows::new(&tracks, 4.0, &AffinityParams::default(), 0);
         while rows.advance(&tracks, 512) {}
         let embedding = embed(&rows.finish().unwrap(), &EmbeddingParams::default(), 0);
-        let found = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
+        let d = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
         let mut maps = SaliencyMaps::new(params);
-        (0..FRAMES - 1).for_each(|t| maps.look_at(&self.flow(t)));
+        (0..FRAMES - 1).for_each(|t| maps.add_flow(&self.flow(t)));
         let mut of_points = vec![-1.0; tracks.x.len()];
         for t in 0..FRAMES - 1 {
             let map = maps.map(t, &self.flow(t));
@@ -95,18 +95,18 @@ impl Clip {
                 of_points[tracks.point(i, t)] = map[((x + 0.5) as usize % SIZE.0, (y + 0.5) as usize % SIZE.1)];
             }
         }
-        let alone = trajectory_saliency(&tracks, &of_points);
-        Outcome { saliency: context_saliency(alone, &embedding, &found, params), on_square }
+        let own = trajectory_saliency(&tracks, &of_points);
+        Outcome { saliency: context_saliency(own, &embedding, &d, params), on_square }
     }
 }
 
 impl Outcome {
-    /// The share of the square's trajectories, and of the ground's, that are foreground.
+    /// Shares of the square's trajectories and of the others that are foreground.
     fn shares(&self) -> (f64, f64) {
         let share = |on: bool| {
-            let of: Vec<bool> =
-                self.saliency.foreground.iter().zip(&self.on_square).filter(|p| *p.1 == on).map(|p| *p.0).collect();
-            of.iter().filter(|&&f| f).count() as f64 / of.len() as f64
+            let tracks = self.saliency.foreground.iter().zip(&self.on_square).filter(|p| *p.1 == on);
+            let foreground: Vec<bool> = tracks.map(|p| *p.0).collect();
+            foreground.iter().filter(|&&f| f).count() as f64 / foreground.len() as f64
         };
         (share(true), share(false))
     }
@@ -119,10 +119,10 @@ fn both() -> [SaliencyParams; 2] {
 #[test]
 fn nothing_is_salient_where_nothing_moves_or_only_noise() {
     for noise in [0.0, 0.09] {
-        let clip = Clip { ground: |_| (0.0, 0.0), square: |_| (0.0, 0.0), noise, side: 26.0 };
+        let clip = SquareClip { ground: |_| (0.0, 0.0), square: |_| (0.0, 0.0), noise, side: 26.0 };
         for params in both() {
-            let found = clip.run(&params).saliency;
-            assert!(!found.foreground.contains(&true), "noise {noise}: {:?}", found.in_context);
+            let saliency = clip.run(&params).saliency;
+            assert!(!saliency.foreground.contains(&true), "noise {noise}: {:?}", saliency.in_context);
         }
     }
 }
@@ -130,20 +130,20 @@ fn nothing_is_salient_where_nothing_moves_or_only_noise() {
 #[test]
 fn a_moving_square_is_foreground_and_still_ground_is_not() {
     for params in both() {
-        let clip = Clip { ground: |_| (0.0, 0.0), square: |_| (2.5, 0.5), noise: 0.02, side: 26.0 };
+        let clip = SquareClip { ground: |_| (0.0, 0.0), square: |_| (2.5, 0.5), noise: 0.02, side: 26.0 };
         assert_eq!(clip.run(&params).shares(), (1.0, 0.0), "{params:?}");
     }
 }
 
 #[test]
 fn ground_around_a_large_object_is_no_foreground() {
-    let clip = Clip { ground: |_| (1.0, 0.5), square: |_| (-2.0, 0.5), noise: 0.02, side: 52.0 };
+    let clip = SquareClip { ground: |_| (1.0, 0.5), square: |_| (-2.0, 0.5), noise: 0.02, side: 52.0 };
     assert_eq!(clip.run(&SaliencyParams::default()).shares(), (1.0, 0.0));
 }
 
 #[test]
-fn what_stops_half_way_stays_foreground() {
-    let clip = Clip {
+fn an_object_that_stops_half_way_stays_foreground() {
+    let clip = SquareClip {
         ground: |_| (0.0, 0.0),
         square: |t| if t < FRAMES / 2 { (3.0, 0.0) } else { (0.0, 0.0) },
         noise: 0.02,
@@ -154,8 +154,8 @@ fn what_stops_half_way_stays_foreground() {
 
 #[test]
 fn a_pan_of_the_camera_changes_nothing() {
-    let still = Clip { ground: |_| (0.0, 0.0), square: |_| (2.0, 1.0), noise: 0.02, side: 26.0 };
-    let panned = Clip { ground: |_| (-3.0, 1.0), square: |_| (-1.0, 2.0), noise: 0.02, side: 26.0 };
+    let still = SquareClip { ground: |_| (0.0, 0.0), square: |_| (2.0, 1.0), noise: 0.02, side: 26.0 };
+    let panned = SquareClip { ground: |_| (-3.0, 1.0), square: |_| (-1.0, 2.0), noise: 0.02, side: 26.0 };
     for compensation in [Compensation::Affine, Compensation::Homography] {
         let params = SaliencyParams { compensation, ..SaliencyParams::default() };
         assert_eq!(still.run(&params).shares(), (1.0, 0.0));
@@ -169,7 +169,7 @@ fn maps_are_the_same_under_a_pan_where_flow_is_exact() {
         let flow =
             flow_of((64, 48), |x, y| if x < 20.0 && y > 10.0 && y < 30.0 { (4.0 + pan, 1.0) } else { (pan, 0.0) });
         let mut maps = SaliencyMaps::new(&SaliencyParams::default());
-        maps.look_at(&flow);
+        maps.add_flow(&flow);
         maps.map(0, &flow)
     };
     let (still, panned) = (map(0.0), map(7.0));
@@ -185,7 +185,7 @@ fn every_size_has_a_map_of_its_size_within_0_and_1() {
                 let params = SaliencyParams { compensation, ..SaliencyParams::default() };
                 let flow = flow_of(size, |x, _| if x > 0.0 { (value, 0.0) } else { (0.0, 1.0) });
                 let mut maps = SaliencyMaps::new(&params);
-                maps.look_at(&flow);
+                maps.add_flow(&flow);
                 let map = maps.map(0, &flow);
                 assert_eq!((map.width(), map.height()), size);
                 assert!(map.data().iter().all(|s| (0.0..=1.0).contains(s)), "{size:?} {value} {:?}", map.data());
@@ -195,19 +195,19 @@ fn every_size_has_a_map_of_its_size_within_0_and_1() {
 }
 
 #[test]
-fn maps_of_flows_that_were_not_looked_at_take_them_as_they_are() {
+fn maps_of_flows_that_were_not_added_use_the_raw_flow() {
     let flow = flow_of((40, 30), |x, _| if x < 12.0 { (3.0, 0.0) } else { (0.0, 0.0) });
     let maps = SaliencyMaps::new(&SaliencyParams::default());
     assert!(maps.map(5, &flow).data().iter().all(|s| (0.0..=1.0).contains(s)));
 }
 
 #[test]
-fn the_range_holds_the_wanted_part_of_all_magnitudes_and_is_never_below_its_floor() {
+fn the_range_is_a_quantile_of_the_magnitudes_with_a_floor() {
     let off = SaliencyParams { compensation: Compensation::Off, ..SaliencyParams::default() };
     // A few pixels are far faster than all others.
     let range = |slope: f64, params: &SaliencyParams| {
         let mut maps = SaliencyMaps::new(params);
-        maps.look_at(&flow_of((100, 100), |x, y| (if x + y < 197.0 { slope * y } else { 100.0 }, 0.0)));
+        maps.add_flow(&flow_of((100, 100), |x, y| (if x + y < 197.0 { slope * y } else { 100.0 }, 0.0)));
         maps.range()
     };
     assert!((range(0.1, &off) - 9.8).abs() < 0.15, "{}", range(0.1, &off));
@@ -232,28 +232,28 @@ fn two_blocks() -> (Embedding, Discontinuities) {
     };
     let mut density = vec![1.0; 7];
     density[6] = 0.0;
-    let found = Discontinuities {
+    let d = Discontinuities {
         neighborhoods: Neighborhoods::default(),
         dimensions: 2,
         density,
         ..Discontinuities::default()
     };
-    (embedding, found)
+    (embedding, d)
 }
 
 #[test]
-fn context_is_the_mean_over_a_block_and_what_is_not_embedded_keeps_its_own() {
-    let (embedding, found) = two_blocks();
-    let alone = vec![0.9, 0.6, 0.3, 0.0, 0.1, 0.8, 0.7];
+fn context_is_the_mean_over_a_block_and_not_embedded_rows_keep_their_own() {
+    let (embedding, d) = two_blocks();
+    let own = vec![0.9, 0.6, 0.3, 0.0, 0.1, 0.8, 0.7];
     for form in [Neighborhood::Max, Neighborhood::Min] {
         let params = SaliencyParams { form, ..SaliencyParams::default() };
-        let s = context_saliency(alone.clone(), &embedding, &found, &params);
+        let s = context_saliency(own.clone(), &embedding, &d, &params);
         for (i, &mean) in s.in_context.iter().enumerate() {
             let expected = [0.6, 0.3, 0.7][i / 3];
             assert!((mean - expected).abs() < 1e-6, "{i}: {mean}");
         }
         assert_eq!(s.foreground, [true, true, true, false, false, false, true]);
-        assert_eq!(s.of_points, alone);
+        assert_eq!(s.of_points, own);
     }
 }
 
@@ -266,21 +266,21 @@ fn the_fast_context_is_the_mean_over_all_pairs() {
     let embedding =
         Embedding { num_rows: n, dimensions, eigenvalues, vectors, embedded: vec![true; n], ..Embedding::default() };
     let density: Vec<f64> = (0..n).map(|_| rng.range(0.2, 4.0)).collect();
-    let alone: Vec<f32> = (0..n).map(|_| rng.uniform() as f32).collect();
-    let found = Discontinuities { dimensions, density: density.clone(), ..Discontinuities::default() };
+    let own: Vec<f32> = (0..n).map(|_| rng.uniform() as f32).collect();
+    let d = Discontinuities { dimensions, density: density.clone(), ..Discontinuities::default() };
     for form in [Neighborhood::Max, Neighborhood::Min] {
         let params = SaliencyParams { form, ..SaliencyParams::default() };
-        let fast = context_saliency(alone.clone(), &embedding, &found, &params).in_context;
+        let fast = context_saliency(own.clone(), &embedding, &d, &params).in_context;
         for i in (0..n).step_by(97) {
-            let near = |j: &usize| {
+            let is_near = |j: &usize| {
                 let (a, b) = (embedding.row(i), embedding.row(*j));
                 let w: f64 = (0..dimensions).map(|k| embedding.eigenvalues[k] * a[k] * b[k]).sum();
                 let (d, e) = (density[i], density[*j]);
                 w > params.neighborhood * if form == Neighborhood::Max { d.max(e) } else { d.min(e) }
             };
-            let hood: Vec<usize> = (0..n).filter(near).collect();
-            let mean = hood.iter().map(|&j| f64::from(alone[j])).sum::<f64>() / hood.len() as f64;
-            let expected = if hood.is_empty() { f64::from(alone[i]) } else { mean };
+            let neighbourhood: Vec<usize> = (0..n).filter(is_near).collect();
+            let mean = neighbourhood.iter().map(|&j| f64::from(own[j])).sum::<f64>() / neighbourhood.len() as f64;
+            let expected = if neighbourhood.is_empty() { f64::from(own[i]) } else { mean };
             // A pair at the very bound may fall to either side of it.
             assert!((f64::from(fast[i]) - expected).abs() < 0.01, "{i}: {} not {expected}", fast[i]);
         }

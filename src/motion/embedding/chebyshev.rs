@@ -1,32 +1,32 @@
-//! Eigenpairs from approximations of them: a Chebyshev filter and one Rayleigh-Ritz step.
+//! Refinement of approximate eigenpairs by a Chebyshev filter and one Rayleigh-Ritz step.
 //!
-//! In: a symmetric operator with its spectrum in `[-1, 1]`, and vectors near its leading eigenvectors. Out: as many
-//! orthonormal vectors, nearer to them. Where the leading eigenvalues are crowded, as those of an image's pixels are,
-//! this costs a small part of what a Krylov space from nothing does.
+//! In: a symmetric operator with its spectrum in `[-1, 1]`, and approximations of its leading eigenvectors. Out: better,
+//! orthonormal ones. Where the leading eigenvalues are crowded, as in pixel graphs, this costs a small part of a Krylov
+//! space from random vectors.
 //!
-//! 1. The smallest Rayleigh quotient of the given vectors is the cut: what belongs to eigenvalues below it is not
-//!    wanted.
-//! 2. Each vector is multiplied by the Chebyshev polynomial that stays within ±1 on `[-1, cut]` and grows fastest above
-//!    it.
-//! 3. In the space of the results the operator is a small matrix; its eigenvectors give the new vectors
-//!    (Rayleigh-Ritz), made orthonormal by the inverse root of their Gram matrix.
+//! 1. The smallest Rayleigh quotient of the given vectors is the cutoff `c`: smaller eigenvalues are unwanted.
+//! 2. Each vector is multiplied by the Chebyshev polynomial of the operator that stays within ±1 on `[-1, c]` and grows
+//!    fastest above `c`.
+//! 3. Rayleigh-Ritz: the eigenvectors of the operator projected on the span of the results, made orthonormal by the inverse
+//!    square root of their Gram matrix.
 //!
-//! Source: Zhou, Saad, Tiago and Chelikowsky, "Self-consistent-field calculations using Chebyshev-filtered subspace
-//! iteration", 2006. Cost: `degree + 2` products with each vector, and some `8 n k²` operations.
+//! **Source**: Zhou, Saad, Tiago and Chelikowsky, "Self-consistent-field calculations using Chebyshev-filtered subspace
+//! iteration", 2006. **Cost**: `degree + 2` products with each vector, and about `8 n k²` operations. **Limits**:
+//! eigenvectors that the given vectors do not contain stay missing.
 
 use super::dense::{add_combination, project, symmetric_eigen};
-use super::eigen::{EigenInfo, Eigenpairs};
+use super::eigen::{EigenInfo, Eigenpairs, WIDTH, to_columns, to_rows};
 use super::operator::SymmetricOperator;
-use super::panel::{WIDTH, to_columns, to_rows};
 
-/// Directions whose part in the space of the vectors is smaller than this are rounding.
-const DEPENDENT: f64 = 1e-10;
+/// Smallest eigenvalue of the Gram matrix, relative to the largest, that counts towards the rank. Far above rounding
+/// (1e-16), chosen by eye.
+const MIN_GRAM_RATIO: f64 = 1e-10;
 
-/// Eigenpairs near the given vectors, columns of length `n` one after the other, of an operator whose spectrum lies in
-/// `[-1, 1]`.
+/// Refines eigenvectors of an operator whose spectrum lies in `[-1, 1]`; `vectors` are columns of length `n`, one after
+/// the other.
 ///
-/// Fewer come back where the start vectors are dependent, and `None` where something is not finite. `info.converged`
-/// says whether the residuals are within `tolerance`.
+/// Returns fewer pairs if the vectors are dependent, and `None` if a number is not finite. `info.converged` is true if all
+/// residuals are within `tolerance`.
 pub(crate) fn refine_eigenpairs(
     operator: &dyn SymmetricOperator,
     mut vectors: Vec<f64>,
@@ -41,11 +41,11 @@ pub(crate) fn refine_eigenpairs(
         });
     }
     let k = vectors.len() / n;
-    // 1. The cut.
-    let cut = least_quotient(operator, &vectors, n).clamp(-0.5, 1.0 - 1e-9);
+    // 1. The cutoff, kept off the ends of the spectrum.
+    let cutoff = min_rayleigh_quotient(operator, &vectors, n).clamp(-0.5, 1.0 - 1e-9);
     // 2. The filter, a panel at a time.
     for columns in vectors.chunks_mut(n * WIDTH) {
-        filter(operator, columns, n, cut, degree);
+        chebyshev_filter(operator, columns, n, cutoff, degree);
     }
     // 3. Rayleigh-Ritz.
     let mut pairs = rayleigh_ritz(operator, vectors, n, k)?;
@@ -54,21 +54,21 @@ pub(crate) fn refine_eigenpairs(
     Some(pairs)
 }
 
-/// The smallest Rayleigh quotient of columns of length `n`.
-fn least_quotient(operator: &dyn SymmetricOperator, columns: &[f64], n: usize) -> f64 {
-    let mut least = 1.0_f64;
+/// Computes the smallest Rayleigh quotient of columns of length `n`.
+fn min_rayleigh_quotient(operator: &dyn SymmetricOperator, columns: &[f64], n: usize) -> f64 {
+    let mut smallest = 1.0_f64;
     for panel in columns.chunks(n * WIDTH) {
-        let images = image_of(operator, panel, n);
+        let images = apply_to_columns(operator, panel, n);
         for (v, w) in panel.chunks_exact(n).zip(images.chunks_exact(n)) {
-            let (along, length) = (project(v, w, n)[0], project(v, v, n)[0]);
-            least = if length > 0.0 { least.min(along / length) } else { least };
+            let (product, length_sq) = (project(v, w, n)[0], project(v, v, n)[0]);
+            smallest = if length_sq > 0.0 { smallest.min(product / length_sq) } else { smallest };
         }
     }
-    least
+    smallest
 }
 
-/// The operator's images of columns of length `n`.
-fn image_of(operator: &dyn SymmetricOperator, columns: &[f64], n: usize) -> Vec<f64> {
+/// Applies the operator to columns of length `n`.
+fn apply_to_columns(operator: &dyn SymmetricOperator, columns: &[f64], n: usize) -> Vec<f64> {
     let mut images = Vec::with_capacity(columns.len());
     for panel in columns.chunks(n * WIDTH) {
         let rows = to_rows(panel, n);
@@ -79,55 +79,54 @@ fn image_of(operator: &dyn SymmetricOperator, columns: &[f64], n: usize) -> Vec<
     images
 }
 
-/// Multiplies columns of length `n` by the Chebyshev polynomial of `degree` on `[-1, cut]`.
-fn filter(operator: &dyn SymmetricOperator, columns: &mut [f64], n: usize, cut: f64, degree: u32) {
+/// Multiplies columns of length `n` by the Chebyshev polynomial of `degree` on `[-1, cutoff]`.
+fn chebyshev_filter(operator: &dyn SymmetricOperator, columns: &mut [f64], n: usize, cutoff: f64, degree: u32) {
     let count = columns.len() / n;
-    let (centre, half) = (0.5 * (cut - 1.0), 0.5 * (cut + 1.0));
-    let mut before = to_rows(columns, n);
-    let mut now = before.clone();
-    let mut image = vec![0.0; now.len()];
+    let (centre, radius) = (0.5 * (cutoff - 1.0), 0.5 * (cutoff + 1.0));
+    let mut previous = to_rows(columns, n);
+    let mut current = previous.clone();
+    let mut image = vec![0.0; current.len()];
     for step in 0..degree {
-        operator.apply(&now, count, &mut image);
-        // T_1 = y, T_{j+1} = 2 y T_j - T_{j-1}, with y the operator moved and stretched so that [-1, cut] becomes [-1,
-        // 1].
-        let (factor, last) = if step == 0 { (1.0 / half, 0.0) } else { (2.0 / half, 1.0) };
-        for ((b, x), y) in before.iter_mut().zip(&now).zip(&image) {
-            *b = factor * (y - centre * x) - last * *b;
+        operator.apply(&current, count, &mut image);
+        // T_1 = y, T_{j+1} = 2 y T_j - T_{j-1}, with y the operator mapped so that [-1, cutoff] becomes [-1, 1].
+        let (factor, last) = if step == 0 { (1.0 / radius, 0.0) } else { (2.0 / radius, 1.0) };
+        for ((p, x), y) in previous.iter_mut().zip(&current).zip(&image) {
+            *p = factor * (y - centre * x) - last * *p;
         }
-        std::mem::swap(&mut before, &mut now);
+        std::mem::swap(&mut previous, &mut current);
     }
-    columns.copy_from_slice(&to_columns(&now, count));
+    columns.copy_from_slice(&to_columns(&current, count));
 }
 
-/// The best eigenpairs in the space of the `k` columns `vectors`, and how good the worst of them is.
+/// Computes the Ritz pairs in the span of the `k` columns `vectors`, and the largest residual.
 fn rayleigh_ritz(operator: &dyn SymmetricOperator, vectors: Vec<f64>, n: usize, k: usize) -> Option<Eigenpairs> {
-    let images = image_of(operator, &vectors, n);
-    let (along, lengths) = (project(&vectors, &images, n), project(&images, &images, n));
+    let images = apply_to_columns(operator, &vectors, n);
+    let (products, image_products) = (project(&vectors, &images, n), project(&images, &images, n));
     drop(images);
     let gram = symmetric_eigen(&project(&vectors, &vectors, n), k)?;
     let largest = gram.values[0];
-    let rank = gram.values.iter().take_while(|&&v| v > DEPENDENT * largest).count();
-    // Columns of `root`: an orthonormal basis of the space, in the coordinates of `vectors`.
+    let rank = gram.values.iter().take_while(|&&v| v > MIN_GRAM_RATIO * largest).count();
+    // The columns of `root` are an orthonormal basis of the span, in the coordinates of `vectors`.
     let mut root = gram.vectors[..k * rank].to_vec();
     for (column, v) in root.chunks_exact_mut(k).zip(&gram.values) {
         column.iter_mut().for_each(|x| *x /= v.sqrt());
     }
-    let matrix = congruent(&along, &root, k, rank);
+    let matrix = congruent(&products, &root, k, rank);
     let eigen = symmetric_eigen(&matrix, rank)?;
     let mut coordinates = vec![0.0; k * rank];
     add_combination(&mut coordinates, &root, &eigen.vectors, 1.0, k);
-    let mut found = vec![0.0; n * rank];
-    add_combination(&mut found, &vectors, &coordinates, 1.0, n);
+    let mut ritz_vectors = vec![0.0; n * rank];
+    add_combination(&mut ritz_vectors, &vectors, &coordinates, 1.0, n);
     drop(vectors);
     // ‖A u - λ u‖² = (A u)ᵀ(A u) - λ².
-    let lengths = congruent(&lengths, &coordinates, k, rank);
-    let square = |c: usize| (lengths[c * rank + c] - eigen.values[c] * eigen.values[c]).max(0.0);
-    let residual = (0..rank).map(square).fold(0.0, f64::max).sqrt();
+    let image_products = congruent(&image_products, &coordinates, k, rank);
+    let residual_sq = |c: usize| (image_products[c * rank + c] - eigen.values[c] * eigen.values[c]).max(0.0);
+    let residual = (0..rank).map(residual_sq).fold(0.0, f64::max).sqrt();
     let info = EigenInfo { residual, ..EigenInfo::default() };
-    Some(Eigenpairs { values: eigen.values, vectors: to_rows(&found, n), info })
+    Some(Eigenpairs { values: eigen.values, vectors: to_rows(&ritz_vectors, n), info })
 }
 
-/// `rootᵀ a root` for `a` of `k × k` and `root` of `k × rank`, column-major.
+/// Computes `rootᵀ a root` for `a` of `k × k` and `root` of `k × rank`, column-major.
 fn congruent(a: &[f64], root: &[f64], k: usize, rank: usize) -> Vec<f64> {
     let mut right = vec![0.0; k * rank];
     add_combination(&mut right, a, root, 1.0, k);
@@ -141,22 +140,22 @@ mod tests {
     use crate::rng::Rng;
     use crate::sparse::SymCsr;
 
-    /// The normalised path graph of `n` nodes: eigenvalues cos(πk / (n + 1)).
+    /// Builds the normalised path graph of `n` nodes: eigenvalues cos(πk / (n + 1)).
     fn path(n: u32) -> SymCsr {
         SymCsr::from_upper(n as usize, &(1..n).map(|i| (i - 1, i, 0.5)).collect::<Vec<_>>())
     }
 
     #[test]
-    fn disturbed_eigenvectors_find_back_and_stay_orthonormal() {
+    fn perturbed_eigenvectors_converge_and_stay_orthonormal() {
         let (n, k) = (300, 6);
         let matrix = path(n as u32);
         let settings = EigenParams { tolerance: 1e-8, max_products: 20_000, multiplicity: 0, seed: 0 };
         let exact = largest_eigenpairs(&matrix, k, &settings);
         let mut rng = Rng::for_stage(2, "refine");
-        let disturbed: Vec<f64> = to_columns(&exact.vectors, k).iter().map(|v| v + rng.range(-0.05, 0.05)).collect();
+        let perturbed: Vec<f64> = to_columns(&exact.vectors, k).iter().map(|v| v + rng.range(-0.05, 0.05)).collect();
         let mut last = f64::MAX;
         for degree in [0, 8, 60] {
-            let pairs = refine_eigenpairs(&matrix, disturbed.clone(), degree, 1e-3).unwrap();
+            let pairs = refine_eigenpairs(&matrix, perturbed.clone(), degree, 1e-3).unwrap();
             assert!(pairs.info.residual < last, "{} after {last} by degree {degree}", pairs.info.residual);
             last = pairs.info.residual;
             let columns = to_columns(&pairs.vectors, k);
@@ -164,7 +163,7 @@ mod tests {
                 assert!((product - f64::from(u8::from(e / k == e % k))).abs() < 1e-10, "VᵀV has {product} at {e}");
             }
         }
-        let pairs = refine_eigenpairs(&matrix, disturbed.clone(), 400, 1e-3).unwrap();
+        let pairs = refine_eigenpairs(&matrix, perturbed.clone(), 400, 1e-3).unwrap();
         assert!(pairs.info.converged, "{:?}", pairs.info);
         for (c, value) in pairs.values.iter().enumerate() {
             let expected = (std::f64::consts::PI * (c + 1) as f64 / (n + 1) as f64).cos();

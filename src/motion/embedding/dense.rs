@@ -1,5 +1,5 @@
-//! The dense linear algebra that the eigensolver needs: by faer natively, by a few functions of our own in wasm, where
-//! faer would be a fifth of the file that a page fetches. Tests hold the two against each other.
+//! Dense linear algebra for the eigensolver: faer in native builds, a few functions of our own in wasm, where faer would be
+//! a fifth of the file. Tests compare the two.
 
 pub(super) use super::operator::DenseEigen;
 #[cfg(target_arch = "wasm32")]

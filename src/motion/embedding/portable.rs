@@ -7,17 +7,17 @@
 //!    starting from `Qᵀ`, so that all inner loops run along rows.
 //! 3. Pairs are sorted, the largest eigenvalue first.
 //!
-//! Cost: about `9 n³` operations, `2 n²` numbers. Limits: meant for a few hundred rows.
+//! **Cost**: about `9 n³` operations and `2 n²` numbers. **Limits**: meant for a few hundred rows.
 
 use super::operator::DenseEigen;
-use crate::order::{double, sort_by_key};
+use crate::order::{f64_key, sort_by_key};
 
-/// Sweeps per eigenvalue after which the iteration is given up; two are usual.
+/// Largest number of sweeps per eigenvalue; two are usual. Chosen by eye (LAPACK: 30).
 const MAX_SWEEPS: usize = 40;
 
-/// The eigenpairs of the symmetric `n × n` matrix; the mean of both triangles counts.
+/// Computes the eigenpairs of a symmetric `n × n` matrix, of which the mean of both triangles counts.
 ///
-/// `None` when an entry is not finite or the iteration fails.
+/// Returns `None` if an entry is not finite or the iteration fails.
 pub(super) fn symmetric_eigen(matrix: &[f64], n: usize) -> Option<DenseEigen> {
     if matrix.iter().any(|x| !x.is_finite()) {
         return None;
@@ -26,21 +26,21 @@ pub(super) fn symmetric_eigen(matrix: &[f64], n: usize) -> Option<DenseEigen> {
     let (mut d, mut e, mut rows) = tridiagonalize(&mut a, n);
     diagonalize(&mut d, &mut e, &mut rows)?;
     let mut order: Vec<usize> = (0..n).collect();
-    sort_by_key(&mut order, |&i| !double(d[i]));
+    sort_by_key(&mut order, |&i| !f64_key(d[i]));
     let vectors = order.iter().flat_map(|&c| &rows[c * n..(c + 1) * n]).copied().collect();
     Some(DenseEigen { values: order.iter().map(|&c| d[c]).collect(), vectors })
 }
 
-/// `vᵀ w` for columns of length `n`.
+/// Computes `vᵀ w` for columns of length `n`.
 pub(super) fn project(v: &[f64], w: &[f64], n: usize) -> Vec<f64> {
     w.chunks_exact(n).flat_map(|y| v.chunks_exact(n).map(|x| dot(x, y))).collect()
 }
 
-/// `w += factor · v · coefficients` for columns of length `n`.
+/// Computes `w += factor · v · coefficients` for columns of length `n`.
 pub(super) fn add_combination(w: &mut [f64], v: &[f64], coefficients: &[f64], factor: f64, n: usize) {
     let inner = v.len() / n;
     for (sum, coefficients) in w.chunks_exact_mut(n).zip(coefficients.chunks_exact(inner.max(1))) {
-        // Four columns a pass: the sum is read and written once for all of them.
+        // Four columns at a time, so that the sum is loaded and stored once for all of them.
         let (fours, rest) = v.split_at(inner / 4 * 4 * n);
         for (columns, c) in fours.chunks_exact(4 * n).zip(coefficients.chunks_exact(4)) {
             let (a, b) = columns.split_at(2 * n);
@@ -56,7 +56,7 @@ pub(super) fn add_combination(w: &mut [f64], v: &[f64], coefficients: &[f64], fa
     }
 }
 
-/// Step 1: the diagonal and off-diagonal of `T`, and `Qᵀ`. Destroys `a`.
+/// Step 1: returns the diagonal and off-diagonal of `T`, and `Qᵀ`. Destroys `a`.
 fn tridiagonalize(a: &mut [f64], n: usize) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     let mut e = vec![0.0; n.saturating_sub(1)];
     let mut reflections = Vec::with_capacity(n);
@@ -74,14 +74,14 @@ fn tridiagonalize(a: &mut [f64], n: usize) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     for (k, (v, beta)) in reflections.iter().enumerate().rev() {
         for row in q_transposed.chunks_exact_mut(n).skip(k + 1) {
             let part = &mut row[k + 1..];
-            let along = beta * dot(part, v);
-            add_scaled(part, -along, v);
+            let projection = beta * dot(part, v);
+            add_scaled(part, -projection, v);
         }
     }
     (d, e, q_transposed)
 }
 
-/// `v`, `beta` and `alpha` with `(I - beta v vᵀ) x = alpha e_1`; `beta` is 0 where `x` has that form already.
+/// Returns `v`, `beta` and `alpha` with `(I - beta v vᵀ) x = alpha e_1`; `beta` is 0 if `x` has this form already.
 fn reflection(x: &[f64]) -> (Vec<f64>, f64, f64) {
     let scale = x.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     if x[1..].iter().all(|&v| v == 0.0) {
@@ -94,7 +94,7 @@ fn reflection(x: &[f64]) -> (Vec<f64>, f64, f64) {
     (v, beta, length * scale)
 }
 
-/// `B ← (I - beta v vᵀ) B (I - beta v vᵀ)` for the block `B` of rows and columns from `first` on.
+/// Computes `B ← (I - beta v vᵀ) B (I - beta v vᵀ)` for the block `B` of rows and columns from `first` on.
 fn reflect_both_sides(a: &mut [f64], n: usize, first: usize, v: &[f64], beta: f64) {
     let mut w: Vec<f64> = a.chunks_exact(n).skip(first).map(|row| beta * dot(&row[first..], v)).collect();
     let half = 0.5 * beta * dot(&w, v);
@@ -106,7 +106,7 @@ fn reflect_both_sides(a: &mut [f64], n: usize, first: usize, v: &[f64], beta: f6
     }
 }
 
-/// Step 2: leaves the eigenvalues in `d` and the eigenvectors in the rows of `rows`; `None` if it takes too long.
+/// Step 2: leaves the eigenvalues in `d` and the eigenvectors in the rows of `rows`. Returns `None` if it does not converge.
 fn diagonalize(d: &mut [f64], e: &mut [f64], rows: &mut [f64]) -> Option<()> {
     let n = d.len();
     let norm = d.iter().chain(e.iter()).fold(0.0_f64, |m, v| m.max(v.abs()));
@@ -128,7 +128,7 @@ fn diagonalize(d: &mut [f64], e: &mut [f64], rows: &mut [f64]) -> Option<()> {
     (last == 0).then_some(())
 }
 
-/// One QR sweep over rows and columns `first..=last`.
+/// Makes one QR sweep over rows and columns `first..=last`.
 fn sweep(d: &mut [f64], e: &mut [f64], rows: &mut [f64], first: usize, last: usize) {
     let n = d.len();
     let (half, off) = (0.5 * (d[last - 1] - d[last]), e[last - 1]);
@@ -157,7 +157,7 @@ fn sweep(d: &mut [f64], e: &mut [f64], rows: &mut [f64], first: usize, last: usi
 }
 
 fn dot(x: &[f64], y: &[f64]) -> f64 {
-    // Two sums keep two lanes busy; one sum would wait for itself.
+    // Two sums, as additions to one sum wait for each other.
     let (mut even, mut odd) = (0.0, 0.0);
     let pairs = x.chunks_exact(2).zip(y.chunks_exact(2));
     for (a, b) in pairs {
@@ -180,7 +180,7 @@ mod tests {
     use crate::embedding::with_faer;
     use crate::rng::Rng;
 
-    /// A symmetric matrix with these eigenvalues in random directions.
+    /// Builds a symmetric matrix with these eigenvalues and random eigenvectors.
     fn with_spectrum(values: &[f64], rng: &mut Rng) -> Vec<f64> {
         let n = values.len();
         let mut a: Vec<f64> = (0..n * n).map(|e| if e / n == e % n { values[e / n] } else { 0.0 }).collect();

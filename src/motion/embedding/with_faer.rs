@@ -1,7 +1,7 @@
-//! Dense linear algebra by faer, for native builds; the only file that names it. One thread; matrices are column-major
+//! Dense linear algebra by faer, for native builds; the only file that names faer. One thread; matrices are column-major
 //! slices.
 //!
-//! faer chooses the instructions at run time, so the last bits differ between kinds of processors, never between runs.
+//! faer chooses instructions at run time, so the last bits differ between kinds of processors, but not between runs.
 
 use super::operator::DenseEigen;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -9,9 +9,9 @@ use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
-/// The eigenpairs of the symmetric `n × n` matrix; the mean of both triangles counts.
+/// Computes the eigenpairs of a symmetric `n × n` matrix, of which the mean of both triangles counts.
 ///
-/// `None` when an entry is not finite or the iteration fails.
+/// Returns `None` if an entry is not finite or the iteration fails.
 pub(super) fn symmetric_eigen(matrix: &[f64], n: usize) -> Option<DenseEigen> {
     if matrix.iter().any(|x| !x.is_finite()) {
         return None;
@@ -33,7 +33,7 @@ pub(super) fn symmetric_eigen(matrix: &[f64], n: usize) -> Option<DenseEigen> {
         Default::default(),
     )
     .ok()?;
-    // faer sorts upwards; the largest come first here.
+    // faer sorts ascending.
     let mut descending = DenseEigen { values: Vec::with_capacity(n), vectors: Vec::with_capacity(n * n) };
     for c in (0..n).rev() {
         descending.values.push(values[(c, 0)]);
@@ -43,7 +43,7 @@ pub(super) fn symmetric_eigen(matrix: &[f64], n: usize) -> Option<DenseEigen> {
     all_finite.then_some(descending)
 }
 
-/// `vᵀ w` for columns of length `n`.
+/// Computes `vᵀ w` for columns of length `n`.
 pub(super) fn project(v: &[f64], w: &[f64], n: usize) -> Vec<f64> {
     let (rows, columns) = (v.len() / n, w.len() / n);
     let mut product = vec![0.0; rows * columns];
@@ -54,7 +54,7 @@ pub(super) fn project(v: &[f64], w: &[f64], n: usize) -> Vec<f64> {
     product
 }
 
-/// `w += factor · v · coefficients` for columns of length `n`.
+/// Computes `w += factor · v · coefficients` for columns of length `n`.
 pub(super) fn add_combination(w: &mut [f64], v: &[f64], coefficients: &[f64], factor: f64, n: usize) {
     let (inner, columns) = (v.len() / n, w.len() / n);
     let v = MatRef::from_column_major_slice(v, n, inner);

@@ -1,13 +1,12 @@
-//! A flow field in four bytes a pixel, to keep those of a whole clip.
+//! A flow field in four bytes a pixel, to keep the flow of a whole clip.
 
 use super::field::{Field, FlowField};
 use crate::image::Plane;
 
-/// Steps per pixel. 16 bits then reach ±512 pixels, twice what the largest default frame can use, with an error of
-/// 1/128 pixel.
-const SCALE: f32 = 64.0;
+/// Steps per pixel: 16 bits reach ±512 pixels, longer than the default working size, with an error of 1/128 pixel.
+const STEPS_PER_PIXEL: f32 = 64.0;
 
-/// The number before one half: with it added, cutting towards 0 rounds as `f32::round` does, and many at a time.
+/// The largest `f32` below 0.5: with it added, truncation rounds as `f32::round` does, and vectorises.
 const BELOW_HALF: f32 = 0.499_999_97;
 
 /// A flow field rounded to 1/64 pixel; displacements beyond ±511 pixels saturate.
@@ -18,19 +17,19 @@ pub struct CompactFlow {
 }
 
 impl CompactFlow {
-    /// Rounds `flow`.
+    /// Rounds `flow` to 1/64 pixel.
     pub fn new(flow: &FlowField) -> Self {
-        // A float-to-integer cast saturates, which is what is wanted at both ends, and cuts towards 0.
+        // The cast saturates and truncates.
         let pack = |plane: &Plane<f32>| {
-            let limits = (i32::from(i16::MIN), i32::from(i16::MAX));
-            plane.map(|d| ((d * SCALE + BELOW_HALF.copysign(d)) as i32).clamp(limits.0, limits.1) as i16)
+            let (min, max) = (i32::from(i16::MIN), i32::from(i16::MAX));
+            plane.map(|d| ((d * STEPS_PER_PIXEL + BELOW_HALF.copysign(d)) as i32).clamp(min, max) as i16)
         };
         Self { u: pack(&flow.u), v: pack(&flow.v) }
     }
 
-    /// The field, each component multiplied by its factor.
+    /// Returns the field, each component multiplied by its factor.
     pub fn unpack(&self, scale_u: f32, scale_v: f32) -> FlowField {
-        let unpack = |plane: &Plane<i16>, scale: f32| plane.map(|d| f32::from(d) * (scale / SCALE));
+        let unpack = |plane: &Plane<i16>, scale: f32| plane.map(|d| f32::from(d) * (scale / STEPS_PER_PIXEL));
         FlowField { u: unpack(&self.u, scale_u), v: unpack(&self.v, scale_v) }
     }
 }
@@ -41,7 +40,7 @@ impl Field for CompactFlow {
     }
 
     fn at(&self, x: usize, y: usize) -> (f32, f32) {
-        let unpack = |d: i16| f32::from(d) * (1.0 / SCALE);
+        let unpack = |d: i16| f32::from(d) * (1.0 / STEPS_PER_PIXEL);
         (unpack(self.u[(x, y)]), unpack(self.v[(x, y)]))
     }
 }
@@ -54,10 +53,12 @@ mod tests {
     fn numbers_are_rounded_as_the_standard_library_does() {
         let near = |v: f32| [v.next_down(), v, v.next_up()];
         let halves = (-3000..3000).flat_map(|k| near(k as f32 / 2.0));
-        let values: Vec<f32> = halves.chain([f32::NAN, -0.0, 4e4, -4e4, 1e30]).map(|v| v / SCALE).collect();
+        let values: Vec<f32> = halves.chain([f32::NAN, -0.0, 4e4, -4e4, 1e30]).map(|v| v / STEPS_PER_PIXEL).collect();
         let u = Plane::from_vec(values.len(), 1, values).unwrap();
-        let found = CompactFlow::new(&FlowField { v: u.clone(), u: u.clone() });
-        assert!(u.data().iter().zip(found.u.data()).all(|(d, &found)| found == (d * SCALE).round() as i16));
+        let compact = CompactFlow::new(&FlowField { v: u.clone(), u: u.clone() });
+        assert!(
+            u.data().iter().zip(compact.u.data()).all(|(d, &rounded)| rounded == (d * STEPS_PER_PIXEL).round() as i16)
+        );
     }
 
     #[test]

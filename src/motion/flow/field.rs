@@ -1,10 +1,10 @@
-//! What the flow is: a displacement for each pixel.
+//! Flow fields: a displacement for each pixel.
 
 use crate::image::Plane;
 
 /// A flow field from frame `t` to `t + 1` (forward) or back: a point at `(x, y)` moves to `(x + u, y + v)`, in pixels.
 ///
-/// Law: `u` and `v` have the same size and finite values.
+/// Invariants: `u` and `v` have the same size and finite values.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FlowField {
     /// Horizontal displacement, pixels per frame, positive to the right.
@@ -13,11 +13,11 @@ pub struct FlowField {
     pub v: Plane<f32>,
 }
 
-/// A field that is read pixel by pixel, however it is kept.
+/// A flow field in any storage, read pixel by pixel.
 pub(crate) trait Field {
-    /// Width and height.
+    /// Returns width and height in pixels.
     fn size(&self) -> (usize, usize);
-    /// The displacement of a pixel.
+    /// Returns the displacement of a pixel.
     fn at(&self, x: usize, y: usize) -> (f32, f32);
 }
 
@@ -32,12 +32,12 @@ impl Field for FlowField {
 }
 
 impl FlowField {
-    /// No motion anywhere.
-    pub(super) fn still(width: usize, height: usize) -> Self {
+    /// Creates a field without motion.
+    pub(super) fn zero(width: usize, height: usize) -> Self {
         Self { u: Plane::filled(width, height, 0.0), v: Plane::filled(width, height, 0.0) }
     }
 
-    /// The field of the same frames at another size, in pixels of that size.
+    /// Resamples the field to a larger frame size; displacements grow with it.
     #[must_use]
     pub fn at_size(self, width: usize, height: usize) -> Self {
         let size = self.size();
@@ -46,32 +46,31 @@ impl FlowField {
         }
         let factor = |to: usize, from: usize| to as f32 / from as f32;
         Self {
-            u: enlarged(&self.u, width, height, factor(width, size.0)),
-            v: enlarged(&self.v, width, height, factor(height, size.1)),
+            u: enlarge(&self.u, width, height, factor(width, size.0)),
+            v: enlarge(&self.v, width, height, factor(height, size.1)),
         }
     }
 }
 
-/// The plane at a size that is not smaller, between pixels by bilinear interpolation, times `factor`.
-fn enlarged(plane: &Plane<f32>, width: usize, height: usize, factor: f32) -> Plane<f32> {
-    let place = |to: usize, from: usize, k: usize| {
-        let at = ((k as f32 + 0.5) * (from as f32 / to as f32) - 0.5).clamp(0.0, (from - 1) as f32);
-        (at as usize, at - at as usize as f32)
+/// Enlarges a plane by bilinear interpolation and multiplies it by `factor`.
+fn enlarge(plane: &Plane<f32>, width: usize, height: usize, factor: f32) -> Plane<f32> {
+    let locate = |to: usize, from: usize, k: usize| {
+        let position = ((k as f32 + 0.5) * (from as f32 / to as f32) - 0.5).clamp(0.0, (from - 1) as f32);
+        (position as usize, position - position as usize as f32)
     };
-    let columns: Vec<_> = (0..width).map(|x| place(width, plane.width(), x)).collect();
+    let columns: Vec<_> = (0..width).map(|x| locate(width, plane.width(), x)).collect();
     let mut out = Plane::filled(width, height, 0.0);
-    // A row of the plane with its last value twice.
+    // An interpolated row with its last value repeated.
     let mut line = vec![0.0; plane.width() + 1];
     for y in 0..height {
-        let (above, share) = place(height, plane.height(), y);
+        let (above, fraction) = locate(height, plane.height(), y);
         let below = plane.row((above + 1).min(plane.height() - 1));
         for ((value, a), b) in line.iter_mut().zip(plane.row(above)).zip(below) {
-            *value = factor * (a + share * (b - a));
+            *value = factor * (a + fraction * (b - a));
         }
         line[plane.width()] = line[plane.width() - 1];
-        for (value, &(x, share)) in out.row_mut(y).iter_mut().zip(&columns) {
-            let (left, right) = (line[x], line[x + 1]);
-            *value = left + share * (right - left);
+        for (value, &(x, fraction)) in out.row_mut(y).iter_mut().zip(&columns) {
+            *value = line[x] + fraction * (line[x + 1] - line[x]);
         }
     }
     out

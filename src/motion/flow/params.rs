@@ -1,8 +1,8 @@
 //! Parameters of the flow.
 
-/// Side of a square patch, in pixels (OpenCV's presets: 8). Larger is smoother and loses small objects; a constant, so
-/// that loops over a patch become vector instructions.
-pub(super) const PATCH_SIDE: usize = 8;
+/// Side of a square patch, in pixels (OpenCV's presets: 8). Larger is smoother and loses small objects. A constant, so that
+/// loops over a patch vectorise.
+pub(super) const PATCH_SIDE_PX: usize = 8;
 
 crate::params! {
     /// Dense optical flow by inverse search (DIS) and variational refinement.
@@ -18,7 +18,8 @@ crate::params! {
         pub max_side: u32 = 480, in 16..=4096, expert;
         /// Weight of smoothness in the refinement.
         pub smoothness: f32 = 25.0, in 0.001..=1000.0, expert;
-        /// Times that the refinement renews its robust weights, at every level; 0 leaves it out. Higher is slower.
+        /// Fixed-point iterations of the refinement at every level, each with new robust weights; 0 skips the refinement.
+        /// Higher is slower.
         pub fixed_points: u32 = 5, in 0..=12, expert;
     }
 }

@@ -1,63 +1,108 @@
-//! Inverse search: where each square patch of the first frame lies in the second.
+//! Inverse search: finds each square patch of the first frame in the second.
 //!
-//! The cost of a displacement is the sum of squared differences less their mean, so a change of brightness does not
-//! count. A step of the descent solves `H step = sum of slope * difference`, where `H` and the slopes belong to the
-//! first frame and are made once a patch (Baker and Matthews, IJCV 2004). Cost: a few hundred operations a patch for
-//! each displacement tried.
+//! The cost of a displacement is the sum of squared differences without their mean, so that a change of brightness does not
+//! count. A step of the descent solves `H step = Σ gradient · difference`, where `H` and the gradient belong to the first
+//! frame and are computed once a patch (Baker and Matthews, IJCV 2004). Cost: a few hundred operations per patch and
+//! displacement tried.
 
 use super::field::FlowField;
-use super::params::PATCH_SIDE as SIDE;
-use super::pyramid::{Level, PAD, Padded};
+use super::params::PATCH_SIDE_PX as SIDE;
+use super::pyramid::{Level, PAD, PaddedPlane};
 use crate::image::sample_bilinear;
 use wide::{CmpGt, f32x8};
 
-/// Most steps of a patch's descent.
-const DESCENTS: usize = 4;
-/// Two candidates nearer than this (pixels, per axis) are taken as the same.
-const SAME_CANDIDATE: f32 = 0.1;
-/// A descent ends when its step is shorter than this, in pixels (squared).
-const SMALL_STEP_SQ: f32 = 0.02 * 0.02;
-/// A neighbour's displacement is taken over when it lowers the cost to this share. Higher lets repeated texture lead
-/// astray.
-const CLEARLY_BETTER: f32 = 0.8;
-/// Least determinant of a patch's matrix; below it the patch is too flat or striped to be followed.
+// Constants without a source were chosen by eye and checked on the Middlebury pairs, as the module `flow` reports.
+
+/// Largest number of steps of a patch's descent.
+const MAX_DESCENT_STEPS: usize = 4;
+/// Candidates closer than this in both components count as the same, in pixels.
+const SAME_CANDIDATE_PX: f32 = 0.1;
+/// Length of the step at which a descent ends, in pixels, squared.
+const MIN_STEP_PX_SQ: f32 = 0.02 * 0.02;
+/// A neighbour's displacement is adopted if it lowers the cost to this share. Higher lets repeated texture mislead.
+const ADOPTION_COST_RATIO: f32 = 0.8;
+/// Smallest determinant of a patch's matrix; patches below it are too flat or striped to be tracked.
 const MIN_DETERMINANT: f32 = 1e-3;
+
+/// The search of patches at one level.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PatchSearch {
+    /// Longest descent, in pixels.
+    pub(super) max_descent: f32,
+    /// Radius of the scan before the descent, in pixels; `None` for no scan.
+    pub(super) scan_radius: Option<i16>,
+}
+
+/// Working memory of the search.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PatchMatcher {
+    grid: PatchGrid,
+    sums: WeightedSums,
+}
+
+impl PatchMatcher {
+    /// Computes the flow of a level by patches `stride` pixels apart that start from the `coarser` level's flow; without a
+    /// `search` they stay there.
+    pub(super) fn flow(
+        &mut self,
+        from: &Level,
+        to: &Level,
+        stride: usize,
+        coarser: Option<&FlowField>,
+        search: Option<PatchSearch>,
+    ) -> FlowField {
+        let (width, height) = (from.image.width, from.image.height);
+        self.grid.lay(width, height, stride);
+        if let Some(coarser) = coarser {
+            self.grid.start_from(coarser);
+        }
+        if let Some(PatchSearch { max_descent, scan_radius }) = search {
+            if let Some(radius) = scan_radius {
+                self.grid.scan(from, to, radius);
+            }
+            self.grid.search(from, to, max_descent);
+        }
+        let mut flow = FlowField::zero(width, height);
+        densify(from, to, &self.grid, &mut self.sums, &mut flow);
+        flow
+    }
+}
 
 /// The patches of one level and the displacement found for each, row by row.
 #[derive(Debug, Clone, Default)]
-pub(super) struct PatchGrid {
+struct PatchGrid {
     across: usize,
     down: usize,
-    /// Pixel of the first patch's upper left corner.
+    /// Upper left corner of the first patch.
     origin: (isize, isize),
     /// Pixels between patches.
     stride: usize,
-    pub(super) u: Vec<f32>,
-    pub(super) v: Vec<f32>,
-    /// Sum of squared differences from the match, less its mean.
+    u: Vec<f32>,
+    v: Vec<f32>,
+    /// Sum of squared differences without their mean.
     cost: Vec<f32>,
 }
 
 impl PatchGrid {
     /// Lays patches over the level so that they cover it and hang over its border evenly on both sides.
-    pub(super) fn lay(&mut self, width: usize, height: usize, stride: usize) {
-        let (across, left) = cover(width, SIDE, stride);
-        let (down, top) = cover(height, SIDE, stride);
-        (self.across, self.down, self.origin, self.stride) = (across, down, (left, top), stride);
+    fn lay(&mut self, width: usize, height: usize, stride: usize) {
+        let (across, origin_x) = cover(width, SIDE, stride);
+        let (down, origin_y) = cover(height, SIDE, stride);
+        (self.across, self.down, self.origin, self.stride) = (across, down, (origin_x, origin_y), stride);
         for values in [&mut self.u, &mut self.v, &mut self.cost] {
             values.clear();
             values.resize(across * down, 0.0);
         }
     }
 
-    /// Upper left corner of a patch; it may lie outside the level.
+    /// Returns the upper left corner of a patch, which may lie outside the level.
     fn corner(&self, patch: usize) -> (isize, isize) {
         let (column, row) = (patch % self.across, patch / self.across);
         (self.origin.0 + (column * self.stride) as isize, self.origin.1 + (row * self.stride) as isize)
     }
 
-    /// Starts every patch from the flow of the level of half the size, twice as long here.
-    pub(super) fn start_from(&mut self, coarser: &FlowField) {
+    /// Starts every patch from the flow of the level of half the size, doubled.
+    fn start_from(&mut self, coarser: &FlowField) {
         let middle = 0.5 * (SIDE as f32 - 1.0);
         for patch in 0..self.u.len() {
             let (x, y) = self.corner(patch);
@@ -68,90 +113,92 @@ impl PatchGrid {
         }
     }
 
-    /// Searches every patch twice: with the results of its left and upper neighbours, then of its right and lower ones.
-    pub(super) fn search(&mut self, from: &Level, to: &Level, reach: f32) {
+    /// Searches every patch twice: from the displacements of its left and upper neighbours, then of its right and lower ones.
+    fn search(&mut self, from: &Level, to: &Level, max_descent: f32) {
         for patch in 0..self.u.len() {
             let template = Template::new(from, self.corner(patch));
             let start = template.compare(&to.image, (self.u[patch], self.v[patch]));
-            let found = template.best_of(&to.image, start, self.candidates(patch, false));
-            self.keep(patch, template.descend(&to.image, found, reach));
+            let best = template.best_of(&to.image, start, self.candidates(patch, false));
+            self.set(patch, template.descend(&to.image, best, max_descent));
         }
         for patch in (0..self.u.len()).rev() {
-            let present = Match { at: (self.u[patch], self.v[patch]), cost: self.cost[patch], pull: (0.0, 0.0) };
+            let current = Match { at: (self.u[patch], self.v[patch]), cost: self.cost[patch], gradient: (0.0, 0.0) };
             let candidates = self.candidates(patch, true);
-            if candidates.iter().all(|&candidate| is_same(candidate, present.at)) {
+            if candidates.iter().all(|&candidate| is_same(candidate, current.at)) {
                 continue;
             }
             let template = Template::new(from, self.corner(patch));
-            let found = template.best_of(&to.image, present, candidates);
-            if found.at != present.at {
-                self.keep(patch, template.descend(&to.image, found, reach));
+            let best = template.best_of(&to.image, current, candidates);
+            if best.at != current.at {
+                self.set(patch, template.descend(&to.image, best, max_descent));
             }
         }
     }
 
-    /// Compares every patch with the second frame at all whole displacements of up to `radius` pixels a component
-    /// around its start; the best of them is taken over if it is clearly better than where the descent from the start
-    /// leads.
-    pub(super) fn scan(&mut self, from: &Level, to: &Level, radius: i16) {
+    /// Compares every patch with the second frame at all whole-pixel displacements of up to `radius` in each component
+    /// around its start. The descent from the best one is adopted if it ends clearly better than the descent from the start.
+    fn scan(&mut self, from: &Level, to: &Level, radius: i16) {
         for patch in 0..self.u.len() {
             let template = Template::new(from, self.corner(patch));
             let start = template.compare(&to.image, (self.u[patch], self.v[patch]));
             let mut best = start;
             for (dy, dx) in (-radius..=radius).flat_map(|dy| (-radius..=radius).map(move |dx| (dy, dx))) {
                 let at = (start.at.0 + f32::from(dx), start.at.1 + f32::from(dy));
-                let other = template.compare(&to.image, at);
-                if other.cost < best.cost {
-                    best = other;
+                let candidate = template.compare(&to.image, at);
+                if candidate.cost < best.cost {
+                    best = candidate;
                 }
             }
-            let [near, far] = [start, best].map(|found| template.descend(&to.image, found, SIDE as f32));
-            self.keep(patch, if far.cost < CLEARLY_BETTER * near.cost { far } else { near });
+            let [from_start, from_best] = [start, best].map(|m| template.descend(&to.image, m, SIDE as f32));
+            let is_better = from_best.cost < ADOPTION_COST_RATIO * from_start.cost;
+            self.set(patch, if is_better { from_best } else { from_start });
         }
     }
 
-    fn keep(&mut self, patch: usize, found: Match) {
-        (self.u[patch], self.v[patch], self.cost[patch]) = (found.at.0, found.at.1, found.cost);
+    fn set(&mut self, patch: usize, result: Match) {
+        (self.u[patch], self.v[patch], self.cost[patch]) = (result.at.0, result.at.1, result.cost);
     }
 
-    /// What the two neighbours found that this pass has visited already; the patch's own displacement where there is
-    /// none.
-    fn candidates(&self, patch: usize, backward: bool) -> [(f32, f32); 2] {
+    /// Returns the displacements of the two neighbours that this pass has visited, or the patch's own on the border.
+    fn candidates(&self, patch: usize, is_backward: bool) -> [(f32, f32); 2] {
         let (column, row) = (patch % self.across, patch / self.across);
-        let [beside, beyond] = if backward {
+        let neighbours = if is_backward {
             [patch + usize::from(column + 1 < self.across), patch + if row + 1 < self.down { self.across } else { 0 }]
         } else {
             [patch - usize::from(column > 0), patch - if row > 0 { self.across } else { 0 }]
         };
-        [beside, beyond].map(|neighbour| (self.u[neighbour], self.v[neighbour]))
+        neighbours.map(|neighbour| (self.u[neighbour], self.v[neighbour]))
     }
 }
 
 fn is_same(a: (f32, f32), b: (f32, f32)) -> bool {
-    (a.0 - b.0).abs() <= SAME_CANDIDATE && (a.1 - b.1).abs() <= SAME_CANDIDATE
+    (a.0 - b.0).abs() <= SAME_CANDIDATE_PX && (a.1 - b.1).abs() <= SAME_CANDIDATE_PX
 }
 
-/// How many patches cover `length` pixels, and where the first begins.
+/// Returns the number of patches that cover `length` pixels, and the first one's position.
 fn cover(length: usize, side: usize, stride: usize) -> (usize, isize) {
     let count = length.saturating_sub(side).div_ceil(stride) + 1;
     let covered = (count - 1) * stride + side;
     (count, -((covered.saturating_sub(length) / 2) as isize))
 }
 
-/// A displacement tried, its cost and the pull of the patch there.
+/// A displacement, its cost and half the gradient of the cost.
 #[derive(Debug, Clone, Copy)]
 struct Match {
     at: (f32, f32),
     cost: f32,
-    pull: (f32, f32),
+    gradient: (f32, f32),
 }
 
-/// One patch of the first frame: brightness, slopes less their means, and the inverse of the slopes' matrix.
+/// One patch of the first frame.
 struct Template {
     corner: (f32, f32),
+    /// Brightness.
     value: [f32x8; SIDE],
+    /// Gradient of brightness without its mean.
     slope_x: [f32x8; SIDE],
     slope_y: [f32x8; SIDE],
+    /// Entries xx, xy, yy of the inverse of `H = Σ gradient gradientᵀ`; zeros where it is near-singular.
     inverse: [f32; 3],
 }
 
@@ -159,8 +206,8 @@ impl Template {
     #[inline(always)]
     fn new(level: &Level, corner: (isize, isize)) -> Self {
         let start = level.image.index(corner.0, corner.1);
-        let slope_x = without_mean(copy_patch(&level.slope_x, start));
-        let slope_y = without_mean(copy_patch(&level.slope_y, start));
+        let slope_x = subtract_mean(copy_patch(&level.slope_x, start));
+        let slope_y = subtract_mean(copy_patch(&level.slope_y, start));
         let [mut xx, mut xy, mut yy] = [f32x8::ZERO; 3];
         for (&x, &y) in slope_x.iter().zip(&slope_y) {
             xx += x * x;
@@ -179,53 +226,53 @@ impl Template {
     }
 
     /// Compares the patch with the second frame, displaced by `at`; brightness offsets do not count.
-    // Not inlined: it is called from many places, and long.
+    // Not inlined: it is long and called from many places.
     #[inline(never)]
-    fn compare(&self, image: &Padded, at: (f32, f32)) -> Match {
-        let (x, fx) = place(self.corner.0 + at.0, image.width);
-        let (y, fy) = place(self.corner.1 + at.1, image.height);
-        let rows = Between::new(image, (x, y), fx);
+    fn compare(&self, image: &PaddedPlane, at: (f32, f32)) -> Match {
+        let (x, fx) = split_position(self.corner.0 + at.0, image.width);
+        let (y, fy) = split_position(self.corner.1 + at.1, image.height);
+        let rows = InterpolatedRows::new(image, x, y, fx);
         let (fy, mut upper) = (f32x8::splat(fy), rows.at(0));
-        let [mut sum, mut squares, mut pull_x, mut pull_y] = [f32x8::ZERO; 4];
+        let [mut sum, mut squares, mut gradient_x, mut gradient_y] = [f32x8::ZERO; 4];
         for k in 0..SIDE {
             let lower = rows.at(k + 1);
             let difference = upper + fy * (lower - upper) - self.value[k];
             sum += difference;
             squares += difference * difference;
-            pull_x += difference * self.slope_x[k];
-            pull_y += difference * self.slope_y[k];
+            gradient_x += difference * self.slope_x[k];
+            gradient_y += difference * self.slope_y[k];
             upper = lower;
         }
         let sum = total(sum);
         let cost = total(squares) - sum * sum / (SIDE * SIDE) as f32;
-        Match { at, cost, pull: (total(pull_x), total(pull_y)) }
+        Match { at, cost, gradient: (total(gradient_x), total(gradient_y)) }
     }
 
-    /// The best of `start` and the candidates; one of these has to be clearly better, or the coarser level's word
-    /// stands.
+    /// Returns the best of `start` and the candidates, which must be clearly better than the coarser level's displacement.
     #[inline(always)]
-    fn best_of(&self, image: &Padded, start: Match, candidates: [(f32, f32); 2]) -> Match {
+    fn best_of(&self, image: &PaddedPlane, start: Match, candidates: [(f32, f32); 2]) -> Match {
         let mut best = start;
         for candidate in candidates {
             if !is_same(candidate, best.at) {
-                let other = self.compare(image, candidate);
-                if other.cost < CLEARLY_BETTER * best.cost {
-                    best = other;
+                let candidate = self.compare(image, candidate);
+                if candidate.cost < ADOPTION_COST_RATIO * best.cost {
+                    best = candidate;
                 }
             }
         }
         best
     }
 
-    /// Follows the slope of the cost from `start` for at most [`DESCENTS`] steps, as long as the cost falls; a patch
-    /// that runs further than `reach` pixels has most likely found another thing that looks the same, and stays.
+    /// Descends from `start` for at most [`MAX_DESCENT_STEPS`] steps while the cost falls. A patch that moves more than
+    /// `max_descent` pixels in a component has probably matched something else, and stays at `start`.
     #[inline(always)]
-    fn descend(&self, image: &Padded, start: Match, reach: f32) -> Match {
+    fn descend(&self, image: &PaddedPlane, start: Match, max_descent: f32) -> Match {
         let [xx, xy, yy] = self.inverse;
         let mut best = start;
-        for _ in 0..DESCENTS {
-            let step = (xx * best.pull.0 + xy * best.pull.1, xy * best.pull.0 + yy * best.pull.1);
-            if step.0 * step.0 + step.1 * step.1 < SMALL_STEP_SQ {
+        for _ in 0..MAX_DESCENT_STEPS {
+            let (gx, gy) = best.gradient;
+            let step = (xx * gx + xy * gy, xy * gx + yy * gy);
+            if step.0 * step.0 + step.1 * step.1 < MIN_STEP_PX_SQ {
                 break;
             }
             let next = self.compare(image, (best.at.0 - step.0, best.at.1 - step.1));
@@ -234,67 +281,67 @@ impl Template {
             }
             best = next;
         }
-        let moved = (best.at.0 - start.at.0).abs().max((best.at.1 - start.at.1).abs());
-        if moved <= reach { best } else { start }
+        let distance = (best.at.0 - start.at.0).abs().max((best.at.1 - start.at.1).abs());
+        if distance <= max_descent { best } else { start }
     }
 }
 
-/// Whole pixel and fraction of a patch's corner, held where the border still has room for the patch.
+/// Splits the position of a patch's corner into pixel and fraction, clamped so that the border has room for the patch.
 #[inline(always)]
-fn place(position: f32, length: usize) -> (isize, f32) {
+fn split_position(position: f32, length: usize) -> (isize, f32) {
     let lowest = -(PAD as f32);
     let highest = (length + PAD - SIDE - 2) as f32;
-    // In this order, a position that is not a number becomes the lowest.
-    let held = if position > lowest { position } else { lowest };
-    let held = if held < highest { held } else { highest };
+    // In this order NaN becomes the lowest position.
+    let clamped = if position > lowest { position } else { lowest };
+    let clamped = if clamped < highest { clamped } else { highest };
     // Not `floor`, which is a call on some processors.
-    let whole = (held - lowest) as i32 as f32 + lowest;
-    (whole as isize, held - whole)
+    let pixel = (clamped - lowest) as i32 as f32 + lowest;
+    (pixel as isize, clamped - pixel)
 }
 
-/// Rows of a patch of an image at a fraction of a pixel to the right.
-struct Between<'a> {
+/// Rows of a patch of an image, interpolated at a fraction of a pixel to the right.
+struct InterpolatedRows<'a> {
     data: &'a [f32],
     stride: usize,
     fraction: f32x8,
 }
 
-impl<'a> Between<'a> {
-    /// From pixel `(x, y)` on.
+impl<'a> InterpolatedRows<'a> {
+    /// Creates the rows from pixel `(x, y)` on.
     #[inline(always)]
-    fn new(image: &'a Padded, (x, y): (isize, isize), fraction: f32) -> Self {
-        // One check of bounds for the whole patch.
-        let data = &image.data()[image.index(x, y)..][..SIDE * image.stride + SIDE + 1];
+    fn new(image: &'a PaddedPlane, x: isize, y: isize, fraction: f32) -> Self {
+        // One bounds check for the whole patch.
+        let data = &image.data[image.index(x, y)..][..SIDE * image.stride + SIDE + 1];
         Self { data, stride: image.stride, fraction: f32x8::splat(fraction) }
     }
 
-    /// Row `k`, 0 to the side.
+    /// Returns row `k`, `0..=SIDE`.
     #[inline(always)]
     fn at(&self, k: usize) -> f32x8 {
         let row = &self.data[k * self.stride..][..SIDE + 1];
-        let (left, right) = (eight(row), eight(&row[1..]));
-        left + self.fraction * (right - left)
+        let (value, next) = (load(row), load(&row[1..]));
+        value + self.fraction * (next - value)
     }
 }
 
-/// The first eight values.
+/// Loads the first eight values.
 #[inline(always)]
-fn eight(data: &[f32]) -> f32x8 {
+fn load(data: &[f32]) -> f32x8 {
     f32x8::new(*data.first_chunk().expect("the border has room for every patch"))
 }
 
 #[inline(always)]
-fn copy_patch(plane: &Padded, start: usize) -> [f32x8; SIDE] {
-    let data = &plane.data()[start..];
+fn copy_patch(plane: &PaddedPlane, start: usize) -> [f32x8; SIDE] {
+    let data = &plane.data[start..];
     let mut patch = [f32x8::ZERO; SIDE];
     for (k, row) in patch.iter_mut().enumerate() {
-        *row = eight(&data[k * plane.stride..]);
+        *row = load(&data[k * plane.stride..]);
     }
     patch
 }
 
 #[inline(always)]
-fn without_mean(mut patch: [f32x8; SIDE]) -> [f32x8; SIDE] {
+fn subtract_mean(mut patch: [f32x8; SIDE]) -> [f32x8; SIDE] {
     let mut sum = f32x8::ZERO;
     patch.iter().for_each(|&row| sum += row);
     let mean = f32x8::splat(total(sum) / (SIDE * SIDE) as f32);
@@ -302,43 +349,43 @@ fn without_mean(mut patch: [f32x8; SIDE]) -> [f32x8; SIDE] {
     patch
 }
 
-/// The sum, in an order that is the same on every machine.
+/// Sums eight values in an order that is the same on every machine.
 #[inline(always)]
 fn total(values: f32x8) -> f32 {
     let [a, b, c, d, e, f, g, h] = values.to_array();
     ((a + e) + (b + f)) + ((c + g) + (d + h))
 }
 
-// From patches to pixels: each pixel takes the mean of the patches over it, the well-matching ones counting more.
+// From patches to pixels: each pixel takes the weighted mean of the patches over it.
 
-/// Differences in brightness below this (grey levels) all count the same: they are noise.
-const LEAST_DIFFERENCE: f32 = 1.0;
+/// Smallest difference of brightness that lowers a patch's weight, in grey levels; smaller ones are noise (DIS).
+const MIN_DIFFERENCE: f32 = 1.0;
 
-/// Sums over the patches that cover a pixel, padded because patches hang over the border.
+/// Sums over the patches that cover each pixel, padded because patches hang over the border.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Votes {
+struct WeightedSums {
     u: Vec<f32>,
     v: Vec<f32>,
     weight: Vec<f32>,
 }
 
-/// The mean displacement at every pixel, each patch weighted by `1 / max(1, difference)²` at that pixel (DIS: not
+/// Computes the mean displacement at every pixel, each patch weighted by `1 / max(1, difference)²` at this pixel (DIS: not
 /// squared).
 ///
 /// The grid covers the level, so every pixel has a weight.
-pub(super) fn densify(from: &Level, to: &Level, grid: &PatchGrid, votes: &mut Votes, flow: &mut FlowField) {
-    for sums in [&mut votes.u, &mut votes.v, &mut votes.weight] {
-        sums.clear();
-        sums.resize(from.image.data().len(), 0.0);
+fn densify(from: &Level, to: &Level, grid: &PatchGrid, sums: &mut WeightedSums, flow: &mut FlowField) {
+    for plane in [&mut sums.u, &mut sums.v, &mut sums.weight] {
+        plane.clear();
+        plane.resize(from.image.data.len(), 0.0);
     }
     for patch in 0..grid.u.len() {
-        vote(from, to, grid, patch, votes);
+        add_patch(from, to, grid, patch, sums);
     }
     for y in 0..from.image.height {
         let row = (y + PAD) * from.image.stride + PAD..;
-        let weight = &votes.weight[row.clone()];
-        for (out, sums) in [(&mut flow.u, &votes.u[row.clone()]), (&mut flow.v, &votes.v[row.clone()])] {
-            for ((value, sum), weight) in out.row_mut(y).iter_mut().zip(sums).zip(weight) {
+        let weight = &sums.weight[row.clone()];
+        for (out, plane) in [(&mut flow.u, &sums.u[row.clone()]), (&mut flow.v, &sums.v[row.clone()])] {
+            for ((value, sum), weight) in out.row_mut(y).iter_mut().zip(plane).zip(weight) {
                 *value = sum / weight;
             }
         }
@@ -347,28 +394,28 @@ pub(super) fn densify(from: &Level, to: &Level, grid: &PatchGrid, votes: &mut Vo
 
 /// Adds one patch to the sums.
 #[inline(always)]
-fn vote(from: &Level, to: &Level, grid: &PatchGrid, patch: usize, votes: &mut Votes) {
+fn add_patch(from: &Level, to: &Level, grid: &PatchGrid, patch: usize, sums: &mut WeightedSums) {
     let (u, v) = (grid.u[patch], grid.v[patch]);
     let corner = grid.corner(patch);
-    let (x, fx) = place(corner.0 as f32 + u, to.image.width);
-    let (y, fy) = place(corner.1 as f32 + v, to.image.height);
+    let (x, fx) = split_position(corner.0 as f32 + u, to.image.width);
+    let (y, fy) = split_position(corner.1 as f32 + v, to.image.height);
     let (start, stride) = (from.image.index(corner.0, corner.1), from.image.stride);
-    let part = start..start + (SIDE - 1) * stride + SIDE;
-    let here = &from.image.data()[part.clone()];
-    let Votes { u: sum_u, v: sum_v, weight: sum } = votes;
-    let [sum_u, sum_v, sum] = [sum_u, sum_v, sum].map(|sums| &mut sums[part.clone()]);
-    let (u, v, least) = (f32x8::splat(u), f32x8::splat(v), f32x8::splat(LEAST_DIFFERENCE));
-    let rows = Between::new(&to.image, (x, y), fx);
+    let span = start..start + (SIDE - 1) * stride + SIDE;
+    let template = &from.image.data[span.clone()];
+    let WeightedSums { u: sum_u, v: sum_v, weight: sum_weight } = sums;
+    let [sum_u, sum_v, sum_weight] = [sum_u, sum_v, sum_weight].map(|plane| &mut plane[span.clone()]);
+    let (u, v, min) = (f32x8::splat(u), f32x8::splat(v), f32x8::splat(MIN_DIFFERENCE));
+    let rows = InterpolatedRows::new(&to.image, x, y, fx);
     let (fy, mut upper) = (f32x8::splat(fy), rows.at(0));
     for k in 0..SIDE {
         let lower = rows.at(k + 1);
-        let difference = (upper + fy * (lower - upper) - eight(&here[k * stride..])).abs();
-        // Where it is no number, the least.
-        let difference = difference.cmp_gt(least).blend(difference, least);
+        let difference = (upper + fy * (lower - upper) - load(&template[k * stride..])).abs();
+        // NaN becomes the minimum.
+        let difference = difference.cmp_gt(min).blend(difference, min);
         let weight = f32x8::ONE / (difference * difference);
         add(&mut sum_u[k * stride..], weight * u);
         add(&mut sum_v[k * stride..], weight * v);
-        add(&mut sum[k * stride..], weight);
+        add(&mut sum_weight[k * stride..], weight);
         upper = lower;
     }
 }
@@ -376,7 +423,7 @@ fn vote(from: &Level, to: &Level, grid: &PatchGrid, patch: usize, votes: &mut Vo
 #[inline(always)]
 fn add(sums: &mut [f32], values: f32x8) {
     let sums = &mut sums[..SIDE];
-    sums.copy_from_slice(&(eight(sums) + values).to_array());
+    sums.copy_from_slice(&(load(sums) + values).to_array());
 }
 
 #[cfg(test)]
@@ -399,15 +446,15 @@ mod tests {
         let wave = |x: f32, y: f32| 100.0 + 40.0 * (0.3 * x + 0.1 * y).sin() + 30.0 * (0.25 * y - 0.15 * x).cos();
         let pyramid = |dx: f32, dy: f32| {
             let luma = crate::image::Plane::from_fn(40, 40, |x, y| wave(x as f32 - dx, y as f32 - dy) + 9.0 * dx);
-            super::super::FlowPyramid::of_smooth(&luma)
+            super::super::FlowPyramid::from_smooth(&luma)
         };
         let (from, to) = (pyramid(0.0, 0.0), pyramid(1.3, -0.8));
         let template = Template::new(&from.levels[0], (16, 12));
         let image = &to.levels[0].image;
         let start = template.compare(image, (0.0, 0.0));
-        let found = (0..4).fold(start, |found, _| template.descend(image, found, 8.0));
-        assert!((found.at.0 - 1.3).abs() < 0.05 && (found.at.1 + 0.8).abs() < 0.05, "{:?}", found.at);
-        let held = template.descend(image, start, 0.5);
-        assert_eq!(held.at, (0.0, 0.0), "beyond its reach a patch stays");
+        let end = (0..4).fold(start, |m, _| template.descend(image, m, 8.0));
+        assert!((end.at.0 - 1.3).abs() < 0.05 && (end.at.1 + 0.8).abs() < 0.05, "{:?}", end.at);
+        let limited = template.descend(image, start, 0.5);
+        assert_eq!(limited.at, (0.0, 0.0), "beyond its longest descent a patch stays");
     }
 }

@@ -1,65 +1,71 @@
-//! Variational refinement: bends the flow until brightness and its slopes agree between the frames and the flow is
-//! smooth.
+//! Variational refinement of the flow: constancy of brightness and its gradient, and smoothness.
 //!
-//! Minimises, over the whole field `(u, v)`, the sum over pixels of `delta psi(E_I) + gamma psi(E_G) + alpha psi(E_S)`
-//! with `psi(s^2) = sqrt(s^2 + epsilon^2)`: constancy of brightness (`delta`, [`BRIGHTNESS_WEIGHT`]), constancy of its
-//! slopes (`gamma`, [`SLOPE_WEIGHT`]; Brox, Bruhn, Papenberg and Weickert, ECCV 2004), each term divided by the length
-//! of its own gradient so that it is a distance in pixels (Zimmer, Bruhn and Weickert, IJCV 2011), and smoothness
-//! (`alpha`, `smoothness`).
+//! Minimises, over the whole field `(u, v)`, the sum over pixels of
 //!
-//! 1. The second frame is warped back by the flow; what follows uses the mean of both frames and their difference.
-//! 2. From these come the derivatives of the linearised terms. Where the flow leads outside the frame they are zero:
-//!    only smoothness acts there.
-//! 3. Each fixed point freezes the robust weights, which leaves a linear system of two equations a pixel.
-//! 4. Red-black successive over-relaxation solves it, `u` and `v` of a pixel together.
+//! ```text
+//! delta psi(E_I) + gamma psi(E_G) + alpha psi(E_S),    psi(s²) = sqrt(s² + epsilon²)
+//! ```
 //!
-//! **Deviation** from DIS: the unknown is the flow itself, not an increment, which saves two planes; the constant that
-//! softens the smoothness term is larger (`SMOOTH_EPSILON_SQ`).
+//! with constancy of brightness `E_I` ([`BRIGHTNESS_WEIGHT`]), constancy of its gradient `E_G` ([`SLOPE_WEIGHT`]; Brox,
+//! Bruhn, Papenberg and Weickert, ECCV 2004), each term divided by the length of its gradient so that it is a distance in
+//! pixels (Zimmer, Bruhn and Weickert, IJCV 2011), and smoothness `E_S = |∇u|² + |∇v|²` (parameter `smoothness`).
 //!
-//! **Order of work.** Steps 3 and 4 run as one wavefront down the rows: sweep `s` two rows behind sweep `s - 1`, fixed
-//! point `k` behind the last sweep of `k - 1`. The numbers are those of one pass after another, but a row is still in
-//! the cache when it is needed again, and of what only the wavefront looks at no more rows are held than it is long.
-//! Cost: about 100 operations a pixel and fixed point, 20 more a sweep. Memory: 32 bytes a pixel, and 64 a pixel of the
-//! wavefront's rows.
+//! 1. Warp the second frame back by the flow; take the mean of both frames and their difference.
+//! 2. Differentiate them for the linearised terms, which are zero where the flow leads outside the frame: only smoothness
+//!    acts there.
+//! 3. Each fixed-point iteration freezes the robust weights, which leaves a linear system of two equations a pixel.
+//! 4. Solve it by red-black successive over-relaxation, `u` and `v` of a pixel together.
+//!
+//! **Deviation** from DIS: the unknown is the flow itself, not an increment, which saves two planes; the smoothness term has
+//! a larger epsilon ([`SMOOTH_EPSILON_SQ`]).
+//!
+//! **Order of work.** Steps 3 and 4 run as one wavefront down the rows: sweep `s` two rows behind sweep `s - 1`, fixed-point
+//! iteration `k` behind the last sweep of `k - 1`. The result is the same as of one pass after another, but a row is still
+//! in the cache when it is needed again, and planes that only the wavefront reads hold only its rows.
+//!
+//! **Cost**: about 100 operations per pixel and fixed-point iteration, 20 more per sweep; 32 bytes a pixel, and 64 a pixel
+//! of the wavefront's rows. **Limits**: linearised terms correct the flow by a few pixels only.
 
 use super::params::FlowParams;
-use super::pyramid::{PAD, Padded};
+use super::pyramid::{PAD, PaddedPlane};
 use crate::image::Plane;
 use std::iter;
 use wide::{CmpGt, f32x8};
 
-/// Weight of constant brightness.
+// Constants without a source were chosen by eye and checked on the Middlebury pairs, as the module `flow` reports.
+
+/// Weight of constant brightness (OpenCV's DIS: 5).
 const BRIGHTNESS_WEIGHT: f32 = 5.0;
-/// Weight of constant slopes of brightness; it copes with changing light.
+/// Weight of a constant gradient of brightness, which tolerates changing light (OpenCV's DIS: 10).
 const SLOPE_WEIGHT: f32 = 10.0;
-/// Sweeps of the solver for each fixed point.
-const SWEEPS: usize = 5;
-/// Over-relaxation of the sweeps, 1 to 2.
+/// Sweeps of the solver per fixed-point iteration (OpenCV's DIS: 5).
+const NUM_SWEEPS: usize = 5;
+/// Over-relaxation factor of the sweeps, 1 to 2 (OpenCV's DIS: 1.6).
 const OVERRELAXATION: f32 = 1.9;
-/// Softens the robust function of the data terms near zero, in pixels, squared.
+/// Epsilon of the robust function of the data terms, in pixels, squared.
 const DATA_EPSILON_SQ: f32 = 0.01 * 0.01;
-/// Softens the same function of the smoothness term, in pixels per pixel, squared. Smaller makes steps of flat pieces out
-/// of slopes (more pixels exceed the tracker's limit on flow gradients), larger rounds the borders of objects.
+/// Epsilon of the robust function of the smoothness term, in pixels per pixel, squared. Smaller turns slopes into stairs
+/// (more pixels exceed the tracker's limit on flow gradients), larger blurs the flow at the borders of objects.
 const SMOOTH_EPSILON_SQ: f32 = 0.03 * 0.03;
-/// Keeps the division by a gradient's length away from zero where the image is flat (grey levels per pixel, squared).
+/// Smallest length of a gradient that a term is divided by, in grey levels per pixel, squared (OpenCV: 0.1).
 const ZETA_SQ: f32 = 0.1 * 0.1;
-/// Stiffness of a pixel with neither texture nor neighbours, so that its equations have a solution.
-const LEAST_STIFFNESS: f32 = 1e-5;
-/// Least determinant of a pixel's matrix as a share of its diagonal's product; less would be rounding error only.
-const LEAST_DETERMINANT: f32 = 1e-6;
+/// Diagonal entry for pixels with neither texture nor neighbours, so that their equations have a solution.
+const MIN_STIFFNESS: f32 = 1e-5;
+/// Smallest determinant of a pixel's matrix relative to the product of its diagonal; less is rounding error.
+const MIN_DETERMINANT_RATIO: f32 = 1e-6;
 
 /// Working planes of the refinement.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Refiner {
-    mean: Padded,
-    difference: Padded,
-    slope_x: Padded,
-    slope_y: Padded,
+    mean: PaddedPlane,
+    difference: PaddedPlane,
+    slope_x: PaddedPlane,
+    slope_y: PaddedPlane,
     warp: WarpRow,
     inside: Vec<f32>,
-    /// A row of each of the terms.
+    /// One row of the coefficients of the terms.
     rows: [Vec<f32>; 9],
-    /// Of brightness, its slope across and its slope down: the coefficients `a, b, c` of the term `a u + b v + c`.
+    /// Coefficients `a, b, c` of the terms `a u + b v + c` of brightness, its x-slope and its y-slope.
     terms: Bundle<9>,
     u: Checkerboard,
     v: Checkerboard,
@@ -74,13 +80,13 @@ impl Refiner {
     /// Refines the flow `(u, v)` from `from` to `to` in place.
     pub(super) fn refine(
         &mut self,
-        from: &Padded,
-        to: &Padded,
+        from: &PaddedPlane,
+        to: &PaddedPlane,
         u: &mut Plane<f32>,
         v: &mut Plane<f32>,
         params: &FlowParams,
     ) {
-        self.resize(from.width, from.height, Rows::last(wavefront(params) + 2, from.height));
+        self.resize(from.width, from.height, RowBuffer::of_last(wavefront_rows(params) + 2, from.height));
         self.warp_back(from, to, u, v);
         self.differentiate();
         for y in 0..from.height {
@@ -94,27 +100,27 @@ impl Refiner {
         }
     }
 
-    /// Holds these `rows` of what only the wavefront looks at.
-    fn resize(&mut self, width: usize, height: usize, rows: Rows) {
+    /// Sets the size of all planes; those that only the wavefront reads hold `rows`.
+    fn resize(&mut self, width: usize, height: usize, rows: RowBuffer) {
         for plane in [&mut self.mean, &mut self.difference, &mut self.slope_x, &mut self.slope_y] {
             plane.resize(width, height);
         }
         let Self { terms, u, v, system, edge_right, edge_down, .. } = self;
         for plane in [u, v] {
-            plane.hold(width, Rows::all(height));
+            plane.resize(width, RowBuffer::of_all(height));
         }
         for plane in [edge_right, edge_down] {
-            plane.hold(width, rows);
+            plane.resize(width, rows);
         }
-        terms.hold(width, rows);
-        system.hold(width, rows);
+        terms.resize(width, rows);
+        system.resize(width, rows);
         self.rows.iter_mut().for_each(|row| row.resize(width, 0.0));
         self.inside.resize(width * height, 0.0);
     }
 
-    /// Step 1: mean and difference of the first frame and the warped second one; where the flow leads outside, `inside`
-    /// is 0.
-    fn warp_back(&mut self, from: &Padded, to: &Padded, u: &Plane<f32>, v: &Plane<f32>) {
+    /// Step 1: computes mean and difference of the first frame and the warped second one; `inside` is 0 where the flow leads
+    /// outside.
+    fn warp_back(&mut self, from: &PaddedPlane, to: &PaddedPlane, u: &Plane<f32>, v: &Plane<f32>) {
         for (y, inside) in self.inside.chunks_exact_mut(from.width).enumerate() {
             let warped = self.warp.row(to, y, u.row(y), v.row(y), inside);
             for ((mean, w), i) in self.mean.row_mut(y).iter_mut().zip(warped).zip(from.row(y)) {
@@ -128,7 +134,7 @@ impl Refiner {
         self.difference.replicate_border();
     }
 
-    /// Step 2: slopes of the mean.
+    /// Step 2: computes the gradient of the mean.
     fn differentiate(&mut self) {
         for y in 0..self.mean.height {
             slope_across(&self.mean, y, self.slope_x.row_mut(y));
@@ -138,9 +144,9 @@ impl Refiner {
         self.slope_y.replicate_border();
     }
 
-    /// Step 2 in row `y`: the three terms, linear around the flow so far.
+    /// Step 2 in row `y`: computes the three terms, linearised around the current flow.
     #[inline(never)]
-    fn take_terms(&mut self, y: usize, u: &Plane<f32>, v: &Plane<f32>) {
+    fn compute_terms(&mut self, y: usize, u: &Plane<f32>, v: &Plane<f32>) {
         let inside = &self.inside[y * self.mean.width..][..self.mean.width];
         let [x, y_, z, xx, xy, xz, yx, yy, yz] = &mut self.rows;
         x.copy_from_slice(self.slope_x.row(y));
@@ -158,24 +164,24 @@ impl Refiner {
         self.terms.write(y, &self.rows);
     }
 
-    /// Steps 3 and 4 as one wavefront. Red are the pixels whose column and row have an even sum; black runs one row
-    /// behind red. Row `y` gets its equations when no sweep has touched row `y` or `y + 1` yet, which [`LAG`] rows
-    /// grant. `u` and `v` are the flow before.
+    /// Steps 3 and 4 as one wavefront. Pixels whose column and row have an even sum are red; black runs one row behind red.
+    /// The equations of row `y` are set up before any sweep of their iteration reaches row `y`, and after all sweeps of the
+    /// previous iteration, [`LAG_ROWS`] ahead, have passed row `y + 1`. `u` and `v` are the initial flow.
     fn solve(&mut self, u: &Plane<f32>, v: &Plane<f32>, params: &FlowParams) {
         let height = self.mean.height;
         let fixed_points = params.fixed_points as usize;
         self.edge_down.clear_above();
-        for front in 0..height + fixed_points * LAG {
+        for front in 0..height + fixed_points * LAG_ROWS {
             for fixed_point in 0..fixed_points {
-                let Some(first) = front.checked_sub(fixed_point * LAG) else { break };
+                let Some(first) = front.checked_sub(fixed_point * LAG_ROWS) else { break };
                 if first < height {
                     if fixed_point == 0 {
-                        self.take_terms(first, u, v);
+                        self.compute_terms(first, u, v);
                     }
-                    self.weigh_edges(first, height, params.smoothness);
-                    self.set_up(first);
+                    self.compute_edge_weights(first, height, params.smoothness);
+                    self.set_up_equations(first);
                 }
-                for sweep in 0..SWEEPS {
+                for sweep in 0..NUM_SWEEPS {
                     let Some(red) = first.checked_sub(2 * sweep) else { break };
                     if red < height {
                         self.relax(red, red % 2, OVERRELAXATION);
@@ -188,55 +194,55 @@ impl Refiner {
         }
     }
 
-    /// Step 3a: weights of the edges to the right of and below row `y`; none crosses the border.
-    fn weigh_edges(&mut self, y: usize, height: usize, smoothness: f32) {
+    /// Step 3a: computes the weights of the edges to the right of and below row `y`; 0 across the frame border.
+    fn compute_edge_weights(&mut self, y: usize, height: usize, smoothness: f32) {
         let row = y as isize;
         for parity in 0..2 {
-            let [here, right, below] = [
+            let [centre, right, below] = [
                 [self.u.row(row, parity), self.v.row(row, parity)],
                 [self.u.right_of(row, parity), self.v.right_of(row, parity)],
                 [self.u.row(row + 1, parity), self.v.row(row + 1, parity)],
             ];
             let (edge_right, edge_down) = (self.edge_right.row_mut(y, parity), self.edge_down.row_mut(y, parity));
-            smoothness_weights(edge_right, edge_down, here, right, below, smoothness);
+            smoothness_weights(edge_right, edge_down, centre, right, below, smoothness);
             if y + 1 == height {
                 edge_down.fill([0.0; LANES]);
             }
-            self.edge_right.beyond_right(y, parity).fill(0.0);
+            self.edge_right.cells_at_right_border(y, parity).fill(0.0);
         }
     }
 
-    /// Step 3b: the equations of each pixel of row `y`, solved for that pixel.
-    fn set_up(&mut self, y: usize) {
+    /// Step 3b: sets up the equations of each pixel of row `y`.
+    fn set_up_equations(&mut self, y: usize) {
         let row = y as isize;
         for parity in 0..2 {
             let flow = [self.u.row(row, parity), self.v.row(row, parity)];
             let edges = edges(&self.edge_right, &self.edge_down, y, parity);
-            equations(self.system.row_mut(y, parity), self.terms.row(y, parity), flow, edges);
+            compute_equations(self.system.row_mut(y, parity), self.terms.row(y, parity), flow, edges);
         }
     }
 
-    /// Step 4: one step of over-relaxation for the pixels of one colour in row `y`.
+    /// Step 4: relaxes the pixels of one colour in row `y`.
     fn relax(&mut self, y: usize, parity: usize, overrelaxation: f32) {
-        let (around_u, u) = self.u.around_mut(y, parity);
-        let (around_v, v) = self.v.around_mut(y, parity);
+        let (neighbours_u, u) = self.u.row_and_neighbours(y, parity);
+        let (neighbours_v, v) = self.v.row_and_neighbours(y, parity);
         let edges = edges(&self.edge_right, &self.edge_down, y, parity);
-        relax_row(u, v, [around_u, around_v], edges, self.system.row(y, parity), overrelaxation);
+        relax_row(u, v, [neighbours_u, neighbours_v], edges, self.system.row(y, parity), overrelaxation);
     }
 }
 
-/// Rows that a fixed point is behind the one before it.
-const LAG: usize = 2 * SWEEPS + 1;
+/// Rows between one fixed-point iteration and the next.
+const LAG_ROWS: usize = 2 * NUM_SWEEPS + 1;
 
-/// Rows from the first that still changes to the last that has begun to.
-fn wavefront(params: &FlowParams) -> usize {
-    params.fixed_points as usize * LAG
+/// Returns the number of rows between the last one set up and the last one finished.
+fn wavefront_rows(params: &FlowParams) -> usize {
+    params.fixed_points as usize * LAG_ROWS
 }
 
-/// Weights of the four edges of each pixel of a half row.
-fn edges<'a>(edge_right: &'a Checkerboard, edge_down: &'a Checkerboard, y: usize, parity: usize) -> Around<'a> {
+/// Returns the weights of the four edges of each pixel of a half row.
+fn edges<'a>(edge_right: &'a Checkerboard, edge_down: &'a Checkerboard, y: usize, parity: usize) -> Neighbours<'a> {
     let row = y as isize;
-    Around {
+    Neighbours {
         left: edge_right.left_of(row, parity),
         right: edge_right.row(row, parity),
         up: edge_down.row(row - 1, parity),
@@ -244,46 +250,45 @@ fn edges<'a>(edge_right: &'a Checkerboard, edge_down: &'a Checkerboard, y: usize
     }
 }
 
-// The loops below are functions of their own, not inlined: their arguments tell the compiler that what they write does
-// not overlap what they read. Eight numbers at a time, so that one address serves for more than one instruction.
+// The loops below are separate functions, not inlined: their arguments tell the compiler that outputs do not overlap inputs.
 
 #[inline(always)]
 fn load(lanes: &Lanes) -> f32x8 {
     f32x8::new(*lanes)
 }
 
-/// `alpha / (2 |gradient of the flow|)`, from forward differences, for both edges of each pixel.
+/// Computes `alpha / (2 |gradient of the flow|)`, from forward differences, for both edges of each pixel.
 #[inline(never)]
 fn smoothness_weights(
     edge_right: &mut [Lanes],
     edge_down: &mut [Lanes],
-    here: [&[Lanes]; 2],
+    centre: [&[Lanes]; 2],
     right: [&[Lanes]; 2],
     below: [&[Lanes]; 2],
     smoothness: f32,
 ) {
     let n = edge_right.len();
     let edge_down = &mut edge_down[..n];
-    let ([u, v], [ur, vr], [ud, vd]) = (here.map(|s| &s[..n]), right.map(|s| &s[..n]), below.map(|s| &s[..n]));
-    let (half, softening) = (f32x8::splat(0.5 * smoothness), f32x8::splat(SMOOTH_EPSILON_SQ));
+    let ([u, v], [ur, vr], [ud, vd]) = (centre.map(|s| &s[..n]), right.map(|s| &s[..n]), below.map(|s| &s[..n]));
+    let (half, epsilon_sq) = (f32x8::splat(0.5 * smoothness), f32x8::splat(SMOOTH_EPSILON_SQ));
     for i in 0..n {
         let (u, v) = (load(&u[i]), load(&v[i]));
         let (ux, vx) = (load(&ur[i]) - u, load(&vr[i]) - v);
         let (uy, vy) = (load(&ud[i]) - u, load(&vd[i]) - v);
-        let weight = half / (ux * ux + vx * vx + uy * uy + vy * vy + softening).sqrt();
+        let weight = half / (ux * ux + vx * vx + uy * uy + vy * vy + epsilon_sq).sqrt();
         edge_right[i] = weight.to_array();
         edge_down[i] = weight.to_array();
     }
 }
 
-/// Robust weights of the data terms at the present flow, and from them matrix and right-hand side of each pixel.
+/// Computes matrix and right-hand side of each pixel from the robust weights of the data terms at the current flow.
 #[inline(never)]
-fn equations(system: &mut [[Lanes; 5]], terms: &[[Lanes; 9]], flow: [&[Lanes]; 2], edges: Around<'_>) {
+fn compute_equations(system: &mut [[Lanes; 5]], terms: &[[Lanes; 9]], flow: [&[Lanes]; 2], edges: Neighbours<'_>) {
     let n = system.len();
     let ([u, v], terms) = (flow.map(|s| &s[..n]), &terms[..n]);
     let [el, er, eu, ed] = [edges.left, edges.right, edges.up, edges.down].map(|s| &s[..n]);
     let [brightness_weight, slope_weight] = [BRIGHTNESS_WEIGHT, SLOPE_WEIGHT].map(|w| f32x8::splat(0.5 * w));
-    let [softening, stiffness, least] = [DATA_EPSILON_SQ, LEAST_STIFFNESS, LEAST_DETERMINANT].map(f32x8::splat);
+    let [epsilon_sq, stiffness, min_ratio] = [DATA_EPSILON_SQ, MIN_STIFFNESS, MIN_DETERMINANT_RATIO].map(f32x8::splat);
     for i in 0..n {
         let (u, v) = (load(&u[i]), load(&v[i]));
         let [x, y, z, xx, xy, xz, yx, yy, yz] = &terms[i];
@@ -293,15 +298,15 @@ fn equations(system: &mut [[Lanes; 5]], terms: &[[Lanes; 9]], flow: [&[Lanes]; 2
         let brightness = z + x * u + y * v;
         let slope_x = xz + xx * u + xy * v;
         let slope_y = yz + yx * u + yy * v;
-        let w = brightness_weight / (brightness * brightness + softening).sqrt();
-        let s = slope_weight / (slope_x * slope_x + slope_y * slope_y + softening).sqrt();
+        let w = brightness_weight / (brightness * brightness + epsilon_sq).sqrt();
+        let s = slope_weight / (slope_x * slope_x + slope_y * slope_y + epsilon_sq).sqrt();
         let smooth = (load(&el[i]) + load(&er[i])) + (load(&eu[i]) + load(&ed[i])) + stiffness;
         let a11 = w * (x * x) + s * (xx * xx + yx * yx) + smooth;
         let a22 = w * (y * y) + s * (xy * xy + yy * yy) + smooth;
         let a12 = w * (x * y) + s * (xx * xy + yx * yy);
-        let (determinant, least) = (a11 * a22 - a12 * a12, least * (a11 * a22));
-        // Where it is no number, the least.
-        let inverse = f32x8::ONE / determinant.cmp_gt(least).blend(determinant, least);
+        let (determinant, min) = (a11 * a22 - a12 * a12, min_ratio * (a11 * a22));
+        // NaN becomes the minimum.
+        let inverse = f32x8::ONE / determinant.cmp_gt(min).blend(determinant, min);
         let b1 = -(w * (z * x) + s * (xz * xx + yz * yx));
         let b2 = -(w * (z * y) + s * (xz * xy + yz * yy));
         let [m11, m12, m22, r1, r2] = &mut system[i];
@@ -317,15 +322,17 @@ fn equations(system: &mut [[Lanes; 5]], terms: &[[Lanes; 9]], flow: [&[Lanes]; 2
 fn relax_row(
     u: &mut [Lanes],
     v: &mut [Lanes],
-    around: [Around<'_>; 2],
-    edges: Around<'_>,
+    neighbours: [Neighbours<'_>; 2],
+    edges: Neighbours<'_>,
     system: &[[Lanes; 5]],
     overrelaxation: f32,
 ) {
     let n = u.len();
     let (v, system) = (&mut v[..n], &system[..n]);
-    let [ul, ur, uu, ud] = [around[0].left, around[0].right, around[0].up, around[0].down].map(|s| &s[..n]);
-    let [vl, vr, vu, vd] = [around[1].left, around[1].right, around[1].up, around[1].down].map(|s| &s[..n]);
+    let [ul, ur, uu, ud] =
+        [neighbours[0].left, neighbours[0].right, neighbours[0].up, neighbours[0].down].map(|s| &s[..n]);
+    let [vl, vr, vu, vd] =
+        [neighbours[1].left, neighbours[1].right, neighbours[1].up, neighbours[1].down].map(|s| &s[..n]);
     let [el, er, eu, ed] = [edges.left, edges.right, edges.up, edges.down].map(|s| &s[..n]);
     let overrelaxation = f32x8::splat(overrelaxation);
     for i in 0..n {
@@ -340,8 +347,8 @@ fn relax_row(
     }
 }
 
-/// Turns `(a, b, c)` of a term `a (u - u0) + b (v - v0) + c` into the same of `a u + b v + c`, divided by the length of
-/// `(a, b)`; into zeros where the flow leads outside.
+/// Converts the coefficients of a term `a (u - u0) + b (v - v0) + c` to `a u + b v + c`, divided by the length of `(a, b)`;
+/// zeros where the flow leads outside.
 #[inline(never)]
 fn linearise(term: [&mut Vec<f32>; 3], u: &[f32], v: &[f32], inside: &[f32]) {
     let n = u.len();
@@ -354,21 +361,21 @@ fn linearise(term: [&mut Vec<f32>; 3], u: &[f32], v: &[f32], inside: &[f32]) {
     }
 }
 
-/// Central differences along row `y`, exact for polynomials of fourth degree.
+/// Differentiates row `y` by central differences, exact for polynomials of fourth degree.
 #[inline(never)]
-fn slope_across(plane: &Padded, y: usize, out: &mut [f32]) {
+fn slope_across(plane: &PaddedPlane, y: usize, out: &mut [f32]) {
     let row = plane.padded_row(y as isize);
-    five_taps(out, [PAD - 2, PAD - 1, PAD + 1, PAD + 2].map(|start| &row[start..]));
+    differentiate_five_taps(out, [PAD - 2, PAD - 1, PAD + 1, PAD + 2].map(|start| &row[start..]));
 }
 
-/// Central differences down the columns at row `y`.
+/// Differentiates the columns at row `y` by the same differences.
 #[inline(never)]
-fn slope_down(plane: &Padded, y: usize, out: &mut [f32]) {
-    five_taps(out, [-2, -1, 1, 2].map(|k| &plane.padded_row(y as isize + k)[PAD..]));
+fn slope_down(plane: &PaddedPlane, y: usize, out: &mut [f32]) {
+    differentiate_five_taps(out, [-2, -1, 1, 2].map(|k| &plane.padded_row(y as isize + k)[PAD..]));
 }
 
 #[inline(never)]
-fn five_taps(out: &mut [f32], taps: [&[f32]; 4]) {
+fn differentiate_five_taps(out: &mut [f32], taps: [&[f32]; 4]) {
     let n = out.len();
     let [a, b, c, d] = taps.map(|s| &s[..n]);
     for i in 0..n {
@@ -378,7 +385,7 @@ fn five_taps(out: &mut [f32], taps: [&[f32]; 4]) {
 
 // The second frame warped back onto the first, a row at a time.
 
-/// Bilinear warping in three loops: positions in vector code, the gather, the blend in vector code.
+/// Bilinear warping in three loops: vectorised positions, the gather, the vectorised blend.
 #[derive(Debug, Clone, Default)]
 struct WarpRow {
     start: Vec<u32>,
@@ -389,16 +396,16 @@ struct WarpRow {
 }
 
 impl WarpRow {
-    /// Row `y` of `image` displaced by `(u, v)`; `inside` becomes 1 where that lies inside the image, else 0.
-    fn row(&mut self, image: &Padded, y: usize, u: &[f32], v: &[f32], inside: &mut [f32]) -> &[f32] {
+    /// Computes row `y` of `image` displaced by `(u, v)`; `inside` becomes 1 where the target is inside the image, else 0.
+    fn row(&mut self, image: &PaddedPlane, y: usize, u: &[f32], v: &[f32], inside: &mut [f32]) -> &[f32] {
         let n = u.len();
         let Self { start, fraction_x, fraction_y, corners, warped } = self;
         start.resize(n, 0);
         for values in [&mut *fraction_x, &mut *fraction_y, &mut *warped].into_iter().chain(corners.iter_mut()) {
             values.resize(n, 0.0);
         }
-        aim(image, y as f32, (u, v), start, (fraction_x, fraction_y), inside);
-        let data = &image.data()[image.index(0, 0)..];
+        locate_targets(image, y as f32, [u, v], start, [fraction_x, fraction_y], inside);
+        let data = &image.data[image.index(0, 0)..];
         let [a, b, c, d] = corners.each_mut().map(|corner| &mut corner[..n]);
         for (x, &start) in start.iter().enumerate() {
             let (upper, lower) = (&data[start as usize..][..2], &data[start as usize + image.stride..][..2]);
@@ -409,16 +416,15 @@ impl WarpRow {
     }
 }
 
-/// For each pixel of row `y`: index of the upper left of the four pixels around its target, the fractions, and whether
-/// the target is inside. Targets outside are held at the border.
-// Not inlined: as a function of its own, the compiler knows that the slices do not overlap.
+/// Computes, for each pixel of row `y`, the index of the upper left of the four pixels around its target, the fractions, and
+/// 1 or 0 for a target inside or outside. Targets outside are clamped to the border.
 #[inline(never)]
-fn aim(
-    image: &Padded,
+fn locate_targets(
+    image: &PaddedPlane,
     y: f32,
-    (u, v): (&[f32], &[f32]),
+    [u, v]: [&[f32]; 2],
     start: &mut [u32],
-    (fraction_x, fraction_y): (&mut [f32], &mut [f32]),
+    [fraction_x, fraction_y]: [&mut Vec<f32>; 2],
     inside: &mut [f32],
 ) {
     let n = u.len();
@@ -427,21 +433,20 @@ fn aim(
     let (right, bottom, stride) = ((image.width - 1) as f32, (image.height - 1) as f32, image.stride as i32);
     for x in 0..n {
         let (to_x, to_y) = (x as i32 as f32 + u[x], y + v[x]);
-        let (held_x, held_y) = (hold(to_x, right), hold(to_y, bottom));
-        inside[x] = if (held_x == to_x) & (held_y == to_y) { 1.0 } else { 0.0 };
-        let (whole_x, whole_y) = (held_x as i32, held_y as i32);
-        fraction_x[x] = held_x - whole_x as f32;
-        fraction_y[x] = held_y - whole_y as f32;
-        start[x] = (whole_y * stride + whole_x) as u32;
+        let (clamped_x, clamped_y) = (clamp_position(to_x, right), clamp_position(to_y, bottom));
+        inside[x] = if (clamped_x == to_x) & (clamped_y == to_y) { 1.0 } else { 0.0 };
+        let (pixel_x, pixel_y) = (clamped_x as i32, clamped_y as i32);
+        fraction_x[x] = clamped_x - pixel_x as f32;
+        fraction_y[x] = clamped_y - pixel_y as f32;
+        start[x] = (pixel_y * stride + pixel_x) as u32;
     }
 }
 
-/// `position` held to `0..=last`; not-a-number becomes 0. Comparisons, because `clamp` does not become vector
-/// instructions.
+/// Clamps `position` to `0..=last`; NaN becomes 0. Comparisons, because `f32::clamp` does not vectorise.
 #[inline(always)]
-fn hold(position: f32, last: f32) -> f32 {
-    let held = if position > 0.0 { position } else { 0.0 };
-    if held < last { held } else { last }
+fn clamp_position(position: f32, last: f32) -> f32 {
+    let clamped = if position > 0.0 { position } else { 0.0 };
+    if clamped < last { clamped } else { last }
 }
 
 #[inline(never)]
@@ -465,95 +470,94 @@ fn blend(warped: &mut [f32], corners: [&mut [f32]; 4], fraction_x: &[f32], fract
 // All pixels of one colour in a row are then neighbours in memory, and so are the pixels to the left of them, to the
 // right, above and below: a sweep over one colour is a loop over slices of equal length, [`LANES`] numbers at a time.
 
-/// Numbers that a kernel takes at a time; the cells of a half row are a multiple of it.
+/// Numbers in a vector of the kernels: eight `f32` fill 256 bits. The cells of a half row are a multiple of it.
 const LANES: usize = 8;
-/// These numbers.
 type Lanes = [f32; LANES];
 
-/// Empty cells before and after each half row.
+/// Number of empty cells before and after each half row: one neighbour.
 const MARGIN: usize = 1;
 
-/// A plane in the order above, with one empty row above and below; or as many rows of it as are needed at a time, each in
-/// the place of one that is needed no more.
+/// A plane in the order above, with one empty row above and below, or a ring buffer of its last rows.
 ///
-/// Law: margins, the rows outside, and the cells beyond the width are zero; a solver that gives them no equation and no
-/// edge leaves them so.
+/// Invariants: margins, the rows outside, and the cells beyond the width are zero; a solver that gives them no equation and
+/// no edge leaves them so.
 #[derive(Debug, Clone, Default)]
 struct Checkerboard {
     data: Vec<f32>,
     width: usize,
-    rows: Rows,
+    rows: RowBuffer,
     /// Cells of a half row, margins included.
     half: usize,
 }
 
 /// The four neighbours of each pixel of a half row, [`LANES`] at a time.
 #[derive(Debug, Clone, Copy)]
-struct Around<'a> {
+struct Neighbours<'a> {
     left: &'a [Lanes],
     right: &'a [Lanes],
     up: &'a [Lanes],
     down: &'a [Lanes],
 }
 
-// Called once a row: copies of them wherever they are called would only make the file larger.
+// Not inlined: called once a row, copies would only make the file larger.
 impl Checkerboard {
-    /// Gives the plane this width, and room for these `rows`. A plane that has both already keeps its values.
+    /// Sets width and rows. A plane that has both already keeps its values.
     #[inline(never)]
-    fn hold(&mut self, width: usize, rows: Rows) {
+    fn resize(&mut self, width: usize, rows: RowBuffer) {
         if (self.width, self.rows) != (width, rows) {
-            let half = blocks(width) * LANES + 2 * MARGIN;
+            let half = num_blocks(width) * LANES + 2 * MARGIN;
             (self.width, self.rows, self.half) = (width, rows, half);
             self.data.clear();
-            self.data.resize(2 * half * rows.held, 0.0);
+            self.data.resize(2 * half * rows.count, 0.0);
         }
     }
 
-    /// The columns of `parity` in row `y`, which counts from -1.
+    /// Returns the columns of `parity` in row `y`, which counts from -1.
     #[inline(never)]
     fn row(&self, y: isize, parity: usize) -> &[Lanes] {
         self.cells(self.start(y, parity))
     }
 
-    /// The same, to write.
+    /// Returns the columns of `parity` in row `y` mutably.
     #[inline(never)]
     fn row_mut(&mut self, y: usize, parity: usize) -> &mut [Lanes] {
         let (start, cells) = (self.start(y as isize, parity), self.half - 2 * MARGIN);
         self.data[start..][..cells].as_chunks_mut().0
     }
 
-    /// The pixels to the left of those of `parity`. Even pixel `k` has the odd `k - 1` there, odd pixel `k` the even
+    /// Returns the left neighbours of the columns of `parity`: of even pixel `k` the odd `k - 1`, of odd pixel `k` the even
     /// `k`.
     #[inline(never)]
     fn left_of(&self, y: isize, parity: usize) -> &[Lanes] {
         self.cells(self.start(y, 1 - parity) + parity - 1)
     }
 
-    /// The pixels to the right of those of `parity`.
+    /// Returns the right neighbours of the columns of `parity`.
     #[inline(never)]
     fn right_of(&self, y: isize, parity: usize) -> &[Lanes] {
         self.cells(self.start(y, 1 - parity) + parity)
     }
 
-    /// The columns of `parity` in row `y` to write, and their neighbours, in a plane that holds all rows.
+    /// Returns the neighbours of the columns of `parity` in row `y`, and these columns mutably, in a plane that holds all
+    /// rows.
     #[inline(never)]
-    fn around_mut(&mut self, y: usize, parity: usize) -> (Around<'_>, &mut [Lanes]) {
+    fn row_and_neighbours(&mut self, y: usize, parity: usize) -> (Neighbours<'_>, &mut [Lanes]) {
         let (half, cells) = (self.half, self.half - 2 * MARGIN);
         let (above, rest) = self.data.split_at_mut((y + 1) * 2 * half);
-        let (here, below) = rest.split_at_mut(2 * half);
-        let (even, odd) = here.split_at_mut(half);
-        let (own, other) = if parity == 0 { (even, odd) } else { (odd, even) };
-        let around = Around {
-            left: other[MARGIN + parity - 1..][..cells].as_chunks().0,
-            right: other[MARGIN + parity..][..cells].as_chunks().0,
+        let (row, below) = rest.split_at_mut(2 * half);
+        let (even, odd) = row.split_at_mut(half);
+        let (centre, beside) = if parity == 0 { (even, odd) } else { (odd, even) };
+        let neighbours = Neighbours {
+            left: beside[MARGIN + parity - 1..][..cells].as_chunks().0,
+            right: beside[MARGIN + parity..][..cells].as_chunks().0,
             up: above[y * 2 * half + parity * half + MARGIN..][..cells].as_chunks().0,
             down: below[parity * half + MARGIN..][..cells].as_chunks().0,
         };
-        (around, own[MARGIN..][..cells].as_chunks_mut().0)
+        (neighbours, centre[MARGIN..][..cells].as_chunks_mut().0)
     }
 
-    /// The cells of `parity` in row `y` from the first that has no right neighbour on.
-    fn beyond_right(&mut self, y: usize, parity: usize) -> &mut [f32] {
+    /// Returns the cells of `parity` in row `y` that have no right neighbour.
+    fn cells_at_right_border(&mut self, y: usize, parity: usize) -> &mut [f32] {
         let width = self.width;
         &mut self.row_mut(y, parity).as_flattened_mut()[(width - parity) / 2..]
     }
@@ -573,7 +577,7 @@ impl Checkerboard {
         }
     }
 
-    /// Row `y` in the usual order.
+    /// Reads row `y` in the usual order.
     fn read(&self, y: usize, values: &mut [f32]) {
         let [even, odd] = [0, 1].map(|parity| self.row(y as isize, parity).as_flattened());
         let middle = values.len() / 2;
@@ -586,7 +590,7 @@ impl Checkerboard {
         }
     }
 
-    /// The row above the first becomes zero again.
+    /// Sets the row above the first to zero.
     fn clear_above(&mut self) {
         self.data[..2 * self.half].fill(0.0);
     }
@@ -596,90 +600,89 @@ impl Checkerboard {
     }
 
     fn start(&self, y: isize, parity: usize) -> usize {
-        (self.rows.place(y) * 2 + parity) * self.half + MARGIN
+        (self.rows.index(y) * 2 + parity) * self.half + MARGIN
     }
 }
 
-/// Blocks of [`LANES`] pixels of one colour in a row.
-fn blocks(width: usize) -> usize {
+/// Returns the number of blocks of [`LANES`] pixels of one colour in a row.
+fn num_blocks(width: usize) -> usize {
     width.div_ceil(2).div_ceil(LANES)
 }
 
-/// Which rows of a plane are held, those above the first and below the last counted.
+/// The rows of a plane in memory: all of them and one above and below, or a ring buffer of the last ones.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Rows {
-    held: usize,
-    /// Row `y` lies at `y + 1`, of which these bits count: a division would cost as much as half of a row's sweep.
+struct RowBuffer {
+    count: usize,
+    /// Bits of `y + 1` that are the index of row `y`: a division would cost half as much as a row's sweep.
     mask: usize,
 }
 
-impl Rows {
-    /// All of a plane.
-    fn all(height: usize) -> Self {
-        Self { held: height + 2, mask: usize::MAX }
+impl RowBuffer {
+    /// Holds all rows of a plane.
+    fn of_all(height: usize) -> Self {
+        Self { count: height + 2, mask: usize::MAX }
     }
 
-    /// At least the last `rows` of a plane.
-    fn last(rows: usize, height: usize) -> Self {
-        let held = rows.next_power_of_two();
-        if held < height + 2 { Self { held, mask: held - 1 } } else { Self::all(height) }
+    /// Holds at least the last `rows` rows of a plane.
+    fn of_last(rows: usize, height: usize) -> Self {
+        let count = rows.next_power_of_two();
+        if count < height + 2 { Self { count, mask: count - 1 } } else { Self::of_all(height) }
     }
 
-    fn place(self, y: isize) -> usize {
+    fn index(self, y: isize) -> usize {
         (y + 1) as usize & self.mask
     }
 }
 
-/// `N` numbers a pixel in the same order, [`LANES`] pixels of one and then of the next: they are always read together, and
-/// one address serves all.
+/// `N` numbers a pixel in the same order, interleaved in blocks of [`LANES`] pixels, as they are always read together.
 #[derive(Debug, Clone)]
 struct Bundle<const N: usize> {
     data: Vec<[Lanes; N]>,
-    rows: Rows,
+    rows: RowBuffer,
     half: usize,
 }
 
 impl<const N: usize> Default for Bundle<N> {
     fn default() -> Self {
-        Self { data: Vec::new(), rows: Rows::default(), half: 0 }
+        Self { data: Vec::new(), rows: RowBuffer::default(), half: 0 }
     }
 }
 
 impl<const N: usize> Bundle<N> {
-    /// Gives the bundle this width, and room for these `rows`. A bundle that has both already keeps its values.
-    fn hold(&mut self, width: usize, rows: Rows) {
-        let half = blocks(width);
+    /// Sets width and rows. A bundle that has both already keeps its values.
+    fn resize(&mut self, width: usize, rows: RowBuffer) {
+        let half = num_blocks(width);
         if (self.half, self.rows) != (half, rows) {
             (self.half, self.rows) = (half, rows);
             self.data.clear();
-            self.data.resize(2 * half * rows.held, [[0.0; LANES]; N]);
+            self.data.resize(2 * half * rows.count, [[0.0; LANES]; N]);
         }
     }
 
-    /// The columns of `parity` in row `y`.
+    /// Returns the columns of `parity` in row `y`.
     fn row(&self, y: usize, parity: usize) -> &[[Lanes; N]] {
-        &self.data[(self.rows.place(y as isize) * 2 + parity) * self.half..][..self.half]
+        &self.data[(self.rows.index(y as isize) * 2 + parity) * self.half..][..self.half]
     }
 
-    /// The same, to write.
+    /// Returns the columns of `parity` in row `y` mutably.
     fn row_mut(&mut self, y: usize, parity: usize) -> &mut [[Lanes; N]] {
-        &mut self.data[(self.rows.place(y as isize) * 2 + parity) * self.half..][..self.half]
+        &mut self.data[(self.rows.index(y as isize) * 2 + parity) * self.half..][..self.half]
     }
 
-    /// Fills row `y` from `N` rows of values in the usual order; the cells beyond their length become zero.
+    /// Fills row `y` from `N` rows of values in the usual order, padded with zeros.
     #[inline(never)]
     fn write(&mut self, y: usize, values: &[Vec<f32>; N]) {
         for parity in 0..2 {
             for (block, cells) in self.row_mut(y, parity).iter_mut().enumerate() {
                 let start = 2 * LANES * block + parity;
                 for (cells, values) in cells.iter_mut().zip(values) {
-                    let part = &values[start.min(values.len())..];
-                    if let Some(part) = part.first_chunk::<{ 2 * LANES - 1 }>() {
+                    let tail = &values[start.min(values.len())..];
+                    if let Some(block) = tail.first_chunk::<{ 2 * LANES - 1 }>() {
                         for k in 0..LANES {
-                            cells[k] = part[2 * k];
+                            cells[k] = block[2 * k];
                         }
                     } else {
-                        let rest = part.iter().step_by(2).copied().chain(iter::repeat(0.0));
+                        let rest = tail.iter().step_by(2).copied().chain(iter::repeat(0.0));
                         cells.iter_mut().zip(rest).for_each(|(cell, value)| *cell = value);
                     }
                 }
@@ -694,8 +697,8 @@ mod tests {
     use crate::image::{Plane, sample_bilinear};
     use crate::rng::Rng;
 
-    fn noise(width: usize, height: usize, rng: &mut Rng) -> Padded {
-        let mut plane = Padded::default();
+    fn noise(width: usize, height: usize, rng: &mut Rng) -> PaddedPlane {
+        let mut plane = PaddedPlane::default();
         plane.resize(width, height);
         for y in 0..height {
             plane.row_mut(y).iter_mut().for_each(|v| *v = rng.range(0.0, 255.0) as f32);
@@ -704,26 +707,25 @@ mod tests {
         plane
     }
 
-    /// All of the refinement but reading the flow back: fixed points and sweeps one after another, each over the whole
-    /// plane.
+    /// Refines without reading the flow back: fixed-point iterations and sweeps one after another, each over the whole plane.
     fn solve_plainly(
-        pair: [&Padded; 2],
+        pair: [&PaddedPlane; 2],
         [u, v]: [&Plane<f32>; 2],
         params: &FlowParams,
         (sweeps, overrelaxation): (usize, f32),
     ) -> Refiner {
         let (width, height) = (u.width(), u.height());
         let mut refiner = Refiner::default();
-        refiner.resize(width, height, Rows::all(height));
+        refiner.resize(width, height, RowBuffer::of_all(height));
         refiner.warp_back(pair[0], pair[1], u, v);
         refiner.differentiate();
         (0..height).for_each(|y| refiner.u.write(y, u.row(y)));
         (0..height).for_each(|y| refiner.v.write(y, v.row(y)));
-        (0..height).for_each(|y| refiner.take_terms(y, u, v));
+        (0..height).for_each(|y| refiner.compute_terms(y, u, v));
         refiner.edge_down.clear_above();
         for _ in 0..params.fixed_points {
-            (0..height).for_each(|y| refiner.weigh_edges(y, height, params.smoothness));
-            (0..height).for_each(|y| refiner.set_up(y));
+            (0..height).for_each(|y| refiner.compute_edge_weights(y, height, params.smoothness));
+            (0..height).for_each(|y| refiner.set_up_equations(y));
             for _ in 0..sweeps {
                 (0..height).for_each(|y| refiner.relax(y, y % 2, overrelaxation));
                 (0..height).for_each(|y| refiner.relax(y, 1 - y % 2, overrelaxation));
@@ -736,12 +738,12 @@ mod tests {
     fn the_wavefront_gives_the_bits_of_one_sweep_after_another() {
         let mut rng = Rng::for_stage(2, "refine");
         let mut wavefront = Refiner::default();
-        // Of the last two the wavefront holds a part at a time, one after the other in the same rows.
+        // The wavefront is shorter than the last two planes, which use the same rows one after the other.
         for (width, height) in [(1, 1), (7, 5), (12, 9), (5, 30), (9, 80), (9, 97)] {
             let (from, to) = (noise(width, height, &mut rng), noise(width, height, &mut rng));
             let flow = Plane::from_fn(width, height, |_, _| rng.range(-2.0, 2.0) as f32);
             let params = FlowParams { fixed_points: 3, ..FlowParams::default() };
-            let plain = solve_plainly([&from, &to], [&flow, &flow], &params, (SWEEPS, OVERRELAXATION));
+            let plain = solve_plainly([&from, &to], [&flow, &flow], &params, (NUM_SWEEPS, OVERRELAXATION));
             wavefront.refine(&from, &to, &mut flow.clone(), &mut flow.clone(), &params);
             for (y, parity) in (0..height as isize).flat_map(|y| [(y, 0), (y, 1)]) {
                 assert_eq!(plain.u.row(y, parity), wavefront.u.row(y, parity), "{width}x{height}");
@@ -773,7 +775,7 @@ mod tests {
     fn warping_agrees_with_sampling_pixel_by_pixel() {
         let mut rng = Rng::for_stage(4, "warp");
         let plane = Plane::from_fn(23, 9, |_, _| rng.range(0.0, 255.0) as f32);
-        let mut image = Padded::default();
+        let mut image = PaddedPlane::default();
         image.resize(23, 9);
         (0..9).for_each(|y| image.row_mut(y).copy_from_slice(plane.row(y)));
         image.replicate_border();
@@ -796,7 +798,7 @@ mod tests {
         for (width, height) in [(7, 3), (8, 4), (1, 1), (2, 1)] {
             let value = |x: usize, y: usize| (1 + x + 100 * y) as f32;
             let mut plane = Checkerboard::default();
-            plane.hold(width, Rows::all(height));
+            plane.resize(width, RowBuffer::of_all(height));
             for y in 0..height {
                 plane.write(y, &(0..width).map(|x| value(x, y)).collect::<Vec<_>>());
             }
@@ -806,15 +808,15 @@ mod tests {
                 assert_eq!(row, (0..width).map(|x| value(x, y)).collect::<Vec<_>>());
             }
             for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
-                let (around, own) = plane.around_mut(y, x % 2);
-                assert_eq!(own.as_flattened()[x / 2], value(x, y));
+                let (neighbours, centre) = plane.row_and_neighbours(y, x % 2);
+                assert_eq!(centre.as_flattened()[x / 2], value(x, y));
                 let at = |cells: &[Lanes]| cells.as_flattened()[x / 2];
                 let expected = |inside: bool, v: f32| if inside { v } else { 0.0 };
-                assert_eq!(at(around.left), expected(x > 0, value(x, y) - 1.0));
-                assert_eq!(at(around.right), expected(x + 1 < width, value(x, y) + 1.0));
-                assert_eq!(at(around.up), expected(y > 0, value(x, y) - 100.0));
-                assert_eq!(at(around.down), expected(y + 1 < height, value(x, y) + 100.0));
-                let beside = (at(around.left), at(around.right));
+                assert_eq!(at(neighbours.left), expected(x > 0, value(x, y) - 1.0));
+                assert_eq!(at(neighbours.right), expected(x + 1 < width, value(x, y) + 1.0));
+                assert_eq!(at(neighbours.up), expected(y > 0, value(x, y) - 100.0));
+                assert_eq!(at(neighbours.down), expected(y + 1 < height, value(x, y) + 100.0));
+                let beside = (at(neighbours.left), at(neighbours.right));
                 assert_eq!((at(plane.left_of(y as isize, x % 2)), at(plane.right_of(y as isize, x % 2))), beside);
             }
         }

@@ -1,57 +1,58 @@
-//! Local flow variation: how much the flow differs around each pixel (Ochs, Malik and Brox, PAMI 2014).
+//! Local flow variation: the standard deviation of the flow around each pixel (Ochs, Malik and Brox, PAMI 2014).
 //!
-//! In: one flow field. Out: σ in pixels per frame at half the resolution. Affinities divide velocity differences by σ,
-//! so that a surface whose flow changes smoothly (zoom, rotation, perspective) is not torn apart, while σ stays small
-//! on both sides of a sharp motion boundary because the averaging does not cross it.
+//! In: one flow field. Out: σ in pixels per frame at half the resolution. Affinities divide velocity differences by σ, so
+//! that a surface whose flow changes smoothly (zoom, rotation, perspective) is not split, while σ stays small on both sides
+//! of a sharp motion boundary, which the averaging does not cross.
 //!
 //! 1. Halve `u`, `v`, `u²`, `v²`.
 //! 2. Diffuse all four with the diffusivity `g = 1 / sqrt(|∇u|² + |∇v|² + ε²)`, computed once, by additive operator
 //!    splitting (Weickert, ter Haar Romeny and Viergever 1998), which is stable for any time step.
 //! 3. `σ = sqrt(⟨u²⟩ − ⟨u⟩² + ⟨v²⟩ − ⟨v⟩²)`.
 //!
-//! Deviation from the published tool: a few large time steps in place of twenty small ones; the total diffusion time is
-//! the same. Cost: O(pixels), six half-size planes.
+//! **Deviation** from the published tool: a few large time steps instead of twenty small ones, with the same total time.
+//! **Cost**: O(pixels), six half-size planes. **Limits**: σ is larger at blurred motion boundaries, which lowers the
+//! differences there.
 
 use super::field::FlowField;
 use crate::image::Plane;
 use wide::f32x4;
 
-/// Diffusion time in all, in half-resolution pixels squared per unit of diffusivity (the published tool: 20 steps of
+/// Total diffusion time, in half-resolution pixels squared per unit of diffusivity (the published tool: 20 steps of
 /// 0.5).
 const TOTAL_TIME: f32 = 10.0;
-/// Number of implicit steps; fewer are cheaper and spread a little less evenly.
-const STEPS: usize = 4;
-/// Keeps the diffusivity finite where the flow is constant, in pixels per frame per pixel.
+/// Number of implicit steps; fewer are cheaper and spread a little less evenly. Chosen by eye.
+const NUM_STEPS: usize = 4;
+/// Keeps the diffusivity finite where the flow is constant, in pixels per frame per pixel (published tool).
 const EPSILON: f32 = 0.001;
 
-/// σ at half resolution, `ceil(w / 2) × ceil(h / 2)`, in pixels per frame, finite and not negative.
+/// Computes σ at half resolution, `ceil(w / 2) × ceil(h / 2)`, in pixels per frame, finite and not negative.
 ///
 /// # Examples
-/// Where all moves alike the flow does not vary; where it stretches it does.
+/// A translation does not vary; a stretching flow does.
 ///
 /// ```
 /// use tracecut::flow::{FlowField, local_flow_variation};
 /// use tracecut::image::Plane;
 ///
 /// let v = Plane::filled(8, 8, 0.0);
-/// let alike = local_flow_variation(&FlowField { u: Plane::filled(8, 8, 3.0), v: v.clone() });
-/// let stretched = local_flow_variation(&FlowField { u: Plane::from_fn(8, 8, |x, _| 0.1 * x as f32), v });
-/// assert_eq!((alike.width(), alike.height()), (4, 4));
-/// assert!(alike.data().iter().all(|&sigma| sigma < 1e-3));
-/// assert!(stretched[(2, 2)] > 0.05);
+/// let translation = local_flow_variation(&FlowField { u: Plane::filled(8, 8, 3.0), v: v.clone() });
+/// let stretching = local_flow_variation(&FlowField { u: Plane::from_fn(8, 8, |x, _| 0.1 * x as f32), v });
+/// assert_eq!((translation.width(), translation.height()), (4, 4));
+/// assert!(translation.data().iter().all(|&sigma| sigma < 1e-3));
+/// assert!(stretching[(2, 2)] > 0.05);
 /// ```
 #[must_use]
 pub fn local_flow_variation(flow: &FlowField) -> Plane<f32> {
     // Without the mean the squares stay small, and their difference below keeps its digits in f32.
-    let flow = &FlowField { u: centred(&flow.u), v: centred(&flow.v) };
+    let flow = &FlowField { u: subtract_mean(&flow.u), v: subtract_mean(&flow.v) };
     let (u, v) = (halved(&flow.u), halved(&flow.v));
     let (across, down) = edge_weights(&u, &v);
     let energy = halved_energy(flow);
-    // u, v and the sum of their squares side by side: the last needs one map only, since σ adds both variances.
+    // u, v and the sum of their squares side by side: one map of squares suffices, as σ adds both variances.
     let values = u.data().iter().zip(v.data()).zip(energy.data());
     let mut map: Vec<f32x4> = values.map(|((&u, &v), &e)| f32x4::new([u, v, e, 0.0])).collect();
-    let mut systems = Systems::new(&across, &down, TOTAL_TIME / STEPS as f32);
-    for _ in 0..STEPS {
+    let mut systems = Systems::new(&across, &down, TOTAL_TIME / NUM_STEPS as f32);
+    for _ in 0..NUM_STEPS {
         systems.step(&mut map);
     }
     let variance = map.iter().map(|v| {
@@ -61,7 +62,7 @@ pub fn local_flow_variation(flow: &FlowField) -> Plane<f32> {
     Plane::from_vec(u.width(), u.height(), variance.collect()).unwrap_or_default()
 }
 
-fn centred(plane: &Plane<f32>) -> Plane<f32> {
+fn subtract_mean(plane: &Plane<f32>) -> Plane<f32> {
     let mean = plane.data().iter().map(|&v| f64::from(v)).sum::<f64>() / plane.data().len().max(1) as f64;
     plane.map(|v| v - mean as f32)
 }
@@ -75,7 +76,7 @@ fn halved_energy(flow: &FlowField) -> Plane<f32> {
     halved_by(flow.u.width(), flow.u.height(), square)
 }
 
-/// Means of 2×2 blocks; an odd last row or column counts twice.
+/// Computes means of 2×2 blocks; an odd last row or column counts twice.
 fn halved_by(width: usize, height: usize, value: impl Fn(usize, usize) -> f32) -> Plane<f32> {
     Plane::from_fn(width.div_ceil(2), height.div_ceil(2), |x, y| {
         let (x1, y1) = ((2 * x + 1).min(width - 1), (2 * y + 1).min(height - 1));
@@ -83,7 +84,7 @@ fn halved_by(width: usize, height: usize, value: impl Fn(usize, usize) -> f32) -
     })
 }
 
-/// Diffusivities between a pixel and its right neighbour, and between it and the one below; zero across the frame.
+/// Computes the diffusivities between each pixel and its right and lower neighbour; zero across the frame border.
 fn edge_weights(u: &Plane<f32>, v: &Plane<f32>) -> (Plane<f32>, Plane<f32>) {
     let (w, h) = (u.width(), u.height());
     let g = Plane::from_fn(w, h, |x, y| {
@@ -92,15 +93,14 @@ fn edge_weights(u: &Plane<f32>, v: &Plane<f32>) -> (Plane<f32>, Plane<f32>) {
             [u, v].iter().map(|p| (p[(x1, y)] - p[(x, y)]).powi(2) + (p[(x, y1)] - p[(x, y)]).powi(2)).sum();
         1.0 / (gradient + EPSILON * EPSILON).sqrt()
     });
-    // The differences that g(x, y) is made of are those across these two edges; averaging with the neighbour's g would
-    // leak.
+    // g(x, y) is computed from the differences across these two edges; averaging with the neighbour's g would leak.
     let across = Plane::from_fn(w, h, |x, y| if x + 1 < w { g[(x, y)] } else { 0.0 });
     let down = Plane::from_fn(w, h, |x, y| if y + 1 < h { g[(x, y)] } else { 0.0 });
     (across, down)
 }
 
-/// The two families of tridiagonal systems `(1 + 2τ L) z = x`, along rows and along columns, factored once by Thomas's
-/// algorithm, for maps of four values a pixel.
+/// The tridiagonal systems `(1 + 2τ L) z = x` along all rows and all columns, factored once by Thomas's algorithm, for maps of
+/// four values a pixel.
 ///
 /// For a line with edge weights `a_k` (edge between `k` and `k + 1`), off-diagonals are `−2τ a_k`; `pivot_k` is the
 /// inverse of the eliminated diagonal and `ratio_k = 2τ a_k · pivot_k`.
@@ -113,18 +113,17 @@ struct Systems {
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Factor {
-    /// Off-diagonal before, without its sign.
+    /// Previous off-diagonal, without its sign.
     edge: f32,
     pivot: f32,
     ratio: f32,
 }
 
 impl Factor {
-    /// The next after `self` in its line; `after` is `2τ a_k`.
-    fn next(self, after: f32, own: f32) -> Self {
-        // The off-diagonal before equals ratio / pivot of the one before.
-        let pivot = 1.0 / (1.0 + own + after - own * self.ratio);
-        Self { edge: own, pivot, ratio: after * pivot }
+    /// Returns the factor after `self` in its line, with `edge = 2τ a_{k-1}` and `next_edge = 2τ a_k`.
+    fn next(self, next_edge: f32, edge: f32) -> Self {
+        let pivot = 1.0 / (1.0 + edge + next_edge - edge * self.ratio);
+        Self { edge, pivot, ratio: next_edge * pivot }
     }
 }
 
@@ -134,28 +133,28 @@ impl Systems {
         let blank = Plane::filled(w, h, Factor::default());
         let (mut rows, mut columns) = (blank.clone(), blank);
         for y in 0..h {
-            let (mut before, mut own) = (Factor::default(), 0.0);
+            let (mut factor, mut edge) = (Factor::default(), 0.0);
             for x in 0..w {
-                let after = 2.0 * tau * across[(x, y)];
-                before = before.next(after, own);
-                rows[(x, y)] = before;
-                own = after;
+                let next_edge = 2.0 * tau * across[(x, y)];
+                factor = factor.next(next_edge, edge);
+                rows[(x, y)] = factor;
+                edge = next_edge;
             }
         }
         for y in 0..h {
             for x in 0..w {
-                let (before, own) = match y {
+                let (previous, edge) = match y {
                     0 => (Factor::default(), 0.0),
                     _ => (columns[(x, y - 1)], 2.0 * tau * down[(x, y - 1)]),
                 };
-                columns[(x, y)] = before.next(2.0 * tau * down[(x, y)], own);
+                columns[(x, y)] = previous.next(2.0 * tau * down[(x, y)], edge);
             }
         }
         let zeros = vec![f32x4::ZERO; w * h];
         Self { rows, columns, along_rows: zeros.clone(), along_columns: zeros }
     }
 
-    /// One step: the mean of the implicit solutions along rows and along columns.
+    /// Makes one step: the mean of the implicit solutions along rows and along columns.
     fn step(&mut self, map: &mut [f32x4]) {
         let (w, h) = (self.rows.width(), self.rows.height());
         let Self { rows, columns, along_rows, along_columns } = self;
@@ -172,13 +171,13 @@ impl Systems {
                 *out = next;
             }
         }
-        // All columns side by side, row after row, so that memory is read in order.
+        // All columns together, row after row, so that memory is read in order.
         for y in 0..h {
-            let (done, rest) = along_columns.split_at_mut(y * w);
+            let (solved, rest) = along_columns.split_at_mut(y * w);
             let (factors, source) = (columns.row(y), &map[y * w..][..w]);
-            let above = if y > 0 { &done[(y - 1) * w..] } else { source };
+            let above = if y > 0 { &solved[(y - 1) * w..] } else { source };
             for (((out, &source), &above), f) in rest.iter_mut().zip(source).zip(above).zip(factors) {
-                // The first row has no edge before it.
+                // The first row has no previous edge.
                 *out = (source + f32x4::splat(f.edge) * above) * f32x4::splat(f.pivot);
             }
         }

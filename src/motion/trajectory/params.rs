@@ -1,4 +1,4 @@
-//! The parameters of tracking.
+//! Parameters of tracking.
 
 crate::params! {
     /// Point trajectories.
@@ -13,8 +13,8 @@ crate::params! {
         pub mask_step: f32 = 4.0, in 2.0..=64.0;
         /// Shortest trajectory that the masks are made from, in frames.
         pub mask_min_length: u32 = 2, in 2..=1000, expert;
-        /// A seed needs a structure of more than this fraction of the frame's mean, and ten times as much more on the
-        /// border (published tracker: 0.1). Lower tracks weaker texture, which the checks below then have to judge.
+        /// A seed needs a structure of more than this fraction of the frame's mean, and eleven times as much on the border
+        /// (published tracker: 0.1). Lower tracks weaker texture, which the checks below then have to judge.
         pub structure_mean: f32 = 0.03, in 0.0..=10.0, expert;
         /// A seed needs more than this structure, in grey levels squared (published tracker: 1). 0 seeds all but
         /// constant areas.
@@ -23,13 +23,8 @@ crate::params! {
 }
 
 impl TrajectoryParams {
-    /// The same with the spacing and least length of the trajectories that the masks are made from.
+    /// Returns these parameters with the spacing and minimum length of the denser trajectories for masks.
     pub fn for_masks(&self) -> Self {
         Self { grid_step: self.mask_step, min_length: self.mask_min_length, ..self.clone() }
-    }
-
-    /// The shortest length kept in a clip of `num_frames` frames: half of a short clip, never below 2.
-    pub(crate) fn min_length_for(&self, num_frames: usize) -> usize {
-        (self.min_length as usize).min(num_frames.div_ceil(2).max(2))
     }
 }

@@ -1,13 +1,13 @@
-//! Where a point can be tracked: the smaller eigenvalue of the structure tensor.
+//! Trackability of points: the smaller eigenvalue of the structure tensor.
 
 use crate::image::{Plane, gaussian_blur};
 
-/// Smoothing of the image before its gradient, in pixels (the published tracker's value).
-const PRE_SMOOTHING: f32 = 0.8;
-/// Smoothing of the tensor, in pixels (the published tracker's value).
-const TENSOR_SMOOTHING: f32 = 3.0;
+/// Standard deviation of the blur before the gradient, in pixels (published tracker).
+const GRADIENT_SMOOTHING_PX: f32 = 0.8;
+/// Standard deviation of the blur of the tensor, in pixels (published tracker).
+const TENSOR_SMOOTHING_PX: f32 = 3.0;
 
-/// The smaller eigenvalue λmin of the smoothed structure tensor in each two by two pixels, in grey levels squared per
+/// Computes the smaller eigenvalue λmin of the smoothed structure tensor of each 2×2 pixels, in grey levels squared per
 /// pixel squared: `ceil(w / 2) × ceil(h / 2)` values, as the smoothing leaves no finer detail.
 ///
 /// `luma` is in `0.0..=255.0`. Gradients are central differences with replicated borders (Sundaram, Brox and Keutzer
@@ -28,30 +28,30 @@ const TENSOR_SMOOTHING: f32 = 3.0;
 /// ```
 #[must_use]
 pub fn structure(luma: &Plane<f32>) -> Plane<f32> {
-    let image = gaussian_blur(luma, PRE_SMOOTHING);
+    let image = gaussian_blur(luma, GRADIENT_SMOOTHING_PX);
     let (w, h) = (image.width(), image.height());
     let (half_w, half_h) = (w.div_ceil(2), h.div_ceil(2));
     let mut tensor = [(); 3].map(|()| Plane::filled(half_w, half_h, 0.0));
-    let mut slopes = [(); 2].map(|()| vec![0.0; w]);
+    let mut gradient = [(); 2].map(|()| vec![0.0; w]);
     for y in 0..h {
         let (above, row, below) = (image.row(y.saturating_sub(1)), image.row(y), image.row((y + 1).min(h - 1)));
-        let [across, down] = &mut slopes;
+        let [row_gx, row_gy] = &mut gradient;
         for x in 0..w {
-            across[x] = 0.5 * (row[(x + 1).min(w - 1)] - row[x.saturating_sub(1)]);
-            down[x] = 0.5 * (below[x] - above[x]);
+            row_gx[x] = 0.5 * (row[(x + 1).min(w - 1)] - row[x.saturating_sub(1)]);
+            row_gy[x] = 0.5 * (below[x] - above[x]);
         }
-        // A lone last row or column stands for two.
+        // A single last row or column counts twice.
         let share = if y + 1 == h && y % 2 == 0 { 0.5 } else { 0.25 };
         let [xx, xy, yy] = tensor.each_mut().map(|plane| plane.row_mut(y / 2));
-        for (x, (gx, gy)) in across.chunks(2).zip(down.chunks(2)).enumerate() {
+        for (x, (gx, gy)) in row_gx.chunks(2).zip(row_gy.chunks(2)).enumerate() {
             let last = gx.len() - 1;
             xx[x] += share * (gx[0] * gx[0] + gx[last] * gx[last]);
             xy[x] += share * (gx[0] * gy[0] + gx[last] * gy[last]);
             yy[x] += share * (gy[0] * gy[0] + gy[last] * gy[last]);
         }
     }
-    // The mean of two by two pixels has smoothed a little already.
-    let sigma = 0.5 * (TENSOR_SMOOTHING * TENSOR_SMOOTHING - 0.25).sqrt();
+    // The mean of 2×2 pixels is a blur of variance 1/4.
+    let sigma = 0.5 * (TENSOR_SMOOTHING_PX * TENSOR_SMOOTHING_PX - 0.25).sqrt();
     let [xx, xy, yy] = tensor.map(|plane| gaussian_blur(&plane, sigma));
     let data = (0..half_w * half_h)
         .map(|i| {

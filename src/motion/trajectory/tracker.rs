@@ -1,49 +1,53 @@
-//! The tracker: follows live points through one flow field at a time and seeds new ones where none are near.
+//! The tracker: moves live points along one flow field at a time and seeds new ones where none are near.
 
 use super::params::TrajectoryParams;
 use super::trajectories::Trajectories;
 use crate::flow::FlowField;
 use crate::grid::Grid;
-use crate::image::{Plane, Spot, sample_bilinear};
+use crate::image::{BilinearPoint, Plane, sample_bilinear};
 use crate::order;
 use serde::{Deserialize, Serialize};
 
-/// Seeds keep this distance from the frame, in pixels (the published tracker's value).
-const MARGIN: f32 = 4.0;
+/// Distance of seeds from the frame border, in pixels (published tracker).
+const SEED_MARGIN_PX: f32 = 4.0;
+/// Decay of the higher threshold for seeds near the border, per pixel (published tracker).
+const BORDER_DECAY_PER_PX: f32 = 0.1;
 /// A track ends where |w + w'|² is at least this times |w|² + |w'|² plus the absolute bound; w' is the backward flow
 /// (section 2 of Sundaram, Brox and Keutzer, ECCV 2010).
 const CONSISTENCY_RELATIVE: f32 = 0.01;
-/// Absolute part of this bound, in pixels squared (the same).
-const CONSISTENCY_ABSOLUTE: f32 = 0.5;
-/// A track ends where |∇u|² + |∇v|² exceeds this times |w|² plus the absolute bound (the same).
+/// Absolute part of this bound, in pixels squared (same source).
+const CONSISTENCY_ABSOLUTE_PX_SQ: f32 = 0.5;
+/// A track ends where |∇u|² + |∇v|² exceeds this times |w|² plus the absolute bound (same source).
 const BOUNDARY_RELATIVE: f32 = 0.01;
-/// Absolute part of this bound, in pixels per frame per pixel, squared (the same).
+/// Absolute part of this bound, in pixels per frame per pixel, squared (same source).
 const BOUNDARY_ABSOLUTE: f32 = 0.002;
 
-/// A track: its number, where it began and the points `(x, y, variation)` so far.
+/// A trajectory in the making.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct Live {
+struct Track {
     number: u32,
-    /// The frame of the first point that is not past.
+    /// Frame of the first point of the current window.
     start: usize,
+    /// `(x, y, variation)` of each point.
     points: Vec<(f32, f32, f32)>,
-    /// How many of the points lie before the present window.
-    past: usize,
+    /// Number of points before the current window.
+    num_past: usize,
 }
 
-impl Live {
-    fn present(&self) -> &[(f32, f32, f32)] {
-        &self.points[self.past..]
+impl Track {
+    /// Returns the points of the current window.
+    fn current(&self) -> &[(f32, f32, f32)] {
+        &self.points[self.num_past..]
     }
 }
 
 /// Follows points through a clip, flow field by flow field.
 ///
-/// Call [`Tracker::seed`] for frame 0; then for every pair [`Tracker::follow`] and `seed` for the next frame; at last
-/// [`Tracker::finish`]. A clip may be followed in windows: between two windows it forgets its first frames.
+/// Call [`Tracker::seed`] for frame 0; then for every pair of frames [`Tracker::follow`], and `seed` for the second frame;
+/// finally [`Tracker::finish`]. A clip may be tracked in windows: between two windows its first frames are dropped.
 ///
 /// # Examples
-/// Points of a frame whose flow is known, followed over four frames.
+/// Tracks points over four frames without motion.
 ///
 /// ```
 /// use tracecut::flow::FlowField;
@@ -66,45 +70,24 @@ impl Live {
 pub struct Tracker {
     params: TrajectoryParams,
     size: (usize, usize),
-    found: Found,
+    pub(crate) state: TrackerState,
 }
 
-/// What a tracker has found, for one that goes on where it was.
+/// The tracks so far, with which another tracker of the same parameters can continue.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(crate) struct Found {
+pub(crate) struct TrackerState {
+    /// The current frame.
     frame: usize,
     /// Number of the next new track.
-    next: u32,
-    live: Vec<Live>,
-    ended: Vec<Live>,
+    pub(crate) next_number: u32,
+    live: Vec<Track>,
+    ended: Vec<Track>,
 }
 
 impl Tracker {
-    /// A tracker for frames of `size` pixels that numbers its tracks from 0 on.
+    /// Creates a tracker for frames of `size` pixels.
     pub fn new(size: (usize, usize), params: &TrajectoryParams) -> Self {
-        Self::numbering_from(0, size, params)
-    }
-
-    /// A tracker for frames of `size` pixels that numbers its tracks from `first` on.
-    pub(crate) fn numbering_from(first: u32, size: (usize, usize), params: &TrajectoryParams) -> Self {
-        Self { params: params.clone(), size, found: Found { next: first, ..Found::default() } }
-    }
-
-    /// The number that the next new track will have.
-    pub(crate) fn next_number(&self) -> u32 {
-        self.found.next
-    }
-
-    /// What it has found so far.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub(crate) fn found(&self) -> &Found {
-        &self.found
-    }
-
-    /// Goes on where another was that had these parameters.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub(crate) fn go_on(&mut self, found: Found) {
-        self.found = found;
+        Self { params: params.clone(), size, state: TrackerState::default() }
     }
 
     /// Starts tracks in the current frame at the points of the seed grid that have enough structure and no live track
@@ -112,139 +95,142 @@ impl Tracker {
     pub fn seed(&mut self, structure: &Plane<f32>) {
         let mean = structure.data().iter().sum::<f32>() / structure.data().len().max(1) as f32;
         let step = self.params.grid_step;
-        let mut occupied = Grid::new(self.size, step);
-        for track in &self.found.live {
+        let mut occupied = Grid::new(self.size.0, self.size.1, step);
+        for track in &self.state.live {
             if let Some(&(x, y, _)) = track.points.last() {
                 occupied.add(track.number, x, y);
             }
         }
         let (w, h) = (self.size.0 as f32, self.size.1 as f32);
         for row in 0.. {
-            let y = MARGIN + row as f32 * step;
-            if y >= h - MARGIN {
+            let y = SEED_MARGIN_PX + row as f32 * step;
+            if y >= h - SEED_MARGIN_PX {
                 break;
             }
             for column in 0.. {
-                let x = MARGIN + column as f32 * step;
-                if x >= w - MARGIN {
+                let x = SEED_MARGIN_PX + column as f32 * step;
+                if x >= w - SEED_MARGIN_PX {
                     break;
                 }
                 if !occupied.is_free(x, y) {
                     continue;
                 }
-                let border = libm::expf(-0.1 * x.min(y).min(w - x).min(h - y));
+                let border = libm::expf(-BORDER_DECAY_PER_PX * x.min(y).min(w - x).min(h - y));
                 let lambda = sample_bilinear(structure, 0.5 * (x - 0.5), 0.5 * (y - 0.5));
-                let structured = lambda > self.params.structure_mean * mean * (1.0 + 10.0 * border)
+                let has_structure = lambda > self.params.structure_mean * mean * (1.0 + 10.0 * border)
                     && lambda > self.params.structure_floor * (1.0 + border);
-                if structured {
+                if has_structure {
                     let points = vec![(x, y, 0.0)];
-                    self.found.live.push(Live { number: self.found.next, start: self.found.frame, points, past: 0 });
-                    self.found.next = self.found.next.wrapping_add(1);
+                    let (number, start) = (self.state.next_number, self.state.frame);
+                    self.state.live.push(Track { number, start, points, num_past: 0 });
+                    self.state.next_number = number.wrapping_add(1);
                 }
             }
         }
     }
 
-    /// Moves every live track from the current frame to the next and ends those that the flow cannot be trusted for.
+    /// Moves every live track to the next frame and ends those that fail a check of the flow.
     ///
     /// `variation` is [`crate::flow::local_flow_variation`] of `forward`.
     pub fn follow(&mut self, forward: &FlowField, backward: &FlowField, variation: &Plane<f32>) {
-        let mut live = Vec::with_capacity(self.found.live.len());
-        for mut track in self.found.live.drain(..) {
+        let mut live = Vec::with_capacity(self.state.live.len());
+        for mut track in self.state.live.drain(..) {
             let Some(point) = track.points.last_mut() else { continue };
-            // σ is known at half resolution: pixel 2k + 1/2 of the frame is pixel k there.
+            // σ has half the resolution: pixel 2k + 1/2 of the frame is pixel k there.
             point.2 = sample_bilinear(variation, (point.0 - 0.5) * 0.5, (point.1 - 0.5) * 0.5);
             let (x, y, sigma) = *point;
-            match step(x, y, forward, backward) {
+            match next_position(x, y, forward, backward) {
                 Some((x, y)) => {
                     track.points.push((x, y, sigma));
                     live.push(track);
                 }
-                None => self.found.ended.push(track),
+                None => self.state.ended.push(track),
             }
         }
-        self.found.live = live;
-        self.found.frame += 1;
+        self.state.live = live;
+        self.state.frame += 1;
     }
 
-    /// Goes on to a window that begins `dropped` frames later: frames are numbered from there on. Tracks keep their
-    /// numbers; of those that reach into the new window the points before it are remembered, at most `remembered` of
-    /// each.
+    /// Moves on to a window that begins `dropped` frames later, and numbers frames from there. Tracks keep their numbers;
+    /// those that reach into the new window keep at most `remembered` points from before it.
     pub(crate) fn advance(&mut self, dropped: usize, remembered: usize) {
-        self.found.frame = self.found.frame.saturating_sub(dropped);
-        for track in self.found.live.iter_mut().chain(&mut self.found.ended) {
-            track.past += dropped.saturating_sub(track.start).min(track.points.len() - track.past);
+        self.state.frame = self.state.frame.saturating_sub(dropped);
+        for track in self.state.live.iter_mut().chain(&mut self.state.ended) {
+            track.num_past += dropped.saturating_sub(track.start).min(track.points.len() - track.num_past);
             track.start = track.start.saturating_sub(dropped);
-            track.points.drain(..track.past.saturating_sub(remembered));
+            track.points.drain(..track.num_past.saturating_sub(remembered));
             track.points.shrink_to_fit();
-            track.past = track.past.min(remembered);
+            track.num_past = track.num_past.min(remembered);
         }
-        self.found.live.retain(|track| !track.present().is_empty());
-        self.found.ended.retain(|track| !track.present().is_empty());
+        self.state.live.retain(|track| !track.current().is_empty());
+        self.state.ended.retain(|track| !track.current().is_empty());
     }
 
-    /// All tracks of at least the minimum length, ordered by first frame and, within it, by position.
+    /// Returns all tracks of at least the minimum length, ordered by first frame, then by position.
     #[must_use]
     pub fn finish(self) -> Trajectories {
         self.numbered().0
     }
 
-    /// The same, with the number of each track; following may go on.
+    /// Returns what [`Tracker::finish`] does, and the number of each track; tracking may continue.
     pub(crate) fn numbered(&self) -> (Trajectories, Vec<u32>) {
-        let kept = self.kept();
-        let mut tracks = Trajectories::empty(self.found.frame + 1, self.size);
-        for track in &kept {
-            tracks.push(track.start, track.present().iter().copied());
+        let long_tracks = self.long_tracks();
+        let mut trajectories = Trajectories::empty(self.state.frame + 1, self.size);
+        for track in &long_tracks {
+            trajectories.push(track.start, track.current().iter().copied());
         }
-        (tracks, kept.iter().map(|track| track.number).collect())
+        (trajectories, long_tracks.iter().map(|track| track.number).collect())
     }
 
-    /// The same tracks in the same order, with the points from before the present window; frames are numbered from the
-    /// first of these on. `None` where there are none.
+    /// Returns the same tracks in the same order, with their points from before the current window; frames are numbered
+    /// from the earliest of these. `None` if there are none.
     pub(crate) fn with_past(&self) -> Option<Trajectories> {
-        let kept = self.kept();
-        let past = kept.iter().map(|track| track.past).max().filter(|&past| past > 0)?;
-        let mut tracks = Trajectories::empty(past + self.found.frame + 1, self.size);
-        for track in kept {
-            tracks.push(past + track.start - track.past, track.points.iter().copied());
+        let long_tracks = self.long_tracks();
+        let num_past = long_tracks.iter().map(|track| track.num_past).max().filter(|&past| past > 0)?;
+        let mut trajectories = Trajectories::empty(num_past + self.state.frame + 1, self.size);
+        for track in long_tracks {
+            trajectories.push(num_past + track.start - track.num_past, track.points.iter().copied());
         }
-        Some(tracks)
+        Some(trajectories)
     }
 
-    fn kept(&self) -> Vec<&Live> {
-        let min_length = self.params.min_length_for(self.found.frame + 1);
-        let long = self.found.ended.iter().chain(&self.found.live).filter(|t| t.present().len() >= min_length);
-        let mut kept: Vec<&Live> = long.collect();
-        order::sort_by_key(&mut kept, |t| u64::from(order::single(t.present()[0].0)));
-        order::sort_by_key(&mut kept, |t| order::pair(t.start as u32, order::single(t.present()[0].1)));
-        kept
+    /// Returns the tracks of at least the minimum length, which is half of a short window and never below 2, sorted by
+    /// first frame, y, x.
+    fn long_tracks(&self) -> Vec<&Track> {
+        let num_frames = self.state.frame + 1;
+        let min_length = (self.params.min_length as usize).min(num_frames.div_ceil(2).max(2));
+        let tracks = self.state.ended.iter().chain(&self.state.live);
+        let mut long_tracks: Vec<&Track> = tracks.filter(|t| t.current().len() >= min_length).collect();
+        order::sort_by_key(&mut long_tracks, |t| u64::from(order::f32_key(t.current()[0].0)));
+        order::sort_by_key(&mut long_tracks, |t| order::pair_key(t.start as u32, order::f32_key(t.current()[0].1)));
+        long_tracks
     }
 }
 
-/// The flow at a place.
-fn at(field: &FlowField, x: f32, y: f32) -> (f32, f32) {
-    let spot = Spot::new((field.u.width(), field.u.height()), x, y);
-    (spot.of(&field.u), spot.of(&field.v))
+/// Samples the flow at `(x, y)`.
+fn sample_flow(field: &FlowField, x: f32, y: f32) -> (f32, f32) {
+    let point = BilinearPoint::new(field.u.width(), field.u.height(), x, y);
+    (point.sample(&field.u), point.sample(&field.v))
 }
 
-/// Where the point goes, or `None` when it leaves the image, fails the forward–backward check or lies on a motion
-/// boundary.
-fn step(x: f32, y: f32, forward: &FlowField, backward: &FlowField) -> Option<(f32, f32)> {
+/// Returns the point's position in the next frame, or `None` if it leaves the image, fails the forward–backward check or
+/// lies on a motion boundary.
+fn next_position(x: f32, y: f32, forward: &FlowField, backward: &FlowField) -> Option<(f32, f32)> {
     let size = (forward.u.width(), forward.u.height());
-    let (u, v) = at(forward, x, y);
+    let (u, v) = sample_flow(forward, x, y);
     let (nx, ny) = (x + u, y + v);
     let (right, bottom) = ((size.0 - 1) as f32, (size.1 - 1) as f32);
     if !(0.0..=right).contains(&nx) || !(0.0..=bottom).contains(&ny) {
         return None;
     }
-    let (bu, bv) = at(backward, nx, ny);
+    let (bu, bv) = sample_flow(backward, nx, ny);
     let mismatch = (u + bu).powi(2) + (v + bv).powi(2);
     let energy = u * u + v * v;
-    if mismatch >= CONSISTENCY_RELATIVE * (energy + bu * bu + bv * bv) + CONSISTENCY_ABSOLUTE {
+    if mismatch >= CONSISTENCY_RELATIVE * (energy + bu * bu + bv * bv) + CONSISTENCY_ABSOLUTE_PX_SQ {
         return None;
     }
-    let (east, west) = (at(forward, x + 1.0, y), at(forward, x - 1.0, y));
-    let (south, north) = (at(forward, x, y + 1.0), at(forward, x, y - 1.0));
+    let (east, west) = (sample_flow(forward, x + 1.0, y), sample_flow(forward, x - 1.0, y));
+    let (south, north) = (sample_flow(forward, x, y + 1.0), sample_flow(forward, x, y - 1.0));
     let gradient = ((east.0 - west.0).powi(2) + (south.0 - north.0).powi(2))
         + ((east.1 - west.1).powi(2) + (south.1 - north.1).powi(2));
     if 0.25 * gradient > BOUNDARY_RELATIVE * energy + BOUNDARY_ABSOLUTE {
@@ -345,12 +331,12 @@ mod tests {
     #[test]
     fn inconsistent_flow_and_motion_boundaries_end_tracks() {
         let forward = uniform(64, 48, 2.0, 0.0);
-        assert!(step(30.0, 20.0, &forward, &uniform(64, 48, -2.0, 0.0)).is_some());
-        assert!(step(30.0, 20.0, &forward, &uniform(64, 48, 0.0, 0.0)).is_none());
-        assert!(step(63.0, 20.0, &forward, &uniform(64, 48, -2.0, 0.0)).is_none());
+        assert!(next_position(30.0, 20.0, &forward, &uniform(64, 48, -2.0, 0.0)).is_some());
+        assert!(next_position(30.0, 20.0, &forward, &uniform(64, 48, 0.0, 0.0)).is_none());
+        assert!(next_position(63.0, 20.0, &forward, &uniform(64, 48, -2.0, 0.0)).is_none());
         let edge = FlowField { u: Plane::from_fn(64, 48, |x, _| if x < 32 { 0.0 } else { 0.5 }), v: forward.v.clone() };
         let back = FlowField { u: edge.u.map(|u| -u), v: forward.v.clone() };
-        assert!(step(31.5, 20.0, &edge, &back).is_none());
+        assert!(next_position(31.5, 20.0, &edge, &back).is_none());
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 /// Point trajectories as a struct of arrays.
 ///
-/// Law: the points of trajectory `i` are `offset[i]..offset[i + 1]`, one for each of the consecutive frames from
+/// Invariants: the points of trajectory `i` are `offset[i]..offset[i + 1]`, one for each of the consecutive frames from
 /// `start_frame[i]` on; `offset.len() == len() + 1`; every trajectory has at least one point and ends before
 /// `num_frames`. Coordinates are finite, in pixels, pixel centres at integers.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -16,51 +16,51 @@ pub struct Trajectories {
     pub size: (usize, usize),
     /// First frame of each trajectory.
     pub start_frame: Vec<u32>,
-    /// Where the points of each trajectory begin; `len() + 1` numbers.
+    /// Start of each trajectory's points; `len() + 1` numbers.
     pub offset: Vec<u32>,
     /// Horizontal coordinate of each point.
     pub x: Vec<f32>,
     /// Vertical coordinate of each point.
     pub y: Vec<f32>,
-    /// Local flow variation at each point, in pixels per frame: how much the flow varies around it; 0 where unknown.
+    /// Local flow variation σ at each point, in pixels per frame; 0 if unknown.
     pub variation: Vec<f32>,
 }
 
 impl Trajectories {
-    /// None yet, for a clip of `num_frames` frames of `size` pixels.
+    /// Creates an empty list for a clip of `num_frames` frames of `size` pixels.
     pub fn empty(num_frames: usize, size: (usize, usize)) -> Self {
         Self { num_frames, size, offset: vec![0], ..Self::default() }
     }
 
-    /// Number of trajectories.
+    /// Returns the number of trajectories.
     pub fn len(&self) -> usize {
         self.start_frame.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no trajectories.
     pub fn is_empty(&self) -> bool {
         self.start_frame.is_empty()
     }
 
-    /// Where the points of trajectory `i` lie in `x`, `y` and `variation`.
+    /// Returns the indices of trajectory `i`'s points in `x`, `y` and `variation`.
     pub fn points(&self, i: usize) -> Range<usize> {
         self.offset[i] as usize..self.offset[i + 1] as usize
     }
 
-    /// The frames in which trajectory `i` is alive.
+    /// Returns the frames in which trajectory `i` is alive.
     pub fn frames(&self, i: usize) -> Range<usize> {
         let start = self.start_frame[i] as usize;
-        // Where 32 bits are all there are, a start from outside may be too near their end.
+        // On 32-bit targets an invalid start may be close to the largest number.
         start..start.saturating_add(self.points(i).len())
     }
 
     #[doc(hidden)]
-    /// Where the point of trajectory `i` in `frame` lies in `x`, `y` and `variation`; it must be alive there.
+    /// Returns the index of trajectory `i`'s point in `frame`, in which it must be alive.
     pub fn point(&self, i: usize, frame: usize) -> usize {
         self.offset[i] as usize + frame - self.start_frame[i] as usize
     }
 
-    /// The position of trajectory `i` in `frame`, if it is alive there.
+    /// Returns the position of trajectory `i` in `frame`, if it is alive there.
     pub fn at(&self, i: usize, frame: usize) -> Option<(f32, f32)> {
         self.frames(i).contains(&frame).then(|| {
             let p = self.point(i, frame);
@@ -79,27 +79,12 @@ impl Trajectories {
         self.offset.push(self.x.len() as u32);
     }
 
-    /// All trajectories from number `first` on.
-    pub(crate) fn beginning_with(&self, first: usize) -> Self {
-        let first = first.min(self.len());
-        let point = self.offset[first] as usize;
-        Self {
-            num_frames: self.num_frames,
-            size: self.size,
-            start_frame: self.start_frame[first..].to_vec(),
-            offset: self.offset[first..].iter().map(|&o| o - point as u32).collect(),
-            x: self.x[point..].to_vec(),
-            y: self.y[point..].to_vec(),
-            variation: self.variation[point..].to_vec(),
-        }
-    }
-
-    /// Index and position of every trajectory alive in `frame`, by index.
+    /// Returns index and position of every trajectory alive in `frame`, in the order of the indices.
     pub fn alive(&self, frame: usize) -> impl Iterator<Item = (usize, f32, f32)> + '_ {
         (0..self.len()).filter_map(move |i| self.at(i, frame).map(|(x, y)| (i, x, y)))
     }
 
-    /// Checks the law of the type.
+    /// Checks the invariants of the type.
     ///
     /// # Errors
     /// [`Error::Data`] naming the first breach, with the value and what is legal.

@@ -1,16 +1,16 @@
-//! Outputs of the stages: plain data that a run extends stage by stage, and that everything else reads.
+//! Outputs of the stages: plain data that a run extends stage by stage and everything else reads.
 
 use super::scale::Scale;
 use crate::affinity::AffinityParams;
 use crate::background::Background;
 use crate::camera::Camera;
 use crate::connectedness::{Components, Separation};
-use crate::correction::Held;
+use crate::correction::StrokeConstraint;
 use crate::cut::{CutInput, CutLabels};
 use crate::discontinuity::Discontinuities;
 use crate::discretize::Clusters;
 use crate::embedding::Embedding;
-use crate::evidence::Known;
+use crate::evidence::EvidenceInput;
 use crate::image::{Plane, Runs};
 use crate::objects::Objects;
 use crate::saliency::{Saliency, SaliencyMaps};
@@ -19,19 +19,19 @@ use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 use std::sync::{Arc, OnceLock};
 
-/// The outputs of a run, at working size. The outputs of a stage are complete once the run is past it; superpixels and
-/// masks can be read frame by frame before.
+/// The outputs of a run, at working size. A stage's outputs are complete once the run is past it; superpixels and masks
+/// can be read frame by frame before.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Outputs {
-    pub(crate) tracked: Tracked,
-    /// By motion alone at first; once the foreground separates trajectories, without their affinities. The embedding and
-    /// the discontinuities follow.
+    pub(crate) track_set: TrackSet,
+    /// From motion alone at first; without the affinities between separated trajectories once the foreground is known.
+    /// The embedding and the discontinuities follow.
     pub(crate) affinities: SymCsr,
     pub(crate) embedding: Embedding,
     pub(crate) discontinuities: Discontinuities,
     /// `None` without flow.
-    pub(crate) salient: Option<Salient>,
-    /// Connected pieces of the foreground; `None` without flow.
+    pub(crate) saliency: Option<SaliencyOutputs>,
+    /// Connected components of the foreground; `None` without flow.
     pub(crate) components: Option<Components>,
     /// Trajectories that the components separate; `None` with connectedness off.
     pub(crate) separation: Option<Separation>,
@@ -40,9 +40,9 @@ pub(crate) struct Outputs {
     pub(crate) superpixels: Vec<Superpixels>,
     /// `None` without flow.
     pub(crate) camera: Option<Camera>,
-    /// `None` unless clips are judged by it.
+    /// `None` with `background.enabled` off.
     pub(crate) background: Option<Background>,
-    /// Per trajectory, what speaks against its cluster being an object, although it is one; empty where nothing does.
+    /// Evidence per trajectory against its cluster being an object, although it was selected; may be empty.
     pub(crate) doubts: Vec<f32>,
     pub(crate) cut: Cut,
     /// One element per finished frame.
@@ -52,161 +52,167 @@ pub(crate) struct Outputs {
 
 /// The trajectories of a clip.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Tracked {
+pub(crate) struct TrackSet {
     /// In working pixels.
     pub(crate) tracks: Trajectories,
     /// The same in input pixels.
     pub(crate) input: Trajectories,
     /// The clip-wide number of each.
     pub(crate) numbers: Vec<u32>,
-    /// The same in working pixels with what is remembered from before the window; `None` where nothing is.
+    /// The same in working pixels with their points from before the window; `None` if there are none.
     pub(crate) with_past: Option<Trajectories>,
-    /// Denser and shorter ones that masks are made from, in working pixels; `None` without masks.
-    pub(crate) denser: Option<Trajectories>,
+    /// Denser and shorter trajectories that masks are made from, in working pixels; `None` without masks.
+    pub(crate) mask_tracks: Option<Trajectories>,
 }
 
-impl Tracked {
-    /// Trajectories from outside, in input pixels.
-    pub(crate) fn given(input: Trajectories, scale: Scale) -> Self {
+impl TrackSet {
+    /// Trajectories of another tracker, in input pixels.
+    pub(crate) fn external(input: Trajectories, scale: Scale) -> Self {
         let tracks = scale.to_working(&input);
         let numbers = (0..tracks.len() as u32).collect();
-        Self { tracks, input, numbers, with_past: None, denser: None }
+        Self { tracks, input, numbers, with_past: None, mask_tracks: None }
     }
 
-    /// The trajectories with all that is remembered of their past.
+    /// Returns the trajectories with their points from before the window.
     pub(crate) fn with_past(&self) -> &Trajectories {
         self.with_past.as_ref().unwrap_or(&self.tracks)
     }
+
+    /// Returns the densest trajectories there are.
+    pub(crate) fn densest(&self) -> &Trajectories {
+        self.mask_tracks.as_ref().unwrap_or(&self.tracks)
+    }
 }
 
-/// What stands out by its motion.
+/// Outputs of the saliency stage.
 #[derive(Debug, Clone)]
-pub(crate) struct Salient {
+pub(crate) struct SaliencyOutputs {
     pub(crate) maps: SaliencyMaps,
-    /// The greatest saliency of each of the denser trajectories.
-    pub(crate) of_denser: Vec<f32>,
-    pub(crate) saliency: Saliency,
+    pub(crate) tracks: Saliency,
+    /// The maximum over the points of each mask trajectory.
+    pub(crate) mask_tracks: Vec<f32>,
 }
 
-/// A cluster for each superpixel, and which clusters are which objects.
+/// The cluster of each superpixel, and the objects that clusters belong to.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Cut {
     pub(crate) labels: CutLabels,
     pub(crate) objects: Objects,
     /// Shared with the snapshots before corrections.
-    pub(crate) ground: Arc<CutGround>,
-    /// Made when first asked for.
-    pub(crate) sureness: OnceLock<Sureness>,
+    pub(crate) context: Arc<CutContext>,
+    /// Computed on first use.
+    pub(crate) confidence_terms: OnceLock<ConfidenceTerms>,
 }
 
-/// The terms of confidence.
+/// The terms of the masks' confidence.
 #[derive(Debug, Clone)]
-pub(crate) struct Sureness {
-    /// How much dearer another mask label is for each superpixel, in units of cost.
+pub(crate) struct ConfidenceTerms {
+    /// Extra cost of the cheapest other mask label for each superpixel, in units of cost.
     pub(crate) margins: Vec<f32>,
-    /// What the background says for an object, the mean over each mask label.
-    pub(crate) cue: [f32; 256],
+    /// Mean background evidence for an object over each mask label.
+    pub(crate) cues: [f32; 256],
 }
 
-/// What the cut was made from, as far as it is not kept elsewhere: to say why.
+/// Inputs of the cut that are not kept elsewhere, to explain its result.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct CutGround {
-    /// The labels of the denser trajectories; `None` without them.
-    pub(crate) voted: Option<Vec<u32>>,
-    /// Whether each cluster is an object.
+pub(crate) struct CutContext {
+    /// The clusters of the mask trajectories; `None` without them.
+    pub(crate) mask_track_labels: Option<Vec<u32>>,
+    /// True for each cluster that is an object.
     pub(crate) is_object: Vec<bool>,
-    /// What the background says for an object in each superpixel; empty without one.
+    /// Background evidence for an object in each superpixel; empty without a background.
     pub(crate) cues: Vec<f32>,
-    /// The same with what objects look like.
+    /// The same plus the evidence of appearance.
     pub(crate) evidence: Vec<f32>,
-    /// What a correction cut again; `None` for the first cut.
+    /// The part that a correction cut again; `None` for the first cut.
     pub(crate) region: Option<CutRegion>,
 }
 
-/// What a correction cuts again.
+/// The part of the clip that a correction cuts again.
 #[derive(Debug, Clone)]
 pub(crate) struct CutRegion {
-    /// Which clusters could be given and taken.
-    pub(crate) open: Vec<bool>,
-    /// Superpixels under strokes: frame, superpixel, and whether each cluster was legal.
-    pub(crate) held: Vec<(usize, u32, Vec<bool>)>,
+    /// True for each cluster whose superpixels may change their label.
+    pub(crate) is_open: Vec<bool>,
+    /// Superpixels under strokes: frame, superpixel, and whether each cluster is allowed.
+    pub(crate) allowed: Vec<(usize, u32, Vec<bool>)>,
 }
 
 /// The corrections in force.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Corrections {
-    /// Snapshots from before each correction, the first correction first.
-    before: Vec<Snapshot>,
-    /// What strokes hold.
-    pub(crate) held: Vec<Held>,
+    /// Snapshots from before each correction, oldest first.
+    snapshots: Vec<Snapshot>,
+    pub(crate) constraints: Vec<StrokeConstraint>,
 }
 
-/// The outputs that a correction changes, masks in little memory.
+/// The outputs that a correction changes, with run-length coded masks.
 #[derive(Debug, Clone)]
 struct Snapshot {
     clusters: Clusters,
     cut: Cut,
     masks: Vec<Runs<u8>>,
-    held: Vec<Held>,
+    constraints: Vec<StrokeConstraint>,
 }
 
 impl Corrections {
     /// Number of corrections.
     pub(crate) fn count(&self) -> usize {
-        self.before.len()
+        self.snapshots.len()
     }
 }
 
 impl Outputs {
-    /// What clusters are compared by. Without flow the camera is held to stand still.
-    pub(crate) fn known<'a>(&'a self, params: &'a AffinityParams) -> Known<'a> {
-        let maps = self.salient.as_ref().map(|salient| &salient.maps);
-        Known::new(&self.tracked.tracks, &self.discontinuities, params, maps, self.separation.as_ref())
+    /// Collects what clusters are compared by. Without flow the camera is assumed to be still.
+    pub(crate) fn cluster_evidence<'a>(&'a self, params: &'a AffinityParams) -> EvidenceInput<'a> {
+        let maps = self.saliency.as_ref().map(|saliency| &saliency.maps);
+        EvidenceInput::new(&self.track_set.tracks, &self.discontinuities, params, maps, self.separation.as_ref())
     }
 
-    /// What a cut is made from; `voted` has the labels of the denser trajectories.
-    pub(crate) fn input_of_cut<'a>(
+    /// Returns the input of a cut with these labels of the mask trajectories.
+    pub(crate) fn cut_input_with<'a>(
         &'a self,
-        voted: Option<&'a [u32]>,
+        mask_track_labels: Option<&'a [u32]>,
         is_object: &'a [bool],
         evidence: &'a [f32],
     ) -> CutInput<'a> {
         CutInput {
             superpixels: &self.superpixels,
-            tracks: self.tracked.denser.as_ref().unwrap_or(&self.tracked.tracks),
-            label: voted.unwrap_or(&self.clusters.label),
+            tracks: self.track_set.densest(),
+            label: mask_track_labels.unwrap_or(&self.clusters.label),
             num_labels: self.clusters.count.max(1),
             objects: is_object,
             evidence,
         }
     }
 
-    /// What the cut in force was made from.
+    /// Returns the input of the present cut.
     pub(crate) fn cut_input(&self) -> CutInput<'_> {
-        let ground = &*self.cut.ground;
-        self.input_of_cut(ground.voted.as_deref(), &ground.is_object, &ground.evidence)
+        let context = &*self.cut.context;
+        self.cut_input_with(context.mask_track_labels.as_deref(), &context.is_object, &context.evidence)
     }
 
-    /// The mask label of a cluster; a clip without clusters is all background.
-    pub(crate) fn label_of(&self, cluster: u32) -> u8 {
+    /// Returns the mask label of a cluster; a clip without clusters is all background.
+    pub(crate) fn mask_label(&self, cluster: u32) -> u8 {
         self.cut.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0)
     }
 
-    /// Remembers all that a correction changes.
-    pub(crate) fn remember(&mut self) {
-        self.corrections.before.push(Snapshot {
+    /// Saves all that a correction changes.
+    pub(crate) fn push_snapshot(&mut self) {
+        self.corrections.snapshots.push(Snapshot {
             clusters: self.clusters.clone(),
             cut: self.cut.clone(),
-            masks: self.masks.iter().map(Runs::of).collect(),
-            held: self.corrections.held.clone(),
+            masks: self.masks.iter().map(Runs::from_plane).collect(),
+            constraints: self.corrections.constraints.clone(),
         });
     }
 
-    /// Restores what was before the last correction, also while its masks are being made; false without a correction.
-    pub(crate) fn restore(&mut self) -> bool {
-        let Some(Snapshot { clusters, cut, masks, held }) = self.corrections.before.pop() else { return false };
-        (self.clusters, self.cut, self.corrections.held) = (clusters, cut, held);
-        self.masks = masks.iter().map(Runs::plane).collect();
+    /// Undoes the last correction, also while its masks are being made; false without a correction.
+    pub(crate) fn pop_snapshot(&mut self) -> bool {
+        let Some(Snapshot { clusters, cut, masks, constraints }) = self.corrections.snapshots.pop() else {
+            return false;
+        };
+        (self.clusters, self.cut, self.corrections.constraints) = (clusters, cut, constraints);
+        self.masks = masks.iter().map(Runs::to_plane).collect();
         true
     }
 }

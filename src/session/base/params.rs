@@ -1,11 +1,11 @@
-//! The parameters of all stages in one tree, set by name; and the same at a clip's spacing of trajectories.
+//! The parameters of all stages in one tree, set by name, and their values scaled to a clip.
 
 use crate::Error;
 use crate::affinity::AffinityParams;
 use crate::background::BackgroundParams;
 use crate::connectedness::ConnectednessParams;
 use crate::contour::ContourParams;
-use crate::cut::{CutParams, VOTE_RADIUS};
+use crate::cut::{CutParams, VOTE_RADIUS_PX};
 use crate::discontinuity::DiscontinuityParams;
 use crate::discretize::{DiscretizeMethod, DiscretizeParams};
 use crate::embedding::EmbeddingParams;
@@ -22,55 +22,55 @@ use serde::Serialize;
 use std::ops::Deref;
 
 crate::params! {
-    /// Settings of the clip as a whole.
+    /// Parameters of the whole clip.
     pub struct ClipParams {
         /// Longest side at which frames are processed, in pixels; larger frames are reduced and every result is mapped
         /// back to input pixels. Higher is slower and finds smaller objects.
         pub max_side: u32 = 640, in 16..=4096;
-        /// Side of a square frame for which lengths are meant, in pixels: in a frame of less area trajectories are
-        /// closer together in proportion, down to one half, and so are radii around them, so that an object has as
-        /// many points at any size. 0 leaves lengths as they are. Default: the area of 480×270.
+        /// Side of the square frame that lengths refer to, in pixels: in a smaller frame the distances of trajectories and
+        /// radii around them are reduced in proportion, down to one half, so that an object has the same number of points
+        /// at any size. 0 turns this off. Default: the area of 480×270.
         pub reference_side: u32 = 360, in 0..=4096, expert;
-        /// Whether every pixel gets a label; without, a run ends with the labels of the trajectories.
+        /// Computes masks; otherwise a run ends with the labels of the trajectories.
         pub dense: bool = true, in 0..=1;
-        /// Most pixels of a frame of the input. Larger ones are refused (`too-large`) before memory is taken.
+        /// Largest number of pixels of an input frame. Larger frames are errors (`too-large`), before memory is allocated.
         pub max_pixels: u32 = MAX_PIXELS as u32, in 1..=268435456, expert;
-        /// Most frames of a session, or of a window of a long clip.
+        /// Largest number of frames of a session, or of a window of a long clip.
         pub max_frames: u32 = 10000, in 2..=1000000, expert;
-        /// Most trajectories, from outside or found.
+        /// Largest number of trajectories.
         pub max_trajectories: u32 = 1000000, in 1..=100000000, expert;
-        /// Most points of trajectories from outside.
+        /// Largest number of points of trajectories from another tracker.
         pub max_points: u32 = 100000000, in 1..=4294967295_u32, expert;
-        /// Seed of all pseudo-random choices.
+        /// Seed of all pseudo-random numbers.
         pub seed: u32 = 0, in 0..=4294967295_u32;
     }
 }
 
 impl ClipParams {
-    /// Refuses frames with too many pixels; `size` is that of a [`crate::image::Frame`], or has been checked.
-    pub(crate) fn check_pixels(&self, (width, height): (usize, usize)) -> Result<(), Error> {
-        Error::unless(width * height, self.max_pixels, "pixels in a frame", "clip.maxPixels")
+    /// Checks the number of pixels of a frame, whose size must be valid ([`crate::image::Frame`]).
+    pub(crate) fn check_pixels(&self, width: usize, height: usize) -> Result<(), Error> {
+        Error::check_limit(width * height, self.max_pixels, "pixels in a frame", "clip.maxPixels")
     }
 
-    /// Refuses more frames at once.
+    /// Checks the number of frames.
     pub(crate) fn check_frames(&self, count: usize) -> Result<(), Error> {
-        Error::unless(count, self.max_frames, "frames in a session", "clip.maxFrames")
+        Error::check_limit(count, self.max_frames, "frames in a session", "clip.maxFrames")
     }
 
-    /// Refuses more trajectories.
+    /// Checks the number of trajectories.
     pub(crate) fn check_trajectories(&self, count: usize) -> Result<(), Error> {
-        Error::unless(count, self.max_trajectories, "trajectories", "clip.maxTrajectories")
+        Error::check_limit(count, self.max_trajectories, "trajectories", "clip.maxTrajectories")
     }
 
-    /// Refuses trajectories from outside that are too much.
-    pub(crate) fn check_given(&self, tracks: &Trajectories) -> Result<(), Error> {
+    /// Checks the counts of trajectories from another tracker.
+    pub(crate) fn check_external(&self, tracks: &Trajectories) -> Result<(), Error> {
         self.check_frames(tracks.num_frames)?;
         self.check_trajectories(tracks.start_frame.len())?;
-        Error::unless(tracks.x.len(), self.max_points, "points of trajectories", "clip.maxPoints")
+        Error::check_limit(tracks.x.len(), self.max_points, "points of trajectories", "clip.maxPoints")
     }
 }
 
-/// Declares the tree: `/// meaning` `name: group,`. Names are sections from outside.
+/// Declares the tree: `/// meaning` `name: group,`. Names are the sections in options.
 macro_rules! tree {
     ($(#[$meta:meta])* pub struct $tree:ident { $($(#[$doc:meta])* $name:ident: $group:ty,)* }) => {
         $(#[$meta])*
@@ -87,7 +87,7 @@ macro_rules! tree {
 }
 
 tree! {
-    /// All parameters, one group a stage. Start from `Params::default()` and change fields, or set them by name.
+    /// All parameters, one group per stage. Start from `Params::default()` and change fields, or set them by name.
     #[derive(Debug, Clone, PartialEq, Default, Serialize)]
     #[serde(rename_all = "camelCase")]
     pub struct Params {
@@ -126,14 +126,13 @@ tree! {
     }
 }
 
-/// The name under which a preset is chosen from outside.
+/// The name of the option that chooses a preset.
 const PRESET: &str = "preset";
 
 impl Params {
-    /// Saliency and connectedness as the paper has them, and the dense half: Pb at full size, contours above a threshold
-    /// that is not low, superpixels as the Gabriel graph leaves them, the energy of the paper, masks from the clustered
-    /// trajectories alone, borders where the superpixels have them, and no background of still cameras. Everything else
-    /// is as by default.
+    /// Returns the parameters of the paper: its saliency and connectedness, its merging of clusters, Pb at full size, contours
+    /// with a higher threshold, its energy, masks from the clustered trajectories alone, borders of superpixels, and no
+    /// background model. All other parameters are the defaults.
     pub fn paper() -> Self {
         let mut params = Self {
             saliency: SaliencyParams::paper(),
@@ -152,15 +151,15 @@ impl Params {
         params
     }
 
-    /// Those of the flow. Borders of masks are refined to the pixel afterwards; points beside borders have their flow
-    /// alone, so where no masks follow it is computed at full size.
+    /// Returns the parameters of the flow. Without masks it is computed at full size: mask borders are refined to the pixel
+    /// afterwards, but trajectories beside borders depend on the flow alone.
     pub(crate) fn for_flow(&self) -> FlowParams {
         let max_side = if self.clip.dense { self.flow.max_side } else { u32::MAX };
         FlowParams { max_side, ..self.flow.clone() }
     }
 
-    /// For a first look, at little more than half of the time: smaller frames, contours at half size, and flow that is
-    /// less exact. Small and fast things may be lost.
+    /// Returns parameters for a preview in little more than half of the time: smaller frames, contours at half size, and less
+    /// exact flow. Small and fast objects may be lost.
     pub fn fast() -> Self {
         let mut params = Self::default();
         params.clip.max_side = 400;
@@ -173,10 +172,10 @@ impl Params {
     /// ([`Params::fast`]) or `paper` ([`Params::paper`]).
     ///
     /// # Errors
-    /// [`Error::Param`] when no parameter has this name (the message lists near ones) or the value is not legal.
+    /// [`Error::Param`] if no parameter has this name (the message lists similar ones) or the value is not legal.
     pub fn set(&mut self, name: &str, value: &ParamValue) -> Result<(), Error> {
         if name == PRESET {
-            return self.choose(value);
+            return self.set_preset(value);
         }
         let mut outcome = None;
         let mut names = Vec::new();
@@ -190,33 +189,33 @@ impl Params {
             Err(Error::Param {
                 name: name.to_owned(),
                 value: value.to_string(),
-                expected: format!("a known parameter, such as {}", nearest(name, &names)),
+                expected: format!("a known parameter, such as {}", similar_names(name, &names)),
             })
         })
     }
 
-    fn choose(&mut self, preset: &ParamValue) -> Result<(), Error> {
+    fn set_preset(&mut self, preset: &ParamValue) -> Result<(), Error> {
         *self = match preset {
             ParamValue::Text(name) if name == "default" => Self::default(),
             ParamValue::Text(name) if name == "fast" => Self::fast(),
             ParamValue::Text(name) if name == "paper" => Self::paper(),
-            other => {
+            unknown => {
                 let expected = "default, fast or paper".to_owned();
-                return Err(Error::Param { name: PRESET.to_owned(), value: other.to_string(), expected });
+                return Err(Error::Param { name: PRESET.to_owned(), value: unknown.to_string(), expected });
             }
         };
         Ok(())
     }
 
-    /// Sets every parameter named in `tree`, e.g. from `{"flow": {"patchStride": 5}}`; a `preset` goes first, whatever
-    /// its place. On an error nothing is changed.
+    /// Sets every parameter in `tree`, e.g. from `{"flow": {"patchStride": 5}}`; a `preset` is applied first. Nothing changes on an
+    /// error.
     ///
     /// # Errors
     /// As [`Params::set`].
     pub fn apply(&mut self, tree: &ParamTree) -> Result<(), Error> {
         let mut changed = self.clone();
         if let Some(preset) = tree.0.get(PRESET) {
-            changed.choose(preset)?;
+            changed.set_preset(preset)?;
         }
         for (name, value) in tree.flatten() {
             if name != PRESET {
@@ -246,63 +245,67 @@ impl Params {
         first
     }
 
-    /// The same for processed frames of `size` pixels: lengths are those of such frames.
+    /// Scales lengths to processed frames of `size` pixels.
     pub fn for_size(&self, size: (usize, usize)) -> ScaledParams {
         let scale = self.length_scale(size);
         self.scaled(scale, self.trajectory.grid_step * scale)
     }
 
-    /// The same for trajectories of another tracker, in processed pixels; where frames go with them, lengths are those of
-    /// such frames.
+    /// Scales counts to the spacing of another tracker's trajectories, in processed pixels, and lengths to its frames if there are
+    /// any.
     pub(crate) fn for_tracks(&self, tracks: &Trajectories, has_frames: bool) -> ScaledParams {
         let scale = if has_frames { self.length_scale(tracks.size) } else { 1.0 };
         self.scaled(scale, typical_spacing(tracks))
     }
 
-    /// What lengths are to be multiplied with in frames of `size` pixels.
-    fn length_scale(&self, (width, height): (usize, usize)) -> f32 {
-        let side = ((width * height) as f32).sqrt();
-        (side / self.clip.reference_side.max(1) as f32).clamp(LEAST_SCALE, 1.0)
+    /// Returns the scale of lengths in frames of `size` pixels.
+    fn length_scale(&self, size: (usize, usize)) -> f32 {
+        let side = ((size.0 * size.1) as f32).sqrt();
+        (side / self.clip.reference_side.max(1) as f32).clamp(MIN_LENGTH_SCALE, 1.0)
     }
 
     fn scaled(&self, scale: f32, spacing: f32) -> ScaledParams {
         let mut params = self.clone();
-        params.trajectory.grid_step = (params.trajectory.grid_step * scale).max(LEAST_GRID_STEP);
-        params.trajectory.mask_step = (params.trajectory.mask_step * scale).max(LEAST_MASK_STEP);
+        params.trajectory.grid_step = (params.trajectory.grid_step * scale).max(MIN_GRID_STEP_PX);
+        params.trajectory.mask_step = (params.trajectory.mask_step * scale).max(MIN_MASK_STEP_PX);
         params.refine.band = (params.refine.band as f32 * scale).round() as u32;
-        let density = (REFERENCE_STEP * scale / spacing).powi(2);
+        let density = (REFERENCE_STEP_PX * scale / spacing).powi(2);
         for count in [&mut params.embedding.min_component, &mut params.connectedness.min_component] {
             *count = (*count as f32 * density).round() as u32;
         }
-        // Neighbours far beyond have no say, but each would take time.
-        let vote_radius = (VOTE_RADIUS * scale).min(MOST_VOTE_STEPS * spacing);
+        // The votes of farther trajectories have hardly any weight, but take time.
+        let vote_radius = (VOTE_RADIUS_PX * scale).min(MAX_VOTE_SPACINGS * spacing);
         ScaledParams { params, spacing, vote_radius }
     }
 }
 
-/// Distance of neighbouring trajectories in a frame, in pixels: the side of the square that one has for itself on
-/// average.
+/// Returns the mean distance of neighbouring trajectories in a frame, in pixels: the square root of the area per trajectory.
 fn typical_spacing(tracks: &Trajectories) -> f32 {
     let alive = tracks.x.len() as f32 / tracks.num_frames.max(1) as f32;
     let area = (tracks.size.0 * tracks.size.1) as f32;
-    if alive > 0.0 { (area / alive).sqrt().clamp(2.0, 64.0) } else { REFERENCE_STEP }
+    if alive > 0.0 { (area / alive).sqrt().clamp(MIN_SPACING_PX, MAX_SPACING_PX) } else { REFERENCE_STEP_PX }
 }
 
-/// Most steps of the grid from which trajectories are asked for their label.
-const MOST_VOTE_STEPS: f32 = 20.0;
-/// Least scale of lengths: below, neighbouring trajectories see the same pixels.
-const LEAST_SCALE: f32 = 0.5;
-/// Least spacing of trajectories, in pixels: what they cost grows with its fourth power.
-const LEAST_GRID_STEP: f32 = 3.0;
-/// The same of those for masks, which are not compared with each other.
-const LEAST_MASK_STEP: f32 = 2.0;
+// The limits are chosen by eye.
+/// Largest radius of votes, in spacings of trajectories.
+const MAX_VOTE_SPACINGS: f32 = 20.0;
+/// Least scale of lengths: below it the windows of neighbouring trajectories would overlap almost entirely.
+const MIN_LENGTH_SCALE: f32 = 0.5;
+/// Least spacing of trajectories: their cost grows with the inverse of its fourth power.
+const MIN_GRID_STEP_PX: f32 = 3.0;
+/// Least spacing of mask trajectories, which are not compared with each other.
+const MIN_MASK_STEP_PX: f32 = 2.0;
+/// Least spacing that another tracker's trajectories are assumed to have.
+const MIN_SPACING_PX: f32 = 2.0;
+/// Largest spacing that another tracker's trajectories are assumed to have.
+const MAX_SPACING_PX: f32 = 64.0;
 
-/// The grid step at which counts of trajectories are stated in the parameters, in pixels.
-const REFERENCE_STEP: f32 = 8.0;
+/// The grid step that counts of trajectories in the parameters refer to: the default of `trajectory.gridStep`.
+const REFERENCE_STEP_PX: f32 = 8.0;
 
-/// The parameters of one run: lengths are those of frames of the clip's size, and counts of trajectories, which
-/// [`Params`] states at a grid step of 8 pixels in large frames, are those at the spacing that the clip's trajectories
-/// have. Made by [`Params::for_size`]; reads as [`Params`].
+/// The parameters of one run, made by [`Params::for_size`]: lengths are scaled to the size of the clip's frames, and counts of
+/// trajectories, which [`Params`] states at a grid step of 8 pixels, to the spacing of its trajectories. Dereferences to
+/// [`Params`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScaledParams {
     params: Params,
@@ -311,13 +314,13 @@ pub struct ScaledParams {
 }
 
 impl ScaledParams {
-    /// Distance of neighbouring trajectories, in pixels of the processed frames.
+    /// Returns the distance of neighbouring trajectories, in pixels of the processed frames.
     pub fn spacing(&self) -> f32 {
         self.spacing
     }
 
     #[doc(hidden)]
-    /// Radius within which labelled trajectories vote on others ([`crate::cut::labels_for`]), in pixels of the
+    /// Returns the radius within which labelled trajectories vote on others ([`crate::cut::propagate_labels`]), in pixels of the
     /// processed frames.
     pub fn vote_radius(&self) -> f32 {
         self.vote_radius
@@ -332,15 +335,15 @@ impl Deref for ScaledParams {
     }
 }
 
-/// The few of `names` most like `name`, by common letter pairs.
-fn nearest(name: &str, names: &[String]) -> String {
+/// Returns the three names most similar to `name`, by common letter pairs.
+fn similar_names(name: &str, names: &[String]) -> String {
     let pairs = |s: &str| -> Vec<[char; 2]> {
         let letters: Vec<char> = s.to_ascii_lowercase().chars().collect();
         letters.windows(2).map(|w| [w[0], w[1]]).collect()
     };
-    let wanted = pairs(name);
+    let name_pairs = pairs(name);
     let mut scored: Vec<(usize, &String)> =
-        names.iter().map(|n| (pairs(n).iter().filter(|p| wanted.contains(p)).count(), n)).collect();
+        names.iter().map(|n| (pairs(n).iter().filter(|p| name_pairs.contains(p)).count(), n)).collect();
     crate::order::sort_by_key(&mut scored, |&(common, _)| u64::MAX - common as u64);
     scored.iter().take(3).map(|(_, n)| n.as_str()).collect::<Vec<_>>().join(", ")
 }

@@ -1,4 +1,4 @@
-//! Input size, working size and the way between them.
+//! Input size, working size and the mapping between them.
 
 use crate::image::fit_within;
 use crate::trajectory::Trajectories;
@@ -14,25 +14,25 @@ pub(crate) struct Scale {
 }
 
 impl Scale {
-    /// Reduces the long side to `max_side` where it is longer.
+    /// Limits the long side of the working size to `max_side`.
     pub(crate) fn new(input: (usize, usize), max_side: usize) -> Self {
-        Self { input, working: fit_within(input, max_side) }
+        Self { input, working: fit_within(input.0, input.1, max_side) }
     }
 
-    /// Input pixels per working pixel, horizontally.
+    /// Returns the input pixels per working pixel, horizontally.
     pub(crate) fn x(&self) -> f64 {
         self.input.0 as f64 / self.working.0 as f64
     }
 
-    /// Input pixels per working pixel, vertically.
+    /// Returns the input pixels per working pixel, vertically.
     pub(crate) fn y(&self) -> f64 {
         self.input.1 as f64 / self.working.1 as f64
     }
 
-    /// The working pixel that covers the centre of an input pixel.
+    /// Returns the working pixel that covers the centre of an input pixel.
     pub(crate) fn working_pixel(&self, x: usize, y: usize) -> (usize, usize) {
-        let along = |v: usize, s: f64, limit: usize| (((v as f64 + 0.5) / s) as usize).min(limit - 1);
-        (along(x, self.x(), self.working.0), along(y, self.y(), self.working.1))
+        let map = |v: usize, s: f64, limit: usize| (((v as f64 + 0.5) / s) as usize).min(limit - 1);
+        (map(x, self.x(), self.working.0), map(y, self.y(), self.working.1))
     }
 
     pub(crate) fn to_input(self, tracks: &Trajectories) -> Trajectories {

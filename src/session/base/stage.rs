@@ -1,4 +1,4 @@
-//! The stages, and how far a session is in them.
+//! The stages of a session, and its progress.
 
 use serde::Serialize;
 
@@ -15,7 +15,7 @@ macro_rules! stages {
             #[cfg(test)]
             pub(crate) const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
 
-            /// The name used in JSON and JavaScript.
+            /// Returns the name used in JSON and JavaScript.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $name,)*
@@ -26,7 +26,7 @@ macro_rules! stages {
 }
 
 stages! {
-    /// The stages, in the order in which they run; flow and trajectories take turns, pair by pair.
+    /// The stages, in the order in which they run; flow and trajectories alternate, pair by pair.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
     #[serde(rename_all = "camelCase")]
     pub enum Stage {
@@ -40,39 +40,39 @@ stages! {
         Embedding = "embedding",
         /// Delaunay neighbourhoods and embedding discontinuities; one step.
         Discontinuities = "discontinuities",
-        /// Saliency of pixels and trajectories; a step is one flow field looked at, one map made, or the average over the
-        /// embedding.
+        /// Saliency of pixels and trajectories; a step is the dominant motion of a flow field, a saliency map, or the average
+        /// over the embedding.
         Saliency = "saliency",
-        /// Components of the foreground, and where they keep trajectories apart a second embedding and its discontinuities;
-        /// one step or three.
+        /// Components of the foreground, and if they separate trajectories a second embedding and its discontinuities; one step
+        /// or three.
         Connectedness = "connectedness",
         /// Cluster labels; one step.
         Clusters = "clusters",
         /// Boundary probability, contours and Gabriel superpixels; a step is one frame.
         Superpixels = "superpixels",
-        /// The Gabriel cut; a step is one move of the expansion, of the first also making the energy.
+        /// The Gabriel cut; a step is one expansion move, the first one also sets up the energy.
         Cut = "cut",
         /// A label for every pixel; a step is one frame.
         Masks = "masks",
     }
 }
 
-/// How far the session is: `done` of `total` steps of `stage`.
+/// The progress of a session: `done` of `total` steps of `stage`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Progress {
-    /// The stage that the step just taken belongs to.
+    /// The stage of the last step.
     pub stage: Stage,
     /// Steps of that stage taken so far.
     pub done: u32,
-    /// Steps of that stage in all; of the cut as far as is known, since a move that gains something asks for more.
+    /// Total number of steps of that stage; an estimate during the cut, where a successful move adds more.
     pub total: u32,
 }
 
-/// What a call of [`crate::Session::step`] did.
+/// The outcome of [`crate::Session::step`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     /// One step was taken; more may remain.
     Working(Progress),
-    /// Nothing was left to do: all results can be read.
+    /// The run is done: all results can be read.
     Done,
 }

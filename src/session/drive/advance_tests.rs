@@ -68,13 +68,13 @@ fn a_cut_holds_the_frame_back_and_begins_a_shot_with_new_labels() {
     let (one, other) = (scene(12, 0), scene(12, 7));
     let mut s = session();
     (0..12).for_each(|t| assert!(!s.push_in_shot(one.frame(t)).unwrap()));
-    assert!(s.push_in_shot(other.frame(0)).unwrap() && s.holds_frame());
+    assert!(s.push_in_shot(other.frame(0)).unwrap() && s.holds_next_shot());
     assert_eq!(s.push_in_shot(other.frame(1)).unwrap_err().code(), "state");
     assert_eq!(s.num_frames(), 12);
     s.run().unwrap();
     let (before, last_number) = (s.objects().unwrap().labels(), *s.trajectory_numbers().iter().max().unwrap());
     s.advance(5).unwrap();
-    assert_eq!((s.num_frames(), s.holds_frame()), (1, false));
+    assert_eq!((s.num_frames(), s.holds_next_shot()), (1, false));
     (1..12).for_each(|t| assert!(!s.push_in_shot(other.frame(t)).unwrap()));
     s.run().unwrap();
     let after = s.objects().unwrap().labels();
@@ -94,7 +94,7 @@ fn a_cut_right_after_a_window_begins_a_shot_without_another_run() {
     assert_eq!(s.advance(5).unwrap_err().code(), "state");
     assert!(s.push_in_shot(other.frame(0)).unwrap());
     s.advance(5).unwrap();
-    assert_eq!((s.num_frames(), s.holds_frame()), (1, false));
+    assert_eq!((s.num_frames(), s.holds_next_shot()), (1, false));
     (1..12).for_each(|t| assert!(!s.push_in_shot(other.frame(t)).unwrap()));
     s.run().unwrap();
     let after = s.objects().unwrap().labels();
@@ -111,7 +111,7 @@ fn a_shot_of_one_frame_is_all_background() {
         s.run().unwrap();
         assert_eq!(s.labels(0).unwrap().data(), vec![0; 32 * 24]);
         assert!(s.trajectories().unwrap().is_empty() && s.saliency().is_none());
-        if s.holds_frame() {
+        if s.holds_next_shot() {
             s.advance(1).unwrap();
         }
     }

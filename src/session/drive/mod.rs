@@ -1,4 +1,4 @@
-//! Who does the work of a session: threads, workers, one window after the other, another process, a fork.
+//! Execution of sessions: on threads and workers, window by window, resumed in another process, and as forks.
 
 mod advance;
 #[cfg(test)]
@@ -8,7 +8,7 @@ mod checkpoint;
 #[cfg(not(target_arch = "wasm32"))]
 mod fork;
 #[cfg(test)]
-mod piece_tests;
+mod job_tests;
 #[cfg(any(not(target_arch = "wasm32"), feature = "wasm"))]
 mod threads;
 #[cfg(not(target_arch = "wasm32"))]

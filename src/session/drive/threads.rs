@@ -1,4 +1,4 @@
-//! Pieces of work that a session gives away and takes back, and a run on several threads by them.
+//! Jobs handed out by a session, and runs on several threads by means of them.
 
 #[cfg(not(target_arch = "wasm32"))]
 use crate::Error;
@@ -6,128 +6,129 @@ use crate::Error;
 use crate::flow::FlowScratch;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::session::base::{Progress, Step};
-use crate::session::jobs::{Made, Piece, PieceId, PieceKind, Work};
+use crate::session::jobs::{Job, JobId, JobInput, JobKind, JobResult};
 use crate::session::run::{Phase, Session};
 #[cfg(not(target_arch = "wasm32"))]
 use std::sync::{Mutex, PoisonError, mpsc};
 
 impl Session {
-    /// A piece of work that is coming and that nobody has; `None` where there is none at present. Flow is given away for
-    /// at most `ahead` pairs from the one that is next, as what is made of a pair takes 20 bytes a pixel until then.
-    pub(crate) fn take_piece(&mut self, ahead: usize) -> Option<Piece> {
+    /// Hands out an unassigned job; `None` if there is none at present. Flow is handed out for at most `ahead` pairs from
+    /// the next one on, since its result takes 20 bytes a pixel until it is used.
+    pub(crate) fn take_job(&mut self, ahead: usize) -> Option<Job> {
         let clip = self.phase.clip_mut()?;
         let pairs = clip.flows.len()..clip.frames.len().saturating_sub(1).min(clip.flows.len() + ahead);
-        // What is waited for first is given away before what can wait.
-        if let Some(id) = clip.ledger.take(PieceKind::Pair, pairs) {
-            let t = id.t as usize;
-            return Some(Piece { id, work: Work::Pair(clip.frames[t].clone(), clip.frames[t + 1].clone()) });
+        // In the order in which steps need the results.
+        if let Some(id) = clip.pending_jobs.assign(JobKind::PairFlow, pairs) {
+            let t = id.index as usize;
+            return Some(Job { id, input: JobInput::PairFlow(clip.frames[t].clone(), clip.frames[t + 1].clone()) });
         }
-        if let Phase::Begun(run) = &mut self.phase
-            && let Some(piece) = run.take()
+        if let Phase::Running(run) = &mut self.phase
+            && let Some(job) = run.take_job()
         {
-            return Some(piece);
+            return Some(job);
         }
         let clip = self.phase.clip_mut()?;
         let frames = 0..if clip.params.clip.dense { clip.frames.len() } else { 0 };
-        let id = clip.ledger.take(PieceKind::Superpixels, frames)?;
-        Some(Piece { id, work: Work::Superpixels(clip.frames[id.t as usize].clone()) })
+        let id = clip.pending_jobs.assign(JobKind::Superpixels, frames)?;
+        Some(Job { id, input: JobInput::Superpixels(clip.frames[id.index as usize].clone()) })
     }
 
-    /// Takes what became of a piece; `None` where it will not come back, so that the session makes it itself. What nobody
-    /// waits for any more, since the session was cleared or went on without it, is dropped.
-    pub(crate) fn accept(&mut self, id: PieceId, made: Option<Made>) {
+    /// Stores the result of a job, `None` if it was lost and the session has to do it itself. Results that are no longer
+    /// needed, because the session was cleared or went on without them, are dropped.
+    pub(crate) fn store_result(&mut self, id: JobId, result: Option<JobResult>) {
         if let Some(clip) = self.phase.clip_mut() {
-            clip.ledger.accept(id, made);
+            clip.pending_jobs.store_result(id, result);
         }
     }
 
-    /// Takes a piece and makes it at once; false where there is none.
-    pub(crate) fn make_piece(&mut self, ahead: usize) -> bool {
-        let Some(piece) = self.take_piece(ahead) else { return false };
+    /// Takes a job and runs it at once; false if there is none.
+    pub(crate) fn run_one_job(&mut self, ahead: usize) -> bool {
+        let Some(job) = self.take_job(ahead) else { return false };
         let Self { params, phase, .. } = self;
         let Some(clip) = phase.clip_mut() else { return false };
-        let made = piece.work(params, &mut clip.scratch);
-        clip.ledger.accept(piece.id, Some(made));
+        let result = job.run(params, &mut clip.scratch);
+        clip.pending_jobs.store_result(job.id, Some(result));
         true
     }
 
-    /// Whether the next step needs a piece that is out. It can be taken all the same, and makes the piece itself.
-    pub(crate) fn awaits(&self) -> bool {
-        matches!(&self.phase, Phase::Begun(run) if run.awaits())
+    /// Returns whether the next step needs the result of a pending job. The step can be taken all the same, and then does the job
+    /// itself.
+    pub(crate) fn is_waiting(&self) -> bool {
+        matches!(&self.phase, Phase::Running(run) if run.is_waiting())
     }
 }
 
-/// Pieces that each helper has at a time: the one that it works on, and the next.
+/// Jobs that each worker thread has at a time: the present one and the next, so that it never waits for this thread.
 #[cfg(not(target_arch = "wasm32"))]
-const IN_HAND: usize = 2;
+const JOBS_PER_WORKER: usize = 2;
 
 #[cfg(not(target_arch = "wasm32"))]
 impl Session {
-    /// Steps until done on `threads` threads, this one included; `report` hears of each step. Results are the same bits
-    /// for any number of threads.
+    /// Runs to the end on `threads` threads, this one included, and calls `report` after each step. Results are the same
+    /// bits for any number of threads.
     ///
-    /// Pieces are made by all threads; what needs all of the clip is done by this one, while the others go on with the
-    /// superpixels. Memory grows by about 200 bytes a pixel of a frame for each further thread.
+    /// All threads do jobs; work on the whole clip is done by this one, while the others go on with superpixels. Memory
+    /// grows by about 200 bytes a pixel of a frame for each further thread.
     ///
     /// # Errors
     /// As [`Session::step`].
     pub fn run_on(&mut self, threads: usize, mut report: impl FnMut(Progress)) -> Result<(), Error> {
-        let all = |progress| {
+        let always = |progress| {
             report(progress);
             true
         };
-        self.run_while(threads, all).map(|_done| ())
+        self.run_while(threads, always).map(|_is_done| ())
     }
 
-    /// The same as long as `report` gives true; gives whether all is done. What is not goes on when it is called again,
-    /// and ends in the same result.
+    /// Runs as [`Session::run_on`] as long as `report` returns true. Returns whether the run is done; otherwise another
+    /// call goes on with it, and ends in the same result.
     ///
     /// # Errors
     /// As [`Session::step`].
     #[doc(hidden)] // For the Python package, whose callbacks may raise.
     pub fn run_while(&mut self, threads: usize, mut report: impl FnMut(Progress) -> bool) -> Result<bool, Error> {
         let params = self.params().clone();
-        let (give, work) = mpsc::channel::<Piece>();
-        let (back, made) = mpsc::channel::<(PieceId, Made)>();
-        let work = Mutex::new(work);
+        let (job_sender, job_receiver) = mpsc::channel::<Job>();
+        let (result_sender, results) = mpsc::channel::<(JobId, JobResult)>();
+        let job_receiver = Mutex::new(job_receiver);
         std::thread::scope(|scope| {
             for _ in 1..threads {
-                let (work, params, back) = (&work, &params, back.clone());
+                let (jobs, params, result_sender) = (&job_receiver, &params, result_sender.clone());
                 scope.spawn(move || {
                     let mut scratch = FlowScratch::default();
                     loop {
-                        // Held while waiting: the next in line waits for the lock instead.
-                        let next = work.lock().unwrap_or_else(PoisonError::into_inner).recv();
-                        let Ok(piece) = next else { break };
-                        if back.send((piece.id, piece.work(params, &mut scratch))).is_err() {
+                        // One worker waits for the channel and holds the lock; the others wait for the lock.
+                        let next = jobs.lock().unwrap_or_else(PoisonError::into_inner).recv();
+                        let Ok(job) = next else { break };
+                        if result_sender.send((job.id, job.run(params, &mut scratch))).is_err() {
                             break;
                         }
                     }
                 });
             }
-            let helpers = threads.saturating_sub(1);
-            let (in_hand, ahead) = (IN_HAND * helpers, IN_HAND * helpers + 2);
-            let mut out = 0;
-            // Owned here, so that helpers stop when this ends, however it does; and nothing is waited for once all of them
-            // have panicked, which the scope tells.
-            let (give, made) = (give, made);
-            drop(back);
+            let workers = threads.saturating_sub(1);
+            let (max_pending, ahead) = (JOBS_PER_WORKER * workers, JOBS_PER_WORKER * workers + 2);
+            let mut num_pending = 0;
+            // Dropped at the end of this closure, however it ends, which stops the workers. Without the other sender,
+            // receiving fails once all workers have panicked, which the scope reports.
+            let (job_sender, results) = (job_sender, results);
+            drop(result_sender);
             loop {
-                while out < in_hand {
-                    let Some(piece) = self.take_piece(ahead) else { break };
-                    out += usize::from(give.send(piece).is_ok());
+                while num_pending < max_pending {
+                    let Some(job) = self.take_job(ahead) else { break };
+                    num_pending += usize::from(job_sender.send(job).is_ok());
                 }
-                while let Ok((id, made)) = made.try_recv() {
-                    out -= 1;
-                    self.accept(id, Some(made));
+                while let Ok((id, result)) = results.try_recv() {
+                    num_pending -= 1;
+                    self.store_result(id, Some(result));
                 }
-                if out > 0 && self.awaits() {
-                    if self.make_piece(ahead) {
+                if num_pending > 0 && self.is_waiting() {
+                    if self.run_one_job(ahead) {
                         continue;
                     }
-                    if let Ok((id, made)) = made.recv() {
-                        out -= 1;
-                        self.accept(id, Some(made));
+                    if let Ok((id, result)) = results.recv() {
+                        num_pending -= 1;
+                        self.store_result(id, Some(result));
                         continue;
                     }
                 }

@@ -1,4 +1,4 @@
-//! Long clips as an iterator of windows, each a run of one session over some of the frames.
+//! Long clips as an iterator of windows: runs of one session over some of the frames each.
 //!
 //! ```text
 //! frames   0 ......................... 49 50 ...                         89
@@ -6,10 +6,10 @@
 //! window 1                         [40 ============================ 89]     settles 45..
 //! ```
 //!
-//! A window is full when it has all its frames and one more comes. It is run; then all but its last frames are dropped,
-//! and the new frame is the next. Neighbours share the masks of the frames that they have in common by halves: each is
-//! settled by the window that sees more of what goes on around it. A frame that begins a new shot ends the window, which
-//! then settles all it has. Where the clip's length is known, the last window is full too: it reaches further back.
+//! A window runs when it has all its frames and one more has been read. Then all but its last frames are dropped, and the new
+//! frame is added. Of the frames shared by two windows, each window settles the half with more frames around it. A frame that
+//! begins a new shot ends the window, which then settles all of its frames. If the length of the clip is known, the last
+//! window begins earlier, so that it is full too.
 
 use super::checkpoint::Checkpoint;
 use crate::Error;
@@ -17,10 +17,10 @@ use crate::correction::Correction;
 use crate::image::Frame;
 use crate::session::base::{Params, Progress};
 use crate::session::run::Session;
-use crate::session::window::{Plan, Window};
+use crate::session::window::{Window, WindowPlan};
 use std::collections::VecDeque;
 
-/// A clip of any length, window by window, in the memory of one.
+/// A clip of any length, processed window by window in the memory of one window.
 ///
 /// ```
 /// use tracecut::{Error, Params, Windows, synth::Scene};
@@ -41,32 +41,32 @@ use std::collections::VecDeque;
 pub struct Windows<I, E = Error> {
     session: Session,
     frames: I,
-    plan: Plan,
+    plan: WindowPlan,
     threads: usize,
-    /// Frames that are still to come, where that is known.
-    left: Option<usize>,
-    /// Whether frames are read ahead, enough to show in time where the clip ends.
-    looks_ahead: bool,
-    /// Read already, and not looked at yet.
+    /// Number of frames not yet read, if known.
+    remaining: Option<usize>,
+    /// True if a window of frames is read ahead, to find the end of the clip in time.
+    reads_ahead: bool,
+    /// Frames read ahead.
     queue: VecDeque<Result<Frame, E>>,
-    /// Read already, but in no window.
-    ahead: Option<Frame>,
-    /// The clip's number of the first frame that the session holds.
+    /// The frame after the present window.
+    lookahead: Option<Frame>,
+    /// The clip's number of the session's first frame.
     first: usize,
-    next: Next,
+    next: NextAction,
 }
 
-/// What comes before the next window.
+/// The first action of the next window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Next {
-    /// More frames.
-    Frames,
-    /// The session goes on with this number of frames of the window that was run.
+enum NextAction {
+    /// Read frames.
+    Read,
+    /// Advance the session to a window that shares this number of frames.
     Advance(usize),
-    /// It has gone on with them; the frame that was read ahead is to be taken.
-    Ahead(usize),
-    /// Nothing: the clip has ended, or an error ended it.
-    Nothing,
+    /// Push the lookahead frame to a session that has been advanced.
+    PushLookahead(usize),
+    /// None: the clip has ended, or an error ended it.
+    End,
 }
 
 impl<I, E> Windows<I, E>
@@ -74,62 +74,62 @@ where
     I: Iterator<Item = Result<Frame, E>>,
     E: From<Error>,
 {
-    /// Windows of 50 frames, neighbours with 10 in common, over `frames`, all of one size.
+    /// Processes `frames`, all of one size, in windows of 50 frames that share 10 with their neighbours.
     ///
     /// # Errors
-    /// [`Error::Param`] when a parameter is out of range.
+    /// [`Error::Param`] if a parameter is out of range.
     pub fn new(params: Params, frames: I) -> Result<Self, Error> {
         Ok(Self {
             session: Session::new(params)?,
             frames,
-            plan: Plan::default(),
+            plan: WindowPlan::default(),
             threads: 1,
-            left: None,
-            looks_ahead: false,
+            remaining: None,
+            reads_ahead: false,
             queue: VecDeque::new(),
-            ahead: None,
+            lookahead: None,
             first: 0,
-            next: Next::Frames,
+            next: NextAction::Read,
         })
     }
 
-    /// Windows of `window` frames, neighbours with `overlap` in common.
+    /// Sets the number of frames of a window, and how many it shares with its neighbours.
     ///
     /// # Errors
     /// [`Error::Param`] unless `window` is 2 to 400 and `overlap` is 1 to `window − 1`.
     pub fn with_window(self, window: usize, overlap: usize) -> Result<Self, Error> {
-        Ok(Self { plan: Plan::new(window, overlap)?, ..self })
+        Ok(Self { plan: WindowPlan::new(window, overlap)?, ..self })
     }
 
-    /// Says how many frames there are: the last window then is a full one.
+    /// Sets the number of frames of the clip, so that the last window is full too.
     #[must_use]
     pub fn with_length(self, frames: usize) -> Self {
-        Self { left: Some(frames), ..self }
+        Self { remaining: Some(frames), ..self }
     }
 
-    /// Reads up to a window of frames ahead, and so finds where the clip ends without being told: for frames that come
-    /// from a stream. Results are those of [`Windows::with_length`].
+    /// Reads up to a window of frames ahead to find the end of the clip, for streams of unknown length. Results are the same as with
+    /// [`Windows::with_length`].
     #[must_use]
     pub fn with_look_ahead(self) -> Self {
-        Self { looks_ahead: true, ..self }
+        Self { reads_ahead: true, ..self }
     }
 
-    /// Runs on this number of threads, with the same results; see [`Session::run_on`].
+    /// Sets the number of threads, which does not change results; see [`Session::run_on`].
     #[must_use]
     pub fn with_threads(self, threads: usize) -> Self {
         Self { threads: threads.max(1), ..self }
     }
 
-    /// The session, which holds the results of the window that came last.
+    /// Returns the session, which holds the results of the last window.
     pub fn session(&self) -> &Session {
         &self.session
     }
 
-    /// Corrects the masks of the window that was run last, as [`Session::correct`]; [`Windows::rerun`] makes those that
-    /// have to be made anew, and so does the next window before it begins.
+    /// Corrects the masks of the last window, as [`Session::correct`]. [`Windows::rerun`] computes the masks that change;
+    /// otherwise the next window does so first.
     ///
-    /// What is merged or split is so in this window. Those that follow find their objects anew, and give them the labels
-    /// that most of their trajectories bear here after all corrections; what earlier windows settled stays.
+    /// A correction applies to this window. Later windows select their objects again and give them the labels that most of
+    /// their trajectories have here after all corrections; earlier windows do not change.
     ///
     /// # Errors
     /// As [`Session::correct`]; nothing changes then.
@@ -138,16 +138,16 @@ where
         self.session.correct(correction)
     }
 
-    /// Takes the last correction of that window back.
+    /// Undoes the last correction of the last window.
     ///
     /// # Errors
-    /// [`Error::State`] without a correction of that window in force.
+    /// [`Error::State`] if there is none.
     #[doc(hidden)] // For the Python package.
     pub fn undo_correction(&mut self) -> Result<(), Error> {
         self.session.undo_correction()
     }
 
-    /// Makes the masks after corrections, and tells `report` of each step.
+    /// Computes the masks after corrections, and calls `report` after each step.
     ///
     /// # Errors
     /// As [`Session::step`].
@@ -157,63 +157,63 @@ where
             report(progress);
             true
         };
-        self.rerun_while(self.threads, always).map(|_done| ())
+        self.rerun_while(self.threads, always).map(|_is_done| ())
     }
 
-    /// The same on this number of threads, as long as `report` gives true; gives whether all is done.
+    /// Computes the masks on a number of threads as long as `report` returns true. Returns whether all are done.
     ///
     /// # Errors
     /// As [`Windows::rerun`].
     #[doc(hidden)] // For the Python package, whose callbacks may raise.
     pub fn rerun_while(&mut self, threads: usize, report: impl FnMut(Progress) -> bool) -> Result<bool, Error> {
-        // Without a correction all is done, or the frames of a window are still to come.
+        // Without a correction the run is done, or frames of the window are missing.
         if self.session.num_corrections() == 0 { Ok(true) } else { self.session.run_while(threads, report) }
     }
 
-    /// Where the clip goes on after the window that was run last; `None` before the first, and when none is to follow.
-    /// The session's results of that window are gone then, and the next window comes as it would have.
+    /// Returns the state after the last window; `None` before the first window and after the end of the clip. This drops the
+    /// session's results of that window; the next window is not affected.
     ///
     /// # Errors
-    /// None after a window that was run; [`Error::State`] says that a session is not in order.
+    /// [`Error::State`] if the session has not finished a window.
     pub fn checkpoint(&mut self) -> Result<Option<Checkpoint>, Error> {
-        if let Next::Advance(kept) = self.next {
-            self.drop_all_but(kept)?;
-            self.next = Next::Ahead(kept);
+        if let NextAction::Advance(overlap) = self.next {
+            self.advance(overlap)?;
+            self.next = NextAction::PushLookahead(overlap);
         }
-        let Next::Ahead(_) = self.next else { return Ok(None) };
-        let checkpoint = |carried| Checkpoint {
+        let NextAction::PushLookahead(_) = self.next else { return Ok(None) };
+        let checkpoint = |handover| Checkpoint {
             plan: self.plan.clone(),
             first: self.first,
-            kept: self.session.num_frames(),
-            is_ahead: self.ahead.is_some(),
-            carried,
+            overlap: self.session.num_frames(),
+            has_lookahead: self.lookahead.is_some(),
+            handover,
         };
-        Ok(self.session.carried().map(checkpoint))
+        Ok(self.session.handover().map(checkpoint))
     }
 
-    /// Goes on where `checkpoint` was made, with the same results as if there had been no interruption. The parameters
-    /// and the size of the windows must be the same, and the iterator of frames must begin with frame
-    /// [`Checkpoint::first_frame`] of the clip; a length that was set is still that of the whole clip.
+    /// Resumes a clip from a checkpoint, with the same results as without an interruption. The parameters and the size of the
+    /// windows must be the same, and the iterator of frames must begin with frame [`Checkpoint::first_frame`] of the clip; the
+    /// length, if set, counts the whole clip.
     ///
     /// # Errors
-    /// Those of the frames; [`Error::TooFewFrames`] when they end too early.
+    /// Those of the frames; [`Error::TooFewFrames`] if they end too early.
     pub fn resume(mut self, checkpoint: Checkpoint) -> Result<Self, E> {
-        let needed = checkpoint.kept + usize::from(checkpoint.is_ahead);
-        self.left = self.left.map(|left| left.saturating_sub(checkpoint.first));
+        let needed = checkpoint.overlap + usize::from(checkpoint.has_lookahead);
+        self.remaining = self.remaining.map(|remaining| remaining.saturating_sub(checkpoint.first));
         let mut frames = Vec::new();
         while frames.len() < needed {
             let too_few = Error::TooFewFrames { got: frames.len(), needed };
             frames.push(self.next_frame().ok_or(too_few)??);
         }
-        self.ahead = if checkpoint.is_ahead { frames.pop() } else { None };
-        self.next = Next::Ahead(checkpoint.kept);
-        self.plan = Plan { size: self.plan.size, overlap: self.plan.overlap, ..checkpoint.plan };
+        self.lookahead = if checkpoint.has_lookahead { frames.pop() } else { None };
+        self.next = NextAction::PushLookahead(checkpoint.overlap);
+        self.plan = WindowPlan { size: self.plan.size, overlap: self.plan.overlap, ..checkpoint.plan };
         self.first = checkpoint.first;
-        self.session.go_on(frames, checkpoint.carried)?;
+        self.session.resume(frames, checkpoint.handover)?;
         Ok(self)
     }
 
-    /// Runs the next window, and tells `report` of each step; `None` after the last, and after an error.
+    /// Runs the next window and calls `report` after each step; `None` after the last window, and after an error.
     ///
     /// # Errors
     /// Those of the frames; [`Error::FrameSizeChanged`] with the clip's number of the frame; and as [`Session::step`].
@@ -225,7 +225,7 @@ where
         self.try_next_window(always)
     }
 
-    /// The same, and an error of `report` ends the run and the clip.
+    /// Runs the next window as [`Windows::next_window`]; an error of `report` ends the clip.
     ///
     /// # Errors
     /// Those of `report`, and as [`Windows::next_window`].
@@ -233,63 +233,63 @@ where
     pub fn try_next_window(&mut self, report: impl FnMut(Progress) -> Result<(), E>) -> Option<Result<Window, E>> {
         let window = self.run_next(report).transpose();
         if !matches!(window, Some(Ok(_))) {
-            self.next = Next::Nothing;
+            self.next = NextAction::End;
         }
         window
     }
 
     fn run_next(&mut self, mut report: impl FnMut(Progress) -> Result<(), E>) -> Result<Option<Window>, E> {
         let mut stopped = Ok(());
-        let mut goes_on = |progress| {
+        let mut try_report = |progress| {
             stopped = report(progress);
             stopped.is_ok()
         };
-        if !self.rerun_while(self.threads, &mut goes_on)? {
+        if !self.rerun_while(self.threads, &mut try_report)? {
             return stopped.map(|()| None);
         }
         match self.next {
-            Next::Frames => {}
-            Next::Advance(kept) => {
-                self.drop_all_but(kept)?;
-                self.take_ahead(kept)?;
+            NextAction::Read => {}
+            NextAction::Advance(overlap) => {
+                self.advance(overlap)?;
+                self.push_lookahead(overlap)?;
             }
-            Next::Ahead(kept) => self.take_ahead(kept)?,
-            Next::Nothing => return Ok(None),
+            NextAction::PushLookahead(overlap) => self.push_lookahead(overlap)?,
+            NextAction::End => return Ok(None),
         }
         self.fill()?;
         if self.session.num_frames() == 0 {
             return Ok(None);
         }
-        self.session.run_while(self.threads, goes_on)?;
+        self.session.run_while(self.threads, try_report)?;
         stopped?;
-        Ok(Some(self.window()))
+        Ok(Some(self.finish_window()))
     }
 
-    /// Takes the frame that was read ahead; where it begins a new shot, the window before has seen all that is here.
-    fn take_ahead(&mut self, kept: usize) -> Result<(), E> {
-        if let Some(frame) = self.ahead.take() {
+    /// Pushes the lookahead frame. If it begins a new shot, the previous window has settled all frames before it.
+    fn push_lookahead(&mut self, overlap: usize) -> Result<(), E> {
+        if let Some(frame) = self.lookahead.take() {
             self.push(frame)?;
-            if self.session.holds_frame() {
-                self.drop_all_but(kept)?;
+            if self.session.holds_next_shot() {
+                self.advance(overlap)?;
             }
         }
         Ok(())
     }
 
-    /// Drops what the window at hand alone needs.
-    fn drop_all_but(&mut self, kept: usize) -> Result<(), Error> {
-        let (frames, begins_shot) = (self.session.num_frames(), self.session.holds_frame());
-        self.session.advance(kept)?;
-        self.first += if begins_shot { frames } else { frames - kept };
+    /// Advances the session.
+    fn advance(&mut self, overlap: usize) -> Result<(), Error> {
+        let (frames, begins_shot) = (self.session.num_frames(), self.session.holds_next_shot());
+        self.session.advance(overlap)?;
+        self.first += if begins_shot { frames } else { frames - overlap };
         Ok(())
     }
 
-    /// Takes frames until the window is full and one more is there, a new shot begins, or there are no more.
+    /// Reads frames until the window is full and has a lookahead frame, a new shot begins, or there are no more.
     fn fill(&mut self) -> Result<(), E> {
-        while !self.session.holds_frame() {
+        while !self.session.holds_next_shot() {
             let Some(frame) = self.next_frame() else { break };
             if self.session.num_frames() == self.plan.size {
-                self.ahead = Some(frame?);
+                self.lookahead = Some(frame?);
                 break;
             }
             self.push(frame?)?;
@@ -298,15 +298,15 @@ where
     }
 
     fn next_frame(&mut self) -> Option<Result<Frame, E>> {
-        while self.looks_ahead && self.queue.len() <= self.plan.size {
+        while self.reads_ahead && self.queue.len() <= self.plan.size {
             let Some(frame) = self.frames.next() else {
-                (self.looks_ahead, self.left) = (false, Some(self.queue.len()));
+                (self.reads_ahead, self.remaining) = (false, Some(self.queue.len()));
                 break;
             };
             self.queue.push_back(frame);
         }
         let frame = self.queue.pop_front().or_else(|| self.frames.next())?;
-        self.left = self.left.map(|left| left.saturating_sub(1));
+        self.remaining = self.remaining.map(|remaining| remaining.saturating_sub(1));
         Some(frame)
     }
 
@@ -320,16 +320,16 @@ where
         }
     }
 
-    /// The window that was run, and what comes after it.
-    fn window(&mut self) -> Window {
-        let goes_on = if let Some(ahead) = &self.ahead {
-            let kept = self.plan.shared(self.left);
-            self.next = Next::Advance(kept);
-            (!self.session.begins_shot(ahead)).then_some(kept)
+    /// Returns the window that was run, and sets the next action.
+    fn finish_window(&mut self) -> Window {
+        let overlap = if let Some(lookahead) = &self.lookahead {
+            let overlap = self.plan.next_overlap(self.remaining);
+            self.next = NextAction::Advance(overlap);
+            (!self.session.begins_shot(lookahead)).then_some(overlap)
         } else {
-            self.next = if self.session.holds_frame() { Next::Advance(1) } else { Next::Nothing };
+            self.next = if self.session.holds_next_shot() { NextAction::Advance(1) } else { NextAction::End };
             None
         };
-        self.plan.close(self.session.num_frames(), goes_on)
+        self.plan.finish_window(self.session.num_frames(), overlap)
     }
 }

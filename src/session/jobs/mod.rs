@@ -1,11 +1,11 @@
-//! Pieces of work that any thread or worker can do.
+//! Jobs: units of work that any thread or worker can do.
 
-mod ledger;
+mod job;
 mod pair;
-mod piece;
+mod pending;
 #[cfg(any(feature = "wasm", test))]
 mod wire;
 
-pub(crate) use ledger::Ledger;
-pub(crate) use pair::{Forward, PairFlow, Seen};
-pub(crate) use piece::{Made, Piece, PieceId, PieceKind, Work};
+pub(crate) use job::{Job, JobId, JobInput, JobKind, JobResult};
+pub(crate) use pair::{FlowFrame, ForwardFlow, PairFlow};
+pub(crate) use pending::PendingJobs;

@@ -1,9 +1,9 @@
 //! Laws of corrections, on synthetic clips.
 
 use crate::Session;
+use crate::classify::cluster_penalties;
 use crate::correction::{Correction, Stroke};
 use crate::image::Plane;
-use crate::judge::cluster_doubts;
 use crate::session::base::Outputs;
 use crate::session::run::Phase;
 use crate::synth::Scene;
@@ -76,8 +76,8 @@ fn every_correction_is_consistent_and_undoing_all_restores_every_pixel() {
         Correction::Merge { into: 1, from: 2 },
         Correction::Split { label: 1, at: None },
         Correction::Split { label: 0, at: Some((4, place.0, place.1)) },
-        Correction::Together(vec![dot(3, inside(&found.0[3], 1)), dot(3, inside(&found.0[3], 2))]),
-        Correction::Apart(vec![dot(5, inside(&found.0[5], 1)), dot(5, inside(&found.0[5], 2))]),
+        Correction::JoinStrokes(vec![dot(3, inside(&found.0[3], 1)), dot(3, inside(&found.0[3], 2))]),
+        Correction::SplitStrokes(vec![dot(5, inside(&found.0[5], 1)), dot(5, inside(&found.0[5], 2))]),
         Correction::Merge { into: 0, from: 1 },
     ];
     for (k, correction) in list.iter().enumerate() {
@@ -101,7 +101,7 @@ fn strokes_hold_under_their_centre_line_and_labels_not_spoken_of_keep_their_pixe
     let before = masks(&session);
     let (x, y) = inside(&before[5], 1);
     let line = |dx: f32| Stroke { t: 5, points: vec![(x + dx, y - 6.0), (x + dx, y + 6.0)], radius: 3.0 };
-    let after = corrected(&mut session, &Correction::Apart(vec![line(-6.0), line(6.0)]));
+    let after = corrected(&mut session, &Correction::SplitStrokes(vec![line(-6.0), line(6.0)]));
     let under = |mask: &Plane<u8>, dx: f32| -> Vec<u8> {
         let mut found: Vec<u8> =
             (-6..=6).map(|dy| mask[((x + dx) as usize, (y + dy as f32).round() as usize)]).collect();
@@ -130,7 +130,7 @@ fn together_over_background_brings_it_to_the_object_in_that_frame() {
     let before = masks(&session);
     let (from, to) = (inside(&before[2], 1), inside(&before[2], 0));
     let stroke = Stroke { t: 2, points: vec![from, to], radius: 3.0 };
-    let after = corrected(&mut session, &Correction::Together(vec![stroke]));
+    let after = corrected(&mut session, &Correction::JoinStrokes(vec![stroke]));
     let steps = 50;
     for k in 0..=steps {
         let part = k as f32 / steps as f32;
@@ -170,8 +170,8 @@ fn what_cannot_be_corrected_is_an_error_and_changes_nothing() {
     assert_eq!(session.correct(&nowhere).unwrap_err().code(), "data");
     assert_eq!(session.correct(&merge).unwrap_err().code(), "param");
     let strokes = vec![dot(0, (3.0, 3.0)), dot(0, (9.0, 9.0))];
-    assert_eq!(session.correct(&Correction::Apart(strokes.clone())).unwrap_err().code(), "data");
-    assert_eq!(session.correct(&Correction::Together(strokes)).unwrap_err().code(), "data");
+    assert_eq!(session.correct(&Correction::SplitStrokes(strokes.clone())).unwrap_err().code(), "data");
+    assert_eq!(session.correct(&Correction::JoinStrokes(strokes)).unwrap_err().code(), "data");
     assert_eq!(session.num_corrections(), 0);
 
     let mut session = segmented();
@@ -187,12 +187,12 @@ fn what_cannot_be_corrected_is_an_error_and_changes_nothing() {
         at(FRAMES, 1.0, 1.0),
         at(0, f32::NAN, 1.0),
         at(0, 1.0, 1e9),
-        Correction::Together(Vec::new()),
-        Correction::Apart(vec![good.clone()]),
-        Correction::Apart(vec![good.clone(); 256]),
-        Correction::Together(vec![Stroke { t: FRAMES, ..good.clone() }]),
-        Correction::Apart(vec![good.clone(), Stroke { points: vec![(f32::NAN, 0.0)], ..good.clone() }]),
-        Correction::Apart(vec![good, dot(0, (-50.0, -50.0))]),
+        Correction::JoinStrokes(Vec::new()),
+        Correction::SplitStrokes(vec![good.clone()]),
+        Correction::SplitStrokes(vec![good.clone(); 256]),
+        Correction::JoinStrokes(vec![Stroke { t: FRAMES, ..good.clone() }]),
+        Correction::SplitStrokes(vec![good.clone(), Stroke { points: vec![(f32::NAN, 0.0)], ..good.clone() }]),
+        Correction::SplitStrokes(vec![good, dot(0, (-50.0, -50.0))]),
     ];
     for correction in &wrong {
         let error = session.correct(correction).unwrap_err();
@@ -231,7 +231,7 @@ fn two_strokes_in_one_frame_part_players_who_move_alike_in_all_frames() {
         let (x, y) = inside(&truth[20], player);
         Stroke { t: 20, points: vec![(x, y - 8.0), (x, y + 8.0)], radius: 4.0 }
     });
-    session.correct(&Correction::Apart(strokes.to_vec())).unwrap();
+    session.correct(&Correction::SplitStrokes(strokes.to_vec())).unwrap();
     session.run().unwrap();
     let after = found(&session);
     let (left, right) = (best(&after, 1), best(&after, 2));
@@ -242,12 +242,12 @@ fn two_strokes_in_one_frame_part_players_who_move_alike_in_all_frames() {
 fn doubts_stay_with_their_trajectories_when_clusters_are_made_anew() {
     let mut session = segmented();
     fn outputs(session: &mut Session) -> &mut Outputs {
-        let Phase::Begun(run) = &mut session.phase else { panic!("the run has not begun") };
+        let Phase::Running(run) = &mut session.phase else { panic!("the run has not begun") };
         &mut run.outputs
     }
     fn doubts_now(session: &mut Session, is_sure: bool) -> Vec<f32> {
         let Outputs { clusters, doubts, .. } = outputs(session);
-        cluster_doubts(clusters, doubts, |_| is_sure)
+        cluster_penalties(clusters, doubts, |_| is_sure)
     }
     let of_cluster = session.objects().unwrap().of_cluster.clone();
     let doubted = |l: &u32| f32::from(u8::from(of_cluster[*l as usize] == 2));

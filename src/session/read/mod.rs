@@ -1,12 +1,14 @@
-//! What is read of a session, and corrected in it.
+//! The results of a session, explanations of them, and corrections.
 
+mod confidence;
 mod corrections;
 #[cfg(test)]
 mod corrections_tests;
-mod results;
-mod sureness;
-mod why;
+mod explanation;
 #[cfg(test)]
-mod why_tests;
+mod explanation_tests;
+mod results;
 
-pub use why::{Affinity, Border, Evidence, Explanation, Flip, LabelCost, Source, SuperpixelLink, Voter};
+pub use explanation::{
+    Affinity, Evidence, Explanation, LabelCost, LabelFlip, LabelSource, ObjectBorder, SuperpixelLink, Voter,
+};

@@ -1,42 +1,41 @@
-//! The clip that a session runs on: frames at working size, their flow, and what goes along from window to window.
+//! The clip of a session: frames at working size, their flow, and the state carried from window to window.
 
 use crate::Error;
 use crate::flow::{CompactFlow, FlowScratch};
 use crate::image::Frame;
-use crate::session::base::{Params, Scale, ScaledParams, Tracked};
-use crate::session::jobs::Ledger;
+use crate::session::base::{Params, Scale, ScaledParams, TrackSet};
+use crate::session::jobs::PendingJobs;
 use crate::session::window::{Identities, Thumbnail};
 use crate::trajectory::Tracker;
 
-/// What a run works on.
+/// The input of a run.
 #[derive(Debug, Clone)]
 pub(crate) struct Clip {
     pub(crate) params: ScaledParams,
     pub(crate) scale: Scale,
-    /// The frames at working size; there may be none where trajectories come from outside.
+    /// The frames at working size; there may be none with trajectories of another tracker.
     pub(crate) frames: Vec<Frame>,
-    /// Trajectories from outside, until the run takes them.
-    pub(crate) given: Option<Box<Tracked>>,
-    /// The flow of each pair of them, as far as it is known.
+    /// Trajectories of another tracker, until the run takes them.
+    pub(crate) external: Option<Box<TrackSet>>,
+    /// The flow of each frame pair computed so far.
     pub(crate) flows: Vec<CompactFlow>,
     /// Working memory of the flow.
     pub(crate) scratch: FlowScratch,
-    /// What of the work on them is given away, or back.
-    pub(crate) ledger: Ledger,
-    /// `None` unless the clip is taken window by window.
+    pub(crate) pending_jobs: PendingJobs,
+    /// `None` unless the clip is processed window by window.
     pub(crate) windows: Option<Box<WindowState>>,
 }
 
-/// What a clip that is taken window by window carries along.
+/// The state that a clip carries from window to window.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct WindowState {
     /// The last frame pushed, to compare the next one with.
-    pub(crate) last: Option<Thumbnail>,
-    /// A frame of the next shot, at working size.
-    pub(crate) held: Option<Frame>,
+    pub(crate) last_thumbnail: Option<Thumbnail>,
+    /// The first frame of the next shot, at working size.
+    pub(crate) next_shot: Option<Frame>,
     /// The trackers after the present window.
     pub(crate) trackers: Option<Trackers>,
-    /// How many frames were in the window before too.
+    /// Number of frames shared with the previous window.
     pub(crate) overlap: usize,
     /// The number of the first trajectory that starts in this shot.
     pub(crate) first_number: u32,
@@ -44,22 +43,22 @@ pub(crate) struct WindowState {
 }
 
 impl Clip {
-    /// No frames yet; pieces are given away under `epoch`.
+    /// Creates a clip without frames; its jobs belong to `epoch`.
     pub(crate) fn new(scale: Scale, params: ScaledParams, epoch: u32) -> Self {
         Self {
             params,
             scale,
             frames: Vec::new(),
-            given: None,
+            external: None,
             flows: Vec::new(),
             scratch: FlowScratch::default(),
-            ledger: Ledger::new(epoch),
+            pending_jobs: PendingJobs::new(epoch),
             windows: None,
         }
     }
 
-    /// The frame at working size, if it can be added.
-    pub(crate) fn accepted(&self, frame: &Frame) -> Result<Frame, Error> {
+    /// Returns a new frame at working size, or an error if it cannot be added.
+    pub(crate) fn resize_frame(&self, frame: &Frame) -> Result<Frame, Error> {
         let (actual, Scale { input, working }) = ((frame.width(), frame.height()), self.scale);
         if input != actual {
             return Err(Error::FrameSizeChanged { index: self.frames.len(), expected: input, actual });
@@ -68,8 +67,8 @@ impl Clip {
         Ok(frame.resized(working.0, working.1))
     }
 
-    /// A shot of a single frame has no motion, and so no trajectories.
-    pub(crate) fn is_lone_frame(&self) -> bool {
+    /// Returns whether the clip is a shot of a single frame, which has no motion and so no trajectories.
+    pub(crate) fn is_single_frame_shot(&self) -> bool {
         self.windows.is_some() && self.frames.len() == 1 && self.flows.is_empty()
     }
 }
@@ -78,16 +77,18 @@ impl Clip {
 #[derive(Debug, Clone)]
 pub(crate) struct Trackers {
     pub(crate) tracks: Tracker,
-    /// Follows the denser trajectories that the masks are made from.
+    /// Follows the denser trajectories that masks are made from.
     pub(crate) masks: Option<Tracker>,
-    /// Whether other trajectories take the place of `tracks`, which are none then.
-    pub(crate) is_given: bool,
+    /// True if trajectories of another tracker are used; then `tracks` has none.
+    pub(crate) has_external: bool,
 }
 
 impl Trackers {
-    /// For frames of `size` pixels; trajectories are numbered from `first` on.
+    /// Creates trackers for frames of `size` pixels; trajectories are numbered from `first` on.
     pub(crate) fn new(first: u32, size: (usize, usize), params: &Params) -> Self {
         let masks = params.clip.dense.then(|| Tracker::new(size, &params.trajectory.for_masks()));
-        Self { tracks: Tracker::numbering_from(first, size, &params.trajectory), masks, is_given: false }
+        let mut tracks = Tracker::new(size, &params.trajectory);
+        tracks.state.next_number = first;
+        Self { tracks, masks, has_external: false }
     }
 }

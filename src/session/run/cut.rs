@@ -1,341 +1,356 @@
-//! The cut over the whole clip, move by move; before it, which clusters are objects.
+//! The stage of the cut over the whole clip, a move a step, after the clusters that are objects are selected.
 //!
-//! The background (`judge`) or the frame's rim (`objects`) says it of the clusters, and pixels doubt it (`background`).
-//! Objects take the labels that they had in the window before (`window`).
+//! Clusters are selected by the background (`judge`) or by the frame border (`objects`); reprojection errors of pixels then
+//! add evidence (`background`). Objects keep the labels of the previous window (`window`).
 
 use super::clip::Clip;
 use super::recut::Recut;
-use super::work::{StageWork, Turn};
+use super::work::{StageWork, StepReport};
 use crate::Error;
-use crate::background::{Accounts, LabelledTracks, Sought};
-use crate::cut::{CutInput, CutParams, GabrielCut, Region, add_appearance, pixel_of};
-use crate::evidence::Known;
-use crate::judge::{Observations, cluster_doubts, judge_clusters};
+use crate::background::{ReprojectionErrors, ReprojectionInput, SegmentedTracks};
+use crate::classify::{Observations, classify_clusters, cluster_penalties};
+use crate::cut::{CutInput, CutParams, GabrielCut, Region, add_appearance, pixel_index};
+use crate::evidence::EvidenceInput;
 use crate::objects::{Objects, find_objects, number_objects};
-use crate::order::{pair, sort_by_key};
-use crate::session::base::{Cut, CutGround, CutRegion, Outputs, Stage};
-use crate::session::jobs::{Ledger, Made, Piece, PieceKind, Work};
-use crate::session::window::portraits;
+use crate::order::{pair_key, sort_by_key};
+use crate::session::base::{Cut, CutContext, CutRegion, Outputs, Stage};
+use crate::session::jobs::{Job, JobInput, JobKind, JobResult, PendingJobs};
+use crate::session::window::{NumberedTracks, object_appearances};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 use std::sync::{Arc, OnceLock};
 
-/// A stroke holds a superpixel if this share of the stroke lies in it, or if it covers this share of the superpixel.
-/// One that it only brushes may be large, and belong elsewhere.
-const STROKE_SHARE: f32 = 0.25;
-const SUPERPIXEL_SHARE: f32 = 0.1;
+/// A stroke fixes the label of a superpixel that holds at least this share of the stroke; chosen by eye. A superpixel that
+/// the stroke barely touches may be large and mostly lie elsewhere.
+const MIN_STROKE_SHARE: f32 = 0.25;
+/// Also one of which the stroke covers at least this share; chosen by eye.
+const MIN_SUPERPIXEL_SHARE: f32 = 0.1;
 
-/// A cut, the first one or one that a correction asks for.
+/// The first cut, or one that a correction asks for.
 #[derive(Debug, Clone)]
 pub(crate) struct CutWork {
-    /// What a correction asks for; `None` for the first cut.
+    /// The correction; `None` for the first cut.
     recut: Option<Recut>,
     step: CutStep,
 }
 
-/// The step of a cut that is next.
+/// The next step of a cut.
 #[derive(Debug, Clone)]
 enum CutStep {
-    /// Clusters become objects, frame by frame where pixels are asked, and then an energy.
-    Energy(Option<Judging>),
-    /// The energy is made less, move by move.
-    Moves(Box<Moving>),
+    /// Clusters are selected as objects, a frame a step if reprojection errors are needed; then the energy is set up.
+    Selection(Option<ObjectSelection>),
+    /// Moves reduce the energy.
+    Rounds(Box<CutRounds>),
 }
 
-/// A cut being made.
+/// A cut in progress.
 #[derive(Debug, Clone)]
-struct Moving {
+struct CutRounds {
     objects: Objects,
-    terms: Terms,
-    /// The evidence of this round.
+    terms: CutTerms,
+    /// The evidence of this round, including appearance.
     evidence: Vec<f32>,
     moves: GabrielCut,
     /// Steps of the rounds before.
-    made: usize,
-    /// Rounds by appearance that are left.
-    rounds: u32,
+    steps_before: usize,
+    /// Remaining rounds with appearance.
+    rounds_left: u32,
 }
 
-/// What speaks for labels in all rounds.
+/// The terms of the energy that are the same in all rounds.
 #[derive(Debug, Clone)]
-struct Terms {
-    /// The labels of the denser trajectories; `None` without them.
-    voted: Option<Vec<u32>>,
+struct CutTerms {
+    /// The clusters of the mask trajectories; `None` without them.
+    mask_track_labels: Option<Vec<u32>>,
     is_object: Vec<bool>,
-    /// For an object in each superpixel; empty without a background.
+    /// Evidence for an object in each superpixel; empty without a background.
     evidence: Vec<f32>,
 }
 
 impl CutWork {
-    /// The first cut, or one that a correction asks for.
+    /// Starts the first cut, or one that a correction asks for.
     pub(crate) fn new(recut: Option<Recut>) -> Self {
-        Self { recut, step: CutStep::Energy(None) }
+        Self { recut, step: CutStep::Selection(None) }
     }
 
-    /// Puts the finished cut to the outputs. Returns what a correction asked for.
+    /// Moves the finished cut to the outputs. Returns the correction.
     pub(crate) fn finish(self, outputs: &mut Outputs) -> Option<Recut> {
-        if let CutStep::Moves(moving) = self.step {
-            let Moving { objects, terms: Terms { voted, is_object, evidence: cues }, evidence, moves, .. } = *moving;
+        if let CutStep::Rounds(rounds) = self.step {
+            let CutRounds { objects, terms, evidence, moves, .. } = *rounds;
+            let CutTerms { mask_track_labels, is_object, evidence: cues } = terms;
             let region = self.recut.as_ref().map(|recut| recut.region(&outputs.superpixels));
-            let ground = Arc::new(CutGround { voted, is_object, cues, evidence, region });
-            outputs.cut = Cut { labels: moves.finish(), objects, ground, sureness: OnceLock::new() };
+            let context = Arc::new(CutContext { mask_track_labels, is_object, cues, evidence, region });
+            outputs.cut = Cut { labels: moves.finish(), objects, context, confidence_terms: OnceLock::new() };
         }
         self.recut
     }
 
-    /// The energy.
-    fn moving(&self, objects: Objects, voted: Option<Vec<u32>>, made: usize, clip: &Clip, outputs: &Outputs) -> Moving {
+    /// Sets up the energy.
+    fn rounds(
+        &self,
+        objects: Objects,
+        mask_track_labels: Option<Vec<u32>>,
+        steps_before: usize,
+        clip: &Clip,
+        outputs: &Outputs,
+    ) -> CutRounds {
         let (recut, settings) = (self.recut.as_ref(), &clip.params.cut);
-        let terms = Terms::new(outputs, recut, &objects, voted, clip);
-        let before = recut.filter(|_| settings.appearance_rounds > 0).map(|recut| &recut.present);
-        let evidence = before.map(|before| terms.evidence_with(outputs, before, clip));
+        let terms = CutTerms::new(outputs, recut, &objects, mask_track_labels, clip);
+        let previous = recut.filter(|_| settings.appearance_rounds > 0).map(|recut| &recut.clusters);
+        let evidence = previous.map(|clusters| terms.evidence_with_appearance(outputs, clusters, clip));
         let evidence = evidence.unwrap_or_else(|| terms.evidence.clone());
         let input = terms.input(outputs, &evidence);
         let moves = recut.map_or_else(|| GabrielCut::new(&input, settings), |recut| recut.cut(&input, settings));
-        // Without objects there is nothing to be learned.
-        let is_once = recut.is_some() || !terms.is_object.contains(&true);
-        let rounds = if is_once { 0 } else { settings.appearance_rounds };
-        Moving { objects, terms, evidence, moves, made, rounds }
+        // Appearance models need objects.
+        let is_single_round = recut.is_some() || !terms.is_object.contains(&true);
+        let rounds_left = if is_single_round { 0 } else { settings.appearance_rounds };
+        CutRounds { objects, terms, evidence, moves, steps_before, rounds_left }
     }
 
     #[cfg(test)]
     pub(crate) fn moves(&self) -> Option<&GabrielCut> {
         match &self.step {
-            CutStep::Moves(moving) => Some(&moving.moves),
-            CutStep::Energy(_) => None,
+            CutStep::Rounds(rounds) => Some(&rounds.moves),
+            CutStep::Selection(_) => None,
         }
     }
 }
 
 impl StageWork for CutWork {
-    /// What is object, frame by frame where pixels are asked; with the last of them the energy, and the first move; then
-    /// a move.
-    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<Turn, Error> {
-        let judging = match &mut self.step {
-            CutStep::Moves(moving) => return Ok(moving.step(clip, outputs)),
-            CutStep::Energy(judging) => judging,
+    /// Selects objects, a frame a step if reprojection errors are needed; with the last of them sets up the energy and makes
+    /// the first move; then makes a move.
+    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<StepReport, Error> {
+        let selection = match &mut self.step {
+            CutStep::Rounds(rounds) => return Ok(rounds.step(clip, outputs)),
+            CutStep::Selection(selection) => selection,
         };
-        let (objects, voted, made) = if let Some(recut) = &self.recut {
-            (recut.objects.clone(), voted(outputs, clip), 0)
+        let (objects, mask_track_labels, num_frames) = if let Some(recut) = &self.recut {
+            (recut.objects.clone(), label_mask_tracks(outputs, clip), 0)
         } else {
-            let judging = match judging {
-                Some(judging) => {
-                    judging.step(outputs, clip);
-                    judging
+            let selection = match selection {
+                Some(selection) => {
+                    selection.step(outputs, clip);
+                    selection
                 }
-                None => judging.insert(Judging::new(outputs, clip)),
+                None => selection.insert(ObjectSelection::new(outputs, clip)),
             };
-            let (made, wanted) = (judging.accounts.len(), judging.wanted);
-            if made < wanted {
-                return Ok(Turn::new(Stage::Cut, made + 1, wanted + 2));
+            let (finished, num_frames) = (selection.reprojection_errors.len(), selection.num_frames);
+            if finished < num_frames {
+                return Ok(StepReport::new(Stage::Cut, finished + 1, num_frames + 2));
             }
-            let (objects, voted) = judging.finish(outputs, clip);
-            (objects, voted, wanted)
+            let (objects, mask_track_labels) = selection.finish(outputs, clip);
+            (objects, mask_track_labels, num_frames)
         };
-        let mut moving = Box::new(self.moving(objects, voted, made, clip, outputs));
-        let turn = moving.step(clip, outputs);
-        self.step = CutStep::Moves(moving);
-        Ok(turn)
+        let mut rounds = Box::new(self.rounds(objects, mask_track_labels, num_frames, clip, outputs));
+        let report = rounds.step(clip, outputs);
+        self.step = CutStep::Rounds(rounds);
+        Ok(report)
     }
 
-    fn take(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Piece> {
-        let CutStep::Energy(Some(judging)) = &self.step else { return None };
-        let id = clip.ledger.take(PieceKind::Accounts, judging.accounts.len()..judging.wanted)?;
-        Some(Piece { id, work: Work::Accounts(judging.sought(id.t as usize, outputs)?) })
+    fn take_job(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Job> {
+        let CutStep::Selection(Some(selection)) = &self.step else { return None };
+        let frames = selection.reprojection_errors.len()..selection.num_frames;
+        let id = clip.pending_jobs.assign(JobKind::Reprojection, frames)?;
+        Some(Job { id, input: JobInput::Reprojection(selection.reprojection_input(id.index as usize, outputs)?) })
     }
 
-    fn awaits(&self, ledger: &Ledger, _: &Outputs) -> bool {
-        let CutStep::Energy(Some(judging)) = &self.step else { return false };
-        let made = judging.accounts.len();
-        made < judging.wanted && ledger.is_out(PieceKind::Accounts, made)
+    fn is_waiting(&self, pending_jobs: &PendingJobs, _: &Outputs) -> bool {
+        let CutStep::Selection(Some(selection)) = &self.step else { return false };
+        let t = selection.reprojection_errors.len();
+        t < selection.num_frames && pending_jobs.is_pending(JobKind::Reprojection, t)
     }
 }
 
-impl Moving {
-    /// A move. A cut without any left is followed by the next round.
-    fn step(&mut self, clip: &Clip, outputs: &Outputs) -> Turn {
+impl CutRounds {
+    /// Makes a move. After the last move of a round the next round begins.
+    fn step(&mut self, clip: &Clip, outputs: &Outputs) -> StepReport {
         let is_more = self.moves.step();
         let (done, total) = self.moves.progress();
-        // Making an energy counts as a step, so that a cut without any move is seen to end.
-        let (done, of_round) = (self.made + done as usize + 1, total as usize + 1);
-        let turn = Turn::new(Stage::Cut, done, self.made + of_round * (1 + self.rounds as usize));
-        let is_last = !is_more && self.rounds == 0;
-        if !is_more && self.rounds > 0 {
-            let labels = self.moves.labels().labels;
-            self.evidence = self.terms.evidence_with(outputs, &labels, clip);
-            self.moves.begin_again(&self.terms.input(outputs, &self.evidence), &clip.params.cut);
-            (self.made, self.rounds) = (done, self.rounds - 1);
+        // Setting up the energy counts as a step, so that progress reaches its total without any move.
+        let (done, round_total) = (self.steps_before + done as usize + 1, total as usize + 1);
+        let total = self.steps_before + round_total * (1 + self.rounds_left as usize);
+        let report = StepReport::new(Stage::Cut, done, total);
+        let is_last = !is_more && self.rounds_left == 0;
+        if !is_more && self.rounds_left > 0 {
+            let clusters = self.moves.labels().labels;
+            self.evidence = self.terms.evidence_with_appearance(outputs, &clusters, clip);
+            self.moves.restart(&self.terms.input(outputs, &self.evidence), &clip.params.cut);
+            (self.steps_before, self.rounds_left) = (done, self.rounds_left - 1);
         }
-        Turn { is_last, ..turn }
+        StepReport { is_last, ..report }
     }
 }
 
-impl Terms {
-    /// `voted` has the labels of the denser trajectories.
+impl CutTerms {
     fn new(
         outputs: &Outputs,
         recut: Option<&Recut>,
         objects: &Objects,
-        mut voted: Option<Vec<u32>>,
+        mut mask_track_labels: Option<Vec<u32>>,
         clip: &Clip,
     ) -> Self {
         let superpixels = &outputs.superpixels;
         let is_object: Vec<bool> = objects.of_cluster.iter().map(|&label| label > 0).collect();
-        if let (Some(denser), Some(voted), Some(recut)) = (&outputs.tracked.denser, &mut voted, recut) {
-            recut.vote(denser, voted, superpixels[0].runs().size());
+        let mask_tracks = outputs.track_set.mask_tracks.as_ref();
+        if let (Some(tracks), Some(labels), Some(recut)) = (mask_tracks, &mut mask_track_labels, recut) {
+            recut.vote(tracks, labels, &superpixels[0]);
         }
-        let mut terms = Self { voted, is_object, evidence: Vec::new() };
+        let mut terms = Self { mask_track_labels, is_object, evidence: Vec::new() };
         if let Some(background) = &outputs.background {
             let CutInput { tracks, label, objects: is_object, .. } = terms.input(outputs, &[]);
             let is_sure =
-                |cluster: usize| recut.is_some_and(|recut| recut.open[usize::from(objects.of_cluster[cluster])]);
-            let doubts = cluster_doubts(&outputs.clusters, &outputs.doubts, is_sure);
-            let labelled = LabelledTracks { tracks, label, is_object };
-            terms.evidence = background.evidence(superpixels, &clip.flows, labelled, &doubts, &clip.params.background);
+                |cluster: usize| recut.is_some_and(|recut| recut.is_open[usize::from(objects.of_cluster[cluster])]);
+            let penalties = cluster_penalties(&outputs.clusters, &outputs.doubts, is_sure);
+            let segmented = SegmentedTracks { tracks, label, is_object };
+            terms.evidence =
+                background.evidence(superpixels, &clip.flows, segmented, &penalties, &clip.params.background);
         }
         terms
     }
 
     fn input<'a>(&'a self, outputs: &'a Outputs, evidence: &'a [f32]) -> CutInput<'a> {
-        outputs.input_of_cut(self.voted.as_deref(), &self.is_object, evidence)
+        outputs.cut_input_with(self.mask_track_labels.as_deref(), &self.is_object, evidence)
     }
 
-    /// The evidence with that of what the labels of a cut before look like.
-    fn evidence_with(&self, outputs: &Outputs, before: &[Vec<u32>], clip: &Clip) -> Vec<f32> {
+    /// Adds the evidence of appearance models that are learned from the clusters of an earlier cut.
+    fn evidence_with_appearance(&self, outputs: &Outputs, clusters: &[Vec<u32>], clip: &Clip) -> Vec<f32> {
         let weight = clip.params.cut.appearance_weight;
-        add_appearance(&self.evidence, &outputs.superpixels, &clip.frames, before, &self.is_object, weight)
+        add_appearance(&self.evidence, &outputs.superpixels, &clip.frames, clusters, &self.is_object, weight)
     }
 }
 
 impl Recut {
-    /// The energy of the part that is cut anew.
+    /// Sets up the energy of the part that is cut again.
     fn cut(&self, input: &CutInput, params: &CutParams) -> GabrielCut {
-        let CutRegion { open, held } = self.region(input.superpixels);
-        GabrielCut::within(input, params, &Region { present: &self.present, open: &open, held: &held })
+        let CutRegion { is_open, allowed } = self.region(input.superpixels);
+        GabrielCut::of_region(input, params, &Region { current: &self.clusters, open: &is_open, constraints: &allowed })
     }
 
-    /// Which clusters can be given and taken, and which superpixels are held.
+    /// Returns the clusters and superpixels that the new cut may change.
     fn region(&self, superpixels: &[Superpixels]) -> CutRegion {
         let of_cluster = &self.objects.of_cluster;
-        let open = of_cluster.iter().map(|&l| self.open[usize::from(l)]).collect();
-        let mut held = Vec::new();
+        let is_open = of_cluster.iter().map(|&l| self.is_open[usize::from(l)]).collect();
+        let mut allowed = Vec::new();
         for (t, superpixels) in superpixels.iter().enumerate() {
-            for (superpixel, label) in self.held_superpixels(t, superpixels) {
-                held.push((t, superpixel, of_cluster.iter().map(|&l| l == label).collect()));
+            for (superpixel, label) in self.fixed_superpixels(t, superpixels) {
+                allowed.push((t, superpixel, of_cluster.iter().map(|&l| l == label).collect()));
             }
         }
-        CutRegion { open, held }
+        CutRegion { is_open, allowed }
     }
 
-    /// The denser trajectories that strokes were painted over have their labels, by the largest cluster of each.
-    fn vote(&self, tracks: &Trajectories, label: &mut [u32], size: (usize, usize)) {
-        for held in &self.held {
-            let Some(cluster) = self.objects.of_cluster.iter().position(|&l| l == held.label) else { continue };
-            for (i, x, y) in tracks.alive(held.t) {
-                if held.pixels.binary_search(&(pixel_of(size, x, y) as u32)).is_ok() {
+    /// Gives mask trajectories under strokes the largest cluster of the stroke's label.
+    fn vote(&self, tracks: &Trajectories, label: &mut [u32], superpixels: &Superpixels) {
+        let size = superpixels.runs().size();
+        for constraint in &self.constraints {
+            let Some(cluster) = self.objects.of_cluster.iter().position(|&l| l == constraint.label) else { continue };
+            for (i, x, y) in tracks.alive(constraint.t) {
+                if constraint.pixels.binary_search(&(pixel_index(size, x, y) as u32)).is_ok() {
                     label[i] = cluster as u32;
                 }
             }
         }
     }
 
-    /// The superpixels of frame `t` that strokes lie over to a good part of the stroke or of the superpixel, where
-    /// these agree on the label.
-    fn held_superpixels(&self, t: usize, superpixels: &Superpixels) -> Vec<(u32, u8)> {
+    /// Returns the superpixels of frame `t` whose label strokes fix, with the label. Strokes must agree on it.
+    fn fixed_superpixels(&self, t: usize, superpixels: &Superpixels) -> Vec<(u32, u8)> {
         let (label, area) = (superpixels.label(), superpixels.areas());
-        let mut under: Vec<(u32, u8)> = Vec::new();
-        for held in self.held.iter().filter(|h| h.t == t) {
-            let mut of_stroke: Vec<u32> = held.pixels.iter().map(|&p| label.data()[p as usize]).collect();
-            sort_by_key(&mut of_stroke, |&s| s.into());
-            let good = |pixels: &&[u32]| {
+        let mut fixed: Vec<(u32, u8)> = Vec::new();
+        for constraint in self.constraints.iter().filter(|constraint| constraint.t == t) {
+            let mut covered: Vec<u32> = constraint.pixels.iter().map(|&p| label.data()[p as usize]).collect();
+            sort_by_key(&mut covered, |&s| s.into());
+            let is_enough = |pixels: &&[u32]| {
                 let count = pixels.len() as f32;
-                count >= STROKE_SHARE * held.pixels.len() as f32
-                    || count >= SUPERPIXEL_SHARE * area[pixels[0] as usize] as f32
+                count >= MIN_STROKE_SHARE * constraint.pixels.len() as f32
+                    || count >= MIN_SUPERPIXEL_SHARE * area[pixels[0] as usize] as f32
             };
-            under.extend(of_stroke.chunk_by(|a, b| a == b).filter(good).map(|pixels| (pixels[0], held.label)));
+            let superpixels = covered.chunk_by(|a, b| a == b).filter(is_enough).map(|pixels| pixels[0]);
+            fixed.extend(superpixels.map(|superpixel| (superpixel, constraint.label)));
         }
-        sort_by_key(&mut under, |&(s, l)| pair(s, l.into()));
-        under.dedup();
-        under.chunk_by(|a, b| a.0 == b.0).filter(|labels| labels.len() == 1).map(|labels| labels[0]).collect()
+        sort_by_key(&mut fixed, |&(s, l)| pair_key(s, l.into()));
+        fixed.dedup();
+        fixed.chunk_by(|a, b| a.0 == b.0).filter(|labels| labels.len() == 1).map(|labels| labels[0]).collect()
     }
 }
 
-/// Which clusters are objects, and what the pixels of the frames say to that, frame by frame.
+/// The selection of clusters as objects, and the reprojection errors of the frames so far.
 #[derive(Debug, Clone)]
-struct Judging {
+struct ObjectSelection {
     is_object: Vec<bool>,
-    /// The labels of the denser trajectories; `None` without those.
-    voted: Option<Vec<u32>>,
-    /// Of the frames so far.
-    accounts: Vec<Accounts>,
-    /// Number of frames with accounts; 0 where the camera stands still or there is nothing to tell.
-    wanted: usize,
+    /// The clusters of the mask trajectories; `None` without them.
+    mask_track_labels: Option<Vec<u32>>,
+    reprojection_errors: Vec<ReprojectionErrors>,
+    /// Number of frames that need reprojection errors; 0 with a still camera or without objects.
+    num_frames: usize,
 }
 
-impl Judging {
-    /// Clusters may be made anew.
+impl ObjectSelection {
+    /// Selects objects. Clusters may be merged or split by this.
     fn new(outputs: &mut Outputs, clip: &Clip) -> Self {
-        let judged = outputs.background.as_ref().map(|background| {
-            let known = outputs.known(&clip.params.affinity);
-            let observations = observations(outputs, &known, clip);
-            judge_clusters(background, &outputs.clusters, &observations, &clip.params.background)
+        let classes = outputs.background.as_ref().map(|background| {
+            let evidence = outputs.cluster_evidence(&clip.params.affinity);
+            let observations = observations(outputs, &evidence, clip);
+            classify_clusters(background, &outputs.clusters, &observations, &clip.params.background)
         });
-        let (is_object, voted) = match judged {
-            Some(figure) => {
-                (outputs.clusters, outputs.doubts) = (figure.clusters, figure.doubts);
-                (figure.is_object, Some(figure.label))
+        let (is_object, mask_track_labels) = match classes {
+            Some(classes) => {
+                (outputs.clusters, outputs.doubts) = (classes.clusters, classes.penalties);
+                (classes.is_object, Some(classes.label))
             }
             None => {
-                let objects = find_objects(&outputs.tracked.tracks, &outputs.clusters);
-                (objects.of_cluster.iter().map(|&label| label > 0).collect(), voted(outputs, clip))
+                let objects = find_objects(&outputs.track_set.tracks, &outputs.clusters);
+                let is_object = objects.of_cluster.iter().map(|&label| label > 0).collect();
+                (is_object, label_mask_tracks(outputs, clip))
             }
         };
-        let wanted = outputs.background.as_ref().map_or(0, |background| background.num_accounts(&is_object));
-        Self { is_object, voted, accounts: Vec::new(), wanted }
+        let num_frames = outputs.background.as_ref().map_or(0, |background| background.num_error_frames(&is_object));
+        Self { is_object, mask_track_labels, reprojection_errors: Vec::new(), num_frames }
     }
 
-    fn sought(&self, t: usize, outputs: &Outputs) -> Option<Sought> {
-        let (tracks, label) = (outputs.tracked.denser.as_ref()?, self.voted.as_deref()?);
-        let labelled = LabelledTracks { tracks, label, is_object: &self.is_object };
-        outputs.background.as_ref()?.sought(t, labelled)
+    fn reprojection_input(&self, t: usize, outputs: &Outputs) -> Option<ReprojectionInput> {
+        let (tracks, label) = (outputs.track_set.mask_tracks.as_ref()?, self.mask_track_labels.as_deref()?);
+        let segmented = SegmentedTracks { tracks, label, is_object: &self.is_object };
+        outputs.background.as_ref()?.reprojection_input(t, segmented)
     }
 
-    /// The accounts of the next frame.
+    /// Adds the reprojection errors of the next frame.
     fn step(&mut self, outputs: &Outputs, clip: &mut Clip) {
-        let t = self.accounts.len();
-        let make = || self.sought(t, outputs).map(|sought| sought.accounts()).unwrap_or_default();
-        let made = match clip.ledger.collect(PieceKind::Accounts, t) {
-            Some(Made::Accounts(made)) => made,
-            _ => make(),
+        let t = self.reprojection_errors.len();
+        let compute = || self.reprojection_input(t, outputs).map(|input| input.errors()).unwrap_or_default();
+        let errors = match clip.pending_jobs.take_result(JobKind::Reprojection, t) {
+            Some(JobResult::Reprojection(errors)) => errors,
+            _ => compute(),
         };
-        self.accounts.push(made);
+        self.reprojection_errors.push(errors);
     }
 
-    /// The objects, and the labels of the denser trajectories.
+    /// Returns the objects and the clusters of the mask trajectories.
     fn finish(&mut self, outputs: &mut Outputs, clip: &Clip) -> (Objects, Option<Vec<u32>>) {
-        let (voted, accounts) = (self.voted.take(), std::mem::take(&mut self.accounts));
-        let Outputs { background, tracked, .. } = &mut *outputs;
-        if let (Some(background), Some(tracks), Some(label)) = (background, &tracked.denser, &voted) {
-            background.account(accounts, LabelledTracks { tracks, label, is_object: &self.is_object });
+        let (mask_track_labels, errors) =
+            (self.mask_track_labels.take(), std::mem::take(&mut self.reprojection_errors));
+        let Outputs { background, track_set, .. } = &mut *outputs;
+        if let (Some(background), Some(tracks), Some(label)) = (background, &track_set.mask_tracks, &mask_track_labels)
+        {
+            background.set_reprojection_errors(errors, SegmentedTracks { tracks, label, is_object: &self.is_object });
         }
-        (objects_of(outputs, &self.is_object, clip), voted)
+        (label_objects(outputs, &self.is_object, clip), mask_track_labels)
     }
 }
 
-/// The labels of the denser trajectories, by those that were clustered.
-fn voted(outputs: &Outputs, clip: &Clip) -> Option<Vec<u32>> {
-    outputs.tracked.denser.as_ref()?;
-    let known = outputs.known(&clip.params.affinity);
-    Some(observations(outputs, &known, clip).propagate_labels(&outputs.clusters))
+/// Returns the cluster of each mask trajectory, propagated from the clustered ones; `None` without masks.
+fn label_mask_tracks(outputs: &Outputs, clip: &Clip) -> Option<Vec<u32>> {
+    outputs.track_set.mask_tracks.as_ref()?;
+    let evidence = outputs.cluster_evidence(&clip.params.affinity);
+    Some(observations(outputs, &evidence, clip).propagate_labels(&outputs.clusters))
 }
 
-/// What clusters are judged by.
-fn observations<'a>(outputs: &'a Outputs, known: &'a Known<'a>, clip: &Clip) -> Observations<'a> {
-    let (tracked, params) = (&outputs.tracked, &clip.params);
+/// Collects the inputs of the selection.
+fn observations<'a>(outputs: &'a Outputs, evidence: &'a EvidenceInput<'a>, clip: &Clip) -> Observations<'a> {
+    let params = &clip.params;
     Observations {
-        known,
-        denser: tracked.denser.as_ref().unwrap_or(&tracked.tracks),
-        saliency: outputs.salient.as_ref().map_or(&[], |salient| &salient.of_denser),
+        clustered: evidence,
+        denser: outputs.track_set.densest(),
+        saliency: outputs.saliency.as_ref().map_or(&[], |saliency| &saliency.mask_tracks),
         saliency_threshold: params.saliency.threshold,
         max_edge: params.connectedness.max_edge * params.spacing(),
         vote_radius: params.vote_radius(),
@@ -343,15 +358,17 @@ fn observations<'a>(outputs: &'a Outputs, known: &'a Known<'a>, clip: &Clip) -> 
     }
 }
 
-/// The objects, under the labels that they had in the window before.
-fn objects_of(outputs: &Outputs, is_object: &[bool], clip: &Clip) -> Objects {
-    let (tracked, clusters) = (&outputs.tracked, &outputs.clusters);
-    let found = number_objects(&tracked.tracks, clusters, is_object);
+/// Numbers the objects; they keep the labels of the previous window.
+fn label_objects(outputs: &Outputs, is_object: &[bool], clip: &Clip) -> Objects {
+    let (track_set, clusters) = (&outputs.track_set, &outputs.clusters);
+    let objects = number_objects(&track_set.tracks, clusters, is_object);
     match &clip.windows {
-        Some(w) => {
-            let looks = portraits(&tracked.tracks, &clusters.label, &found, &clip.frames);
-            w.identities.rename(&found, &tracked.tracks, &clusters.label, &tracked.numbers, w.overlap, &looks)
+        Some(windows) => {
+            let appearances = object_appearances(&track_set.tracks, &clusters.label, &objects, &clip.frames);
+            let labelled =
+                NumberedTracks { tracks: &track_set.tracks, label: &clusters.label, number: &track_set.numbers };
+            windows.identities.relabel(&objects, labelled, windows.overlap, &appearances)
         }
-        None => found,
+        None => objects,
     }
 }

@@ -1,16 +1,16 @@
-//! Superpixels frame by frame, with what the camera and the background tell; and masks frame by frame.
+//! The stages of superpixels and masks, a frame a step. Camera and background are estimated with the last superpixels.
 
 use super::clip::Clip;
 use super::recut::Recut;
-use super::work::{StageWork, Turn};
+use super::work::{StageWork, StepReport};
 use crate::Error;
 use crate::background::{Background, BackgroundParams};
-use crate::camera::{Camera, Forward, Travel, Ways};
+use crate::camera::{Camera, Egomotion, ForwardMotion, PointMatches};
 use crate::cut::paint;
 use crate::image::{Frame, Plane};
 use crate::mask::refine;
 use crate::session::base::{Outputs, Stage};
-use crate::session::jobs::{Ledger, Made, Piece, PieceKind, Work};
+use crate::session::jobs::{Job, JobInput, JobKind, JobResult, PendingJobs};
 use crate::superpixel::frame_superpixels;
 
 /// Superpixels, a frame a step; with the last of them the camera and the background.
@@ -18,87 +18,87 @@ use crate::superpixel::frame_superpixels;
 pub(crate) struct SuperpixelWork;
 
 impl StageWork for SuperpixelWork {
-    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<Turn, Error> {
+    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<StepReport, Error> {
         let t = outputs.superpixels.len();
-        outputs.superpixels.push(match clip.ledger.collect(PieceKind::Superpixels, t) {
-            Some(Made::Superpixels(made)) => made,
+        outputs.superpixels.push(match clip.pending_jobs.take_result(JobKind::Superpixels, t) {
+            Some(JobResult::Superpixels(superpixels)) => superpixels,
             _ => frame_superpixels(&clip.frames[t], &clip.params.contour, &clip.params.superpixel),
         });
-        let turn = Turn::new(Stage::Superpixels, t + 1, clip.frames.len());
-        if turn.is_last {
-            let Clip { ledger, frames, params, .. } = &mut *clip;
-            let mut tells = |k: usize, ways: Ways| match ledger.collect(PieceKind::Ways, k) {
-                Some(Made::Ways(forward)) => forward,
-                _ => ways.forward(),
-            };
-            outputs.camera = camera_of(outputs, frames, &params.background, &mut tells);
-            outputs.background = outputs.camera.clone().and_then(|camera| background_of(camera, outputs, clip));
+        let report = StepReport::new(Stage::Superpixels, t + 1, clip.frames.len());
+        if report.is_last {
+            let Clip { pending_jobs, frames, params, .. } = &mut *clip;
+            let mut pair_motion =
+                |k: usize, matches: PointMatches| match pending_jobs.take_result(JobKind::CameraMotion, k) {
+                    Some(JobResult::CameraMotion(forward)) => forward,
+                    _ => matches.estimate_egomotion(),
+                };
+            outputs.camera = estimate_camera(outputs, frames, &params.background, &mut pair_motion);
+            outputs.background = outputs.camera.clone().and_then(|camera| model_background(camera, outputs, clip));
         }
-        Ok(turn)
+        Ok(report)
     }
 
-    fn awaits(&self, ledger: &Ledger, outputs: &Outputs) -> bool {
-        ledger.is_out(PieceKind::Superpixels, outputs.superpixels.len())
+    fn is_waiting(&self, pending_jobs: &PendingJobs, outputs: &Outputs) -> bool {
+        pending_jobs.is_pending(JobKind::Superpixels, outputs.superpixels.len())
     }
 }
 
 /// Masks, a frame a step.
 #[derive(Debug, Clone)]
 pub(crate) struct MaskWork {
-    /// What a correction cut again; `None` for the first masks.
+    /// The correction that asked for new masks; `None` for the first ones.
     pub(crate) recut: Option<Recut>,
 }
 
-/// The label of each pixel of a frame, from the clusters of its superpixels, before borders are refined.
-fn painted(outputs: &Outputs, t: usize) -> Plane<u8> {
-    paint(&outputs.superpixels[t], &outputs.cut.labels.labels[t]).map(|cluster| outputs.label_of(cluster))
+/// Returns the mask of a frame before its borders are refined.
+fn coarse_mask(outputs: &Outputs, t: usize) -> Plane<u8> {
+    paint(&outputs.superpixels[t], &outputs.cut.labels.labels[t]).map(|cluster| outputs.mask_label(cluster))
 }
 
 impl StageWork for MaskWork {
-    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<Turn, Error> {
+    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<StepReport, Error> {
         let t = outputs.masks.len();
-        let made = clip.ledger.collect(PieceKind::Mask, t);
+        let result = clip.pending_jobs.take_result(JobKind::Mask, t);
         let frame = &clip.frames[t];
-        let mask = match (&self.recut, made) {
+        let mask = match (&self.recut, result) {
             (Some(recut), _) => recut.mask(t, frame, outputs, &clip.params),
-            (None, Some(Made::Mask(made))) => made,
-            (None, _) => refine(&painted(outputs, t), frame, &clip.params.refine),
+            (None, Some(JobResult::Mask(mask))) => mask,
+            (None, _) => refine(&coarse_mask(outputs, t), frame, &clip.params.refine),
         };
         outputs.masks.push(mask);
-        Ok(Turn::new(Stage::Masks, t + 1, clip.frames.len()))
+        Ok(StepReport::new(Stage::Masks, t + 1, clip.frames.len()))
     }
 
-    /// One that is made for the first time.
-    fn take(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Piece> {
-        let left = if self.recut.is_none() { outputs.masks.len()..clip.frames.len() } else { 0..0 };
-        let id = clip.ledger.take(PieceKind::Mask, left)?;
-        let t = id.t as usize;
-        Some(Piece { id, work: Work::Mask(clip.frames[t].clone(), painted(outputs, t)) })
+    /// Only the first masks of a clip are jobs.
+    fn take_job(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Job> {
+        let frames = if self.recut.is_none() { outputs.masks.len()..clip.frames.len() } else { 0..0 };
+        let id = clip.pending_jobs.assign(JobKind::Mask, frames)?;
+        let t = id.index as usize;
+        Some(Job { id, input: JobInput::Mask(clip.frames[t].clone(), coarse_mask(outputs, t)) })
     }
 
-    fn awaits(&self, ledger: &Ledger, outputs: &Outputs) -> bool {
-        ledger.is_out(PieceKind::Mask, outputs.masks.len())
+    fn is_waiting(&self, pending_jobs: &PendingJobs, outputs: &Outputs) -> bool {
+        pending_jobs.is_pending(JobKind::Mask, outputs.masks.len())
     }
 }
 
-/// What the camera does, `None` without flow; `tells` says of a pair of frames how it goes forward.
-pub(crate) fn camera_of(
+/// Estimates the motion of the camera; `None` without flow. `pair_motion` returns its forward motion in a frame pair.
+pub(crate) fn estimate_camera(
     outputs: &Outputs,
     frames: &[Frame],
     settings: &BackgroundParams,
-    tells: &mut dyn FnMut(usize, Ways) -> Option<(Forward, bool)>,
+    pair_motion: &mut dyn FnMut(usize, PointMatches) -> Option<(Egomotion, bool)>,
 ) -> Option<Camera> {
-    let motions = outputs.salient.as_ref()?.maps.motions();
-    let travel =
-        (settings.enabled && settings.rigid_scene).then(|| Travel::by(&outputs.tracked.tracks, tells)).flatten();
-    Some(Camera::new(motions, frames, travel))
+    let motions = outputs.saliency.as_ref()?.maps.motions();
+    let is_rigid = settings.enabled && settings.rigid_scene;
+    let forward = is_rigid.then(|| ForwardMotion::estimate_with(&outputs.track_set.tracks, pair_motion)).flatten();
+    Some(Camera::new(motions, frames, forward))
 }
 
-/// What the background tells, `None` unless clips are judged by it.
-pub(crate) fn background_of(camera: Camera, outputs: &Outputs, clip: &Clip) -> Option<Background> {
+/// Models the background of the clip; `None` with `background.enabled` off.
+pub(crate) fn model_background(camera: Camera, outputs: &Outputs, clip: &Clip) -> Option<Background> {
     if !clip.params.background.enabled {
         return None;
     }
-    let densest = outputs.tracked.denser.as_ref().unwrap_or(&outputs.tracked.tracks);
-    Some(Background::new(&clip.frames, camera, densest, clip.params.trajectory.mask_step))
+    Some(Background::new(&clip.frames, camera, outputs.track_set.densest(), clip.params.trajectory.mask_step))
 }

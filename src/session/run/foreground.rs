@@ -1,180 +1,181 @@
-//! Saliency frame by frame, then the components of the foreground and what they change, then the clusters.
+//! The stages of saliency (frame by frame), of the foreground's connected components, and of the clusters.
 
 use super::clip::Clip;
-use super::work::{StageWork, Turn};
+use super::work::{StageWork, StepReport};
 use crate::Error;
 use crate::connectedness::{ConnectednessMode, Separation, components, constrain};
 use crate::discontinuity::discontinuities;
-use crate::discretize::{MOST_ROTATIONS, RowsOf, discretize_by, rotation_counts, with_background};
+use crate::discretize::{NUM_ROTATIONS, NormalizedRows, discretize_with, rotation_counts, with_background};
 use crate::embedding::{Embedding, embed};
 use crate::flow::Field;
-use crate::saliency::{Asked, SaliencyMaps, context_saliency, pixels_at, trajectory_saliency};
-use crate::session::base::{Outputs, Salient, Stage, Tracked};
-use crate::session::jobs::{Ledger, Made, Piece, PieceKind, Work};
+use crate::saliency::{SaliencyMaps, SaliencyQuery, context_saliency, point_pixels, trajectory_saliency};
+use crate::session::base::{Outputs, SaliencyOutputs, Stage, TrackSet};
+use crate::session::jobs::{Job, JobInput, JobKind, JobResult, PendingJobs};
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;
 
-/// Saliency: one look at each flow field, one map of each, and the average over the embedding.
+/// Saliency: the dominant motion of each flow field, a map of each, and the average over the embedding.
 #[derive(Debug, Clone)]
 pub(crate) struct SaliencyWork {
     step: SaliencyStep,
     maps: SaliencyMaps,
-    /// The saliency of each point of the trajectories; below 0 where not known.
-    of_points: Vec<f32>,
-    /// The saliency of each point of the denser ones.
-    of_denser: Vec<f32>,
+    /// The saliency of each point of the trajectories; below 0 if unknown.
+    track_points: Vec<f32>,
+    /// The same for the mask trajectories.
+    mask_track_points: Vec<f32>,
 }
 
-/// The step of saliency that is next.
+/// The next step of saliency.
 #[derive(Debug, Clone, Copy)]
 enum SaliencyStep {
-    /// There is no flow, and nothing will be salient.
+    /// Without flow nothing is salient.
     WithoutFlow,
-    /// A flow field is looked at, ...
-    Looking,
-    /// ... the points of a frame get their saliency from its map, ...
-    Mapping(usize),
-    /// ... and trajectories theirs in the context of the embedding.
-    Averaging,
+    /// Estimates the dominant motion of the next flow field.
+    DominantMotion,
+    /// Samples the saliency map of a frame at its trajectory points.
+    Map(usize),
+    /// Averages the saliency of trajectories over the embedding.
+    Average,
 }
 
 impl SaliencyWork {
-    pub(crate) fn new(tracked: &Tracked, clip: &Clip) -> Self {
+    pub(super) fn new(track_set: &TrackSet, clip: &Clip) -> Self {
         let unknown = |tracks: &Trajectories| vec![-1.0; tracks.x.len()];
         Self {
-            step: if clip.flows.is_empty() { SaliencyStep::WithoutFlow } else { SaliencyStep::Looking },
+            step: if clip.flows.is_empty() { SaliencyStep::WithoutFlow } else { SaliencyStep::DominantMotion },
             maps: SaliencyMaps::new(&clip.params.saliency),
-            of_points: unknown(&tracked.tracks),
-            of_denser: tracked.denser.as_ref().map_or_else(Vec::new, unknown),
+            track_points: unknown(&track_set.tracks),
+            mask_track_points: track_set.mask_tracks.as_ref().map_or_else(Vec::new, unknown),
         }
     }
 
-    /// The points of both sets of trajectories in frame `t`, those of the denser ones last.
-    fn asked(&self, t: usize, clip: &Clip, tracked: &Tracked) -> Asked {
+    /// Collects the points of trajectories in frame `t`, then the points of mask trajectories.
+    fn query(&self, t: usize, clip: &Clip, track_set: &TrackSet) -> SaliencyQuery {
         let flow = &clip.flows[t];
-        let at = |tracks| pixels_at(tracks, t, flow.size()).map(|(_, pixel)| pixel);
-        let sets: [Option<&Trajectories>; 2] = [Some(&tracked.tracks), tracked.denser.as_ref()];
-        self.maps.asked(t, flow, &mut sets.into_iter().flatten().flat_map(at))
+        let pixels = |tracks| point_pixels(tracks, t, flow.size()).map(|(_, pixel)| pixel);
+        let sets: [Option<&Trajectories>; 2] = [Some(&track_set.tracks), track_set.mask_tracks.as_ref()];
+        self.maps.query(t, flow, &mut sets.into_iter().flatten().flat_map(pixels))
     }
 
-    fn map(&mut self, t: usize, clip: &mut Clip, tracked: &Tracked) {
+    /// Stores the saliency of the trajectory points in frame `t`.
+    fn map(&mut self, t: usize, clip: &mut Clip, track_set: &TrackSet) {
         let size = clip.scale.working;
-        let values = match clip.ledger.collect(PieceKind::Saliency, t) {
-            Some(Made::Saliency(values)) => values,
-            _ => self.asked(t, clip, tracked).answer(&clip.params.saliency),
+        let values = match clip.pending_jobs.take_result(JobKind::Saliency, t) {
+            Some(JobResult::Saliency(values)) => values,
+            _ => self.query(t, clip, track_set).evaluate(&clip.params.saliency),
         };
-        let points = pixels_at(&tracked.tracks, t, size).zip(&values);
-        let count = points.map(|((point, _), &value)| self.of_points[point] = value).count();
-        if let Some(denser) = &tracked.denser {
-            let points = pixels_at(denser, t, size).zip(values.get(count..).unwrap_or_default());
-            points.for_each(|((point, _), &value)| self.of_denser[point] = value);
+        let points = point_pixels(&track_set.tracks, t, size).zip(&values);
+        let count = points.map(|((point, _), &value)| self.track_points[point] = value).count();
+        if let Some(mask_tracks) = &track_set.mask_tracks {
+            let points = point_pixels(mask_tracks, t, size).zip(values.get(count..).unwrap_or_default());
+            points.for_each(|((point, _), &value)| self.mask_track_points[point] = value);
         }
     }
 
-    fn average(&mut self, clip: &Clip, outputs: &Outputs) -> Salient {
-        let (tracked, settings) = (&outputs.tracked, &clip.params.saliency);
-        let alone = trajectory_saliency(&tracked.tracks, &self.of_points);
-        let saliency = context_saliency(alone, &outputs.embedding, &outputs.discontinuities, settings);
-        let denser = tracked.denser.as_ref();
-        let of_denser = denser.map_or_else(Vec::new, |denser| trajectory_saliency(denser, &self.of_denser));
+    fn average(&mut self, clip: &Clip, outputs: &Outputs) -> SaliencyOutputs {
+        let (track_set, settings) = (&outputs.track_set, &clip.params.saliency);
+        let of_points = trajectory_saliency(&track_set.tracks, &self.track_points);
+        let tracks = context_saliency(of_points, &outputs.embedding, &outputs.discontinuities, settings);
+        let maximum = |mask_tracks| trajectory_saliency(mask_tracks, &self.mask_track_points);
+        let mask_tracks = track_set.mask_tracks.as_ref().map_or_else(Vec::new, maximum);
         let maps = std::mem::replace(&mut self.maps, SaliencyMaps::new(settings));
-        Salient { maps, of_denser, saliency }
+        SaliencyOutputs { maps, tracks, mask_tracks }
     }
 }
 
 impl StageWork for SaliencyWork {
-    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<Turn, Error> {
+    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<StepReport, Error> {
         let pairs = clip.flows.len();
-        let turn = |done| Turn::new(Stage::Saliency, done, 2 * pairs + 1);
+        let report = |done| StepReport::new(Stage::Saliency, done, 2 * pairs + 1);
         Ok(match self.step {
-            SaliencyStep::WithoutFlow => Turn::new(Stage::Saliency, 1, 1),
-            SaliencyStep::Looking => {
+            SaliencyStep::WithoutFlow => StepReport::new(Stage::Saliency, 1, 1),
+            SaliencyStep::DominantMotion => {
                 let t = self.maps.motions().len();
-                self.maps.look(&clip.flows[t]);
-                self.step = if t + 1 < pairs { SaliencyStep::Looking } else { SaliencyStep::Mapping(0) };
-                turn(t + 1)
+                self.maps.add_field(&clip.flows[t]);
+                self.step = if t + 1 < pairs { SaliencyStep::DominantMotion } else { SaliencyStep::Map(0) };
+                report(t + 1)
             }
-            SaliencyStep::Mapping(t) => {
-                self.map(t, clip, &outputs.tracked);
-                self.step = if t + 1 < pairs { SaliencyStep::Mapping(t + 1) } else { SaliencyStep::Averaging };
-                turn(pairs + t + 1)
+            SaliencyStep::Map(t) => {
+                self.map(t, clip, &outputs.track_set);
+                self.step = if t + 1 < pairs { SaliencyStep::Map(t + 1) } else { SaliencyStep::Average };
+                report(pairs + t + 1)
             }
-            SaliencyStep::Averaging => {
-                outputs.salient = Some(self.average(clip, outputs));
-                turn(2 * pairs + 1)
+            SaliencyStep::Average => {
+                outputs.saliency = Some(self.average(clip, outputs));
+                report(2 * pairs + 1)
             }
         })
     }
 
-    fn take(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Piece> {
-        let SaliencyStep::Mapping(next) = self.step else { return None };
-        let id = clip.ledger.take(PieceKind::Saliency, next..clip.flows.len())?;
-        Some(Piece { id, work: Work::Saliency(self.asked(id.t as usize, clip, &outputs.tracked)) })
+    fn take_job(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Job> {
+        let SaliencyStep::Map(next) = self.step else { return None };
+        let id = clip.pending_jobs.assign(JobKind::Saliency, next..clip.flows.len())?;
+        Some(Job { id, input: JobInput::Saliency(self.query(id.index as usize, clip, &outputs.track_set)) })
     }
 
-    fn awaits(&self, ledger: &Ledger, _: &Outputs) -> bool {
-        matches!(self.step, SaliencyStep::Mapping(t) if ledger.is_out(PieceKind::Saliency, t))
+    fn is_waiting(&self, pending_jobs: &PendingJobs, _: &Outputs) -> bool {
+        matches!(self.step, SaliencyStep::Map(t) if pending_jobs.is_pending(JobKind::Saliency, t))
     }
 }
 
-/// Components of the foreground; where they separate trajectories, a second embedding and its discontinuities.
+/// Components of the foreground; if they separate trajectories, also a second embedding and its discontinuities.
 #[derive(Debug, Clone, Default)]
 pub(crate) enum ConnectednessWork {
-    /// The foreground is taken to pieces.
+    /// Finds the components.
     #[default]
-    Connecting,
-    /// The affinities that are left are embedded, ...
-    Reembedding(SymCsr),
-    /// ... and the discontinuities of that embedding replace those of motion alone.
-    Renewing(SymCsr, Embedding),
+    Components,
+    /// Embeds the remaining affinities.
+    Embedding(SymCsr),
+    /// Computes the discontinuities of the new embedding.
+    Discontinuities(SymCsr, Embedding),
 }
 
 impl StageWork for ConnectednessWork {
-    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<Turn, Error> {
+    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<StepReport, Error> {
         let params = &clip.params;
         Ok(match std::mem::take(self) {
-            Self::Connecting => match connect(clip, outputs) {
-                None => Turn::new(Stage::Connectedness, 1, 1),
+            Self::Components => match separate(clip, outputs) {
+                None => StepReport::new(Stage::Connectedness, 1, 1),
                 Some(affinities) => {
-                    *self = Self::Reembedding(affinities);
-                    Turn::new(Stage::Connectedness, 1, 3)
+                    *self = Self::Embedding(affinities);
+                    StepReport::new(Stage::Connectedness, 1, 3)
                 }
             },
-            Self::Reembedding(affinities) => {
+            Self::Embedding(affinities) => {
                 let embedding = embed(&affinities, &params.embedding, params.clip.seed);
-                *self = Self::Renewing(affinities, embedding);
-                Turn::new(Stage::Connectedness, 2, 3)
+                *self = Self::Discontinuities(affinities, embedding);
+                StepReport::new(Stage::Connectedness, 2, 3)
             }
-            Self::Renewing(affinities, embedding) => {
-                let near = std::mem::take(&mut outputs.discontinuities.neighborhoods);
-                outputs.discontinuities = discontinuities(near, &embedding, &params.discontinuity);
+            Self::Discontinuities(affinities, embedding) => {
+                let neighborhoods = std::mem::take(&mut outputs.discontinuities.neighborhoods);
+                outputs.discontinuities = discontinuities(neighborhoods, &embedding, &params.discontinuity);
                 (outputs.affinities, outputs.embedding) = (affinities, embedding);
-                Turn::new(Stage::Connectedness, 3, 3)
+                StepReport::new(Stage::Connectedness, 3, 3)
             }
         })
     }
 }
 
-/// Takes the foreground to pieces. Returns the affinities without those between separated trajectories; `None` where none
-/// are.
-fn connect(clip: &Clip, outputs: &mut Outputs) -> Option<SymCsr> {
-    let (settings, tracks) = (&clip.params.connectedness, &outputs.tracked.tracks);
-    let foreground = &outputs.salient.as_ref()?.saliency.foreground;
-    let longest = settings.max_edge * clip.params.spacing();
-    let near = &outputs.discontinuities.neighborhoods;
-    let components = components(tracks, near, foreground, longest, settings.min_component as usize);
+/// Finds the components of the foreground. Returns the affinities without those between separated trajectories; `None` if
+/// no trajectories are separated.
+fn separate(clip: &Clip, outputs: &mut Outputs) -> Option<SymCsr> {
+    let (settings, tracks) = (&clip.params.connectedness, &outputs.track_set.tracks);
+    let foreground = &outputs.saliency.as_ref()?.tracks.foreground;
+    let max_edge = settings.max_edge * clip.params.spacing();
+    let neighborhoods = &outputs.discontinuities.neighborhoods;
+    let components = components(tracks, neighborhoods, foreground, max_edge, settings.min_component as usize);
     let is_on = settings.mode != ConnectednessMode::Off;
     let separation = is_on.then(|| Separation::new(tracks, &components, settings));
-    let kept = separation.as_ref().and_then(|s| constrain(&outputs.affinities, tracks, s, foreground, settings));
+    let remaining = separation.as_ref().and_then(|s| constrain(&outputs.affinities, tracks, s, foreground, settings));
     (outputs.components, outputs.separation) = (Some(components), separation);
-    kept.map(|(affinities, _)| affinities)
+    remaining.map(|(affinities, _)| affinities)
 }
 
-/// The clusters, in one step; where the foreground stands alone the background is in one of its own.
+/// The clusters, in one step. If only the foreground is clustered, the background is a cluster of its own.
 #[derive(Debug, Clone)]
 pub(crate) struct ClusterWork;
 
-/// The numbers of clusters that rotations are made for, each once.
+/// Returns the numbers of clusters that rotations are computed for, without duplicates.
 fn counts_of_rotations(clip: &Clip, embedding: &Embedding) -> Vec<usize> {
     let mut counts = rotation_counts(embedding, &clip.params.discretize);
     counts.dedup();
@@ -182,33 +183,33 @@ fn counts_of_rotations(clip: &Clip, embedding: &Embedding) -> Vec<usize> {
 }
 
 impl StageWork for ClusterWork {
-    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<Turn, Error> {
+    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<StepReport, Error> {
         let (params, embedding) = (&clip.params, &outputs.embedding);
         let counts = counts_of_rotations(clip, embedding);
-        let ledger = &mut clip.ledger;
-        let turned = |count: usize| {
-            let place = counts.iter().position(|&c| c == count);
-            match place.and_then(|k| ledger.collect(PieceKind::Rotation, k)) {
-                Some(Made::Rotation(labels)) => labels,
-                _ => RowsOf::new(embedding, count).turned(),
+        let pending_jobs = &mut clip.pending_jobs;
+        let rotated_labels = |count: usize| {
+            let job = counts.iter().position(|&c| c == count);
+            match job.and_then(|k| pending_jobs.take_result(JobKind::Rotation, k)) {
+                Some(JobResult::Rotation(labels)) => labels,
+                _ => NormalizedRows::new(embedding, count).rotate(),
             }
         };
-        let known = outputs.known(&params.affinity);
-        let mut clusters = discretize_by(embedding, &known, &params.discretize, params.clip.seed, turned);
-        if let (Some(salient), ConnectednessMode::ForegroundOnly) = (&outputs.salient, params.connectedness.mode) {
-            clusters = with_background(&outputs.tracked.tracks, clusters, &salient.saliency.foreground);
+        let evidence = outputs.cluster_evidence(&params.affinity);
+        let mut clusters = discretize_with(embedding, &evidence, &params.discretize, params.clip.seed, rotated_labels);
+        if let (Some(saliency), ConnectednessMode::ForegroundOnly) = (&outputs.saliency, params.connectedness.mode) {
+            clusters = with_background(&outputs.track_set.tracks, clusters, &saliency.tracks.foreground);
         }
         outputs.clusters = clusters;
-        Ok(Turn::new(Stage::Clusters, 1, 1))
+        Ok(StepReport::new(Stage::Clusters, 1, 1))
     }
 
-    fn take(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Piece> {
+    fn take_job(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Job> {
         let counts = counts_of_rotations(clip, &outputs.embedding);
-        let id = clip.ledger.take(PieceKind::Rotation, 0..counts.len())?;
-        Some(Piece { id, work: Work::Rotation(RowsOf::new(&outputs.embedding, counts[id.t as usize])) })
+        let id = clip.pending_jobs.assign(JobKind::Rotation, 0..counts.len())?;
+        Some(Job { id, input: JobInput::Rotation(NormalizedRows::new(&outputs.embedding, counts[id.index as usize])) })
     }
 
-    fn awaits(&self, ledger: &Ledger, _: &Outputs) -> bool {
-        (0..MOST_ROTATIONS).any(|k| ledger.is_out(PieceKind::Rotation, k))
+    fn is_waiting(&self, pending_jobs: &PendingJobs, _: &Outputs) -> bool {
+        (0..NUM_ROTATIONS).any(|k| pending_jobs.is_pending(JobKind::Rotation, k))
     }
 }

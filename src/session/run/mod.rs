@@ -3,9 +3,9 @@
 mod clip;
 mod cut;
 mod dense;
-mod foreground;
 #[cfg(test)]
-mod given_tests;
+mod external_tests;
+mod foreground;
 mod motion;
 mod recut;
 mod session;
@@ -16,8 +16,8 @@ mod tests;
 mod work;
 
 pub(crate) use clip::{Clip, Trackers};
-pub(crate) use dense::{background_of, camera_of};
-pub(crate) use recut::{Wanted, objects_with};
+pub(crate) use dense::{estimate_camera, model_background};
+pub(crate) use recut::{TargetLabels, objects_from_labels};
 pub(crate) use session::Phase;
 pub use session::Session;
 #[cfg(not(target_arch = "wasm32"))]

@@ -1,113 +1,113 @@
-//! The first two stages side by side: flow of one frame pair, then tracking through it.
+//! The stages of flow and tracking, which alternate: flow of a frame pair, then tracking through it.
 
 use super::clip::{Clip, Trackers};
-use super::work::{StageWork, Turn};
+use super::work::{StageWork, StepReport};
 use crate::Error;
 use crate::flow::CompactFlow;
 use crate::image::{Plane, sample_bilinear};
-use crate::session::base::{Outputs, Stage, Tracked};
-use crate::session::jobs::{Forward, Ledger, Made, PairFlow, PieceKind, Seen};
+use crate::session::base::{Outputs, Stage, TrackSet};
+use crate::session::jobs::{FlowFrame, ForwardFlow, JobKind, JobResult, PairFlow, PendingJobs};
 use crate::trajectory::{Tracker, Trajectories, structure};
 
-/// What is known of the present pair of frames.
+/// The flow of the present frame pair so far.
 #[derive(Debug, Clone, Default)]
-enum Pair {
+enum PairState {
     #[default]
-    Nothing,
-    Forward(Box<Forward>),
-    Both(Box<PairFlow>),
+    Empty,
+    Forward(Box<ForwardFlow>),
+    Complete(Box<PairFlow>),
 }
 
-/// Flow and tracking of a clip, three steps a pair: forward flow, backward flow, tracking; of pairs that came from
-/// elsewhere two. Holds the pyramids of two frames.
+/// Flow and tracking of a clip, three steps a pair: forward flow, backward flow, tracking; two steps if a worker computed
+/// the flow. Holds the pyramids of two frames.
 #[derive(Debug, Clone)]
 pub(crate) struct MotionWork {
     /// Index of the present pair `(t, t + 1)`.
     t: usize,
-    /// The second frame of the pair before, if its flow was made here.
-    seen: Option<Seen>,
-    pair: Pair,
+    /// The second frame of the previous pair, if its flow was computed here.
+    flow_frame: Option<FlowFrame>,
+    pair: PairState,
     trackers: Trackers,
-    /// Trajectories from outside, which take the place of those that are tracked.
-    given: Option<Box<Tracked>>,
+    /// Trajectories of another tracker, which replace our own.
+    external: Option<Box<TrackSet>>,
 }
 
 impl MotionWork {
-    /// For at least two frames of one size. With trackers that have seen some of the frames, at least one and not all
-    /// of them, flow and tracking go on from there.
-    pub(crate) fn new(clip: &mut Clip) -> Self {
-        let (mut trackers, known) = clip.trackers();
-        let given = clip.given.take();
-        trackers.is_given = given.is_some();
-        if known == 0 {
+    /// Starts with at least two frames of one size. If the trackers have seen frames of the previous window, flow and
+    /// tracking continue from there.
+    pub(super) fn new(clip: &mut Clip) -> Self {
+        let (mut trackers, num_tracked) = clip.trackers();
+        let external = clip.external.take();
+        trackers.has_external = external.is_some();
+        if num_tracked == 0 {
             trackers.seed(&structure(&clip.frames[0].luma()));
         }
-        let t = known.saturating_sub(1);
-        Self { t, seen: None, pair: Pair::Nothing, trackers, given }
+        let t = num_tracked.saturating_sub(1);
+        Self { t, flow_frame: None, pair: PairState::Empty, trackers, external }
     }
 
-    /// The trajectories at the last frame. The trackers stay with the clip, for the next window.
-    pub(crate) fn finish(self, clip: &mut Clip) -> Tracked {
-        let denser = self.trackers.masks.as_ref().map(|masks| masks.numbered().0);
-        let tracked = match self.given {
-            Some(given) => Tracked { denser, ..*given },
+    /// Returns the finished trajectories. The trackers stay with the clip, for the next window.
+    pub(super) fn finish(self, clip: &mut Clip) -> TrackSet {
+        let mask_tracks = self.trackers.masks.as_ref().map(|masks| masks.numbered().0);
+        let track_set = match self.external {
+            Some(external) => TrackSet { mask_tracks, ..*external },
             None => {
                 let (tracks, numbers) = self.trackers.tracks.numbered();
                 let input = clip.scale.to_input(&tracks);
-                Tracked { input, tracks, numbers, with_past: self.trackers.tracks.with_past(), denser }
+                TrackSet { input, tracks, numbers, with_past: self.trackers.tracks.with_past(), mask_tracks }
             }
         };
         if let Some(windows) = &mut clip.windows {
             windows.trackers = Some(self.trackers);
         }
         clip.scratch = Default::default();
-        tracked
+        track_set
     }
 }
 
 impl StageWork for MotionWork {
-    /// One field, or the tracking through a pair of them; finished forward fields are added to those of the clip.
-    fn step(&mut self, clip: &mut Clip, _: &mut Outputs) -> Result<Turn, Error> {
+    /// Computes a flow field, or tracks through a pair of them and adds the forward one to the clip.
+    fn step(&mut self, clip: &mut Clip, _: &mut Outputs) -> Result<StepReport, Error> {
         let (t, pairs) = (self.t, clip.frames.len() - 1);
-        let flow = |done| Turn { is_last: false, ..Turn::new(Stage::Flow, 2 * t + done, 2 * pairs) };
+        let flow = |done| StepReport { is_last: false, ..StepReport::new(Stage::Flow, 2 * t + done, 2 * pairs) };
         let settings = &clip.params.for_flow();
         Ok(match std::mem::take(&mut self.pair) {
-            Pair::Nothing => {
-                if let Some(Made::Pair(made)) = clip.ledger.collect(PieceKind::Pair, t) {
-                    (self.pair, self.seen) = (Pair::Both(made), None);
+            PairState::Empty => {
+                if let Some(JobResult::PairFlow(pair)) = clip.pending_jobs.take_result(JobKind::PairFlow, t) {
+                    (self.pair, self.flow_frame) = (PairState::Complete(pair), None);
                     return Ok(flow(2));
                 }
                 let [from, to] = [t, t + 1].map(|t| &clip.frames[t]);
-                let from = self.seen.take().unwrap_or_else(|| Seen::new(from, settings));
-                let forward = Forward::new(from, Seen::new(to, settings), settings, &mut clip.scratch);
-                self.pair = Pair::Forward(Box::new(forward));
+                let from = self.flow_frame.take().unwrap_or_else(|| FlowFrame::new(from, settings));
+                let forward = ForwardFlow::new(from, FlowFrame::new(to, settings), settings, &mut clip.scratch);
+                self.pair = PairState::Forward(Box::new(forward));
                 flow(1)
             }
-            Pair::Forward(forward) => {
-                let (made, seen) = forward.finish(settings, &mut clip.scratch);
-                (self.pair, self.seen) = (Pair::Both(Box::new(made)), Some(seen));
+            PairState::Forward(forward) => {
+                let (pair, flow_frame) = forward.finish(settings, &mut clip.scratch);
+                (self.pair, self.flow_frame) = (PairState::Complete(Box::new(pair)), Some(flow_frame));
                 flow(2)
             }
-            Pair::Both(made) => {
-                self.trackers.follow(&made);
-                if let Some(given) = &mut self.given {
-                    set_variation(&mut given.tracks, t, &made.variation);
+            PairState::Complete(pair) => {
+                self.trackers.follow(&pair);
+                if let Some(external) = &mut self.external {
+                    set_variation(&mut external.tracks, t, &pair.variation);
                 }
-                self.trackers.seed(&made.structure);
-                clip.flows.push(CompactFlow::new(&made.forward));
+                self.trackers.seed(&pair.structure);
+                clip.flows.push(CompactFlow::new(&pair.forward));
                 self.t += 1;
-                Turn::new(Stage::Trajectories, t + 1, pairs)
+                StepReport::new(Stage::Trajectories, t + 1, pairs)
             }
         })
     }
 
-    fn awaits(&self, ledger: &Ledger, _: &Outputs) -> bool {
-        matches!(self.pair, Pair::Nothing) && ledger.is_out(PieceKind::Pair, self.t)
+    fn is_waiting(&self, pending_jobs: &PendingJobs, _: &Outputs) -> bool {
+        matches!(self.pair, PairState::Empty) && pending_jobs.is_pending(JobKind::PairFlow, self.t)
     }
 }
 
 impl Clip {
-    /// Trackers for the present window, and how many frames they have seen.
+    /// Returns the trackers for the present window and the number of its frames that they have seen.
     fn trackers(&mut self) -> (Trackers, usize) {
         let fresh = |first| (Trackers::new(first, self.scale.working, &self.params), 0);
         match &mut self.windows {
@@ -122,34 +122,34 @@ impl Clip {
 
 impl Trackers {
     fn each(&mut self) -> impl Iterator<Item = &mut Tracker> {
-        (!self.is_given).then_some(&mut self.tracks).into_iter().chain(&mut self.masks)
+        (!self.has_external).then_some(&mut self.tracks).into_iter().chain(&mut self.masks)
     }
 
-    /// Starts tracks in the present frame, which has this structure.
+    /// Starts tracks in the present frame.
     fn seed(&mut self, structure: &Plane<f32>) {
         self.each().for_each(|tracker| tracker.seed(structure));
     }
 
-    /// Goes on to the next frame.
+    /// Tracks into the next frame.
     fn follow(&mut self, flow: &PairFlow) {
         self.each().for_each(|tracker| tracker.follow(&flow.forward, &flow.backward, &flow.variation));
     }
 }
 
-/// Gives the points in frame `t` the local flow variation there, where it is not known; it is at half the working size.
-/// Points in the last frame have that of the points before, as those of the tracker.
+/// Sets the local flow variation of the points in frame `t` that have none; `variation` is at half the working size. Points
+/// in the last frame take the value of the frame before, as the tracker's do.
 fn set_variation(tracks: &mut Trajectories, t: usize, variation: &Plane<f32>) {
     let is_last = t + 2 == tracks.num_frames;
     for i in 0..tracks.len() {
         let alive = tracks.frames(i);
         if alive.contains(&t) {
             let p = tracks.point(i, t);
-            let Trajectories { x, y, variation: known, .. } = &mut *tracks;
-            if known[p] == 0.0 {
-                known[p] = sample_bilinear(variation, (x[p] - 0.5) * 0.5, (y[p] - 0.5) * 0.5);
+            let Trajectories { x, y, variation: values, .. } = &mut *tracks;
+            if values[p] == 0.0 {
+                values[p] = sample_bilinear(variation, (x[p] - 0.5) * 0.5, (y[p] - 0.5) * 0.5);
             }
-            if is_last && t + 1 < alive.end && known[p + 1] == 0.0 {
-                known[p + 1] = known[p];
+            if is_last && t + 1 < alive.end && values[p + 1] == 0.0 {
+                values[p + 1] = values[p];
             }
         }
     }

@@ -1,66 +1,66 @@
-//! Affinities block by block, then the embedding, then its discontinuities.
+//! The stages of affinities (block by block), embedding and discontinuities.
 
 use super::clip::Clip;
-use super::work::{StageWork, Turn};
+use super::work::{StageWork, StepReport};
 use crate::Error;
 use crate::affinity::AffinityRows;
-use crate::camera::{Travel, Ways};
+use crate::camera::{ForwardMotion, PointMatches};
 use crate::delaunay::delaunay_edges;
-use crate::discontinuity::{discontinuities, neighborhoods_by, points_in};
+use crate::discontinuity::{alive_points, discontinuities, neighborhoods_from_edges};
 use crate::embedding::embed;
-use crate::session::base::{Outputs, Stage, Tracked};
-use crate::session::jobs::{Ledger, Made, Piece, PieceKind, Work};
+use crate::session::base::{Outputs, Stage, TrackSet};
+use crate::session::jobs::{Job, JobInput, JobKind, JobResult, PendingJobs};
 
-/// Trajectories compared with all others in one step.
+/// Rows of the affinity matrix in one step; chosen by eye, for steps well below a second.
 const AFFINITY_BLOCK: usize = 512;
 
-/// Affinities while they are being made.
+/// The affinities so far.
 #[derive(Debug, Clone)]
 pub(crate) struct AffinityWork(AffinityRows);
 
 impl AffinityWork {
-    pub(crate) fn new(tracked: &Tracked, clip: &Clip) -> Self {
+    pub(crate) fn new(track_set: &TrackSet, clip: &Clip) -> Self {
         let params = &clip.params;
-        Self(AffinityRows::new(tracked.with_past(), params.spacing(), &params.affinity, params.clip.seed))
+        Self(AffinityRows::new(track_set.with_past(), params.spacing(), &params.affinity, params.clip.seed))
     }
 
-    /// The number of the block that is next.
+    /// Returns the number of the next block.
     fn block(&self) -> usize {
-        self.0.done() / AFFINITY_BLOCK
+        self.0.num_done / AFFINITY_BLOCK
     }
 
-    fn take_rows(&self, clip: &mut Clip, tracked: &Tracked) -> Option<Piece> {
-        let tracks = tracked.with_past();
+    fn take_rows(&self, clip: &mut Clip, track_set: &TrackSet) -> Option<Job> {
+        let tracks = track_set.with_past();
         clip.params.clip.check_trajectories(tracks.len()).ok()?;
-        let id = clip.ledger.take(PieceKind::Affinities, self.block()..tracks.len().div_ceil(AFFINITY_BLOCK))?;
-        let rows = self.0.rows(tracks, id.t as usize * AFFINITY_BLOCK, AFFINITY_BLOCK);
-        Some(Piece { id, work: Work::Affinities(Box::new(rows)) })
+        let id = clip.pending_jobs.assign(JobKind::Affinities, self.block()..tracks.len().div_ceil(AFFINITY_BLOCK))?;
+        let rows = self.0.block(tracks, id.index as usize * AFFINITY_BLOCK, AFFINITY_BLOCK);
+        Some(Job { id, input: JobInput::Affinities(Box::new(rows)) })
     }
 }
 
 impl StageWork for AffinityWork {
-    /// One block of rows.
-    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<Turn, Error> {
-        let tracks = outputs.tracked.with_past();
+    /// Computes a block of rows.
+    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<StepReport, Error> {
+        let tracks = outputs.track_set.with_past();
         clip.params.clip.check_trajectories(tracks.len())?;
         let blocks = |rows: usize| rows.div_ceil(AFFINITY_BLOCK).max(1);
-        let is_more = match clip.ledger.collect(PieceKind::Affinities, self.block()) {
-            Some(Made::Affinities(entries)) => self.0.accept(entries, AFFINITY_BLOCK),
+        let is_more = match clip.pending_jobs.take_result(JobKind::Affinities, self.block()) {
+            Some(JobResult::Affinities(entries)) => self.0.accept(entries, AFFINITY_BLOCK),
             _ => self.0.advance(tracks, AFFINITY_BLOCK),
         };
-        let turn = Turn::new(Stage::Affinities, blocks(self.0.done()), blocks(tracks.len()));
+        let report = StepReport::new(Stage::Affinities, blocks(self.0.num_done), blocks(tracks.len()));
         if !is_more {
             outputs.affinities = self.0.finish()?;
         }
-        Ok(Turn { is_last: !is_more, ..turn })
+        Ok(StepReport { is_last: !is_more, ..report })
     }
 
-    fn take(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Piece> {
-        self.take_rows(clip, &outputs.tracked).or_else(|| take_ahead(&outputs.tracked, clip))
+    fn take_job(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Job> {
+        self.take_rows(clip, &outputs.track_set).or_else(|| take_ahead(&outputs.track_set, clip))
     }
 
-    fn awaits(&self, ledger: &Ledger, _: &Outputs) -> bool {
-        ledger.is_out(PieceKind::Affinities, self.block())
+    fn is_waiting(&self, pending_jobs: &PendingJobs, _: &Outputs) -> bool {
+        pending_jobs.is_pending(JobKind::Affinities, self.block())
     }
 }
 
@@ -69,13 +69,13 @@ impl StageWork for AffinityWork {
 pub(crate) struct EmbeddingWork;
 
 impl StageWork for EmbeddingWork {
-    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<Turn, Error> {
+    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<StepReport, Error> {
         outputs.embedding = embed(&outputs.affinities, &clip.params.embedding, clip.params.clip.seed);
-        Ok(Turn::new(Stage::Embedding, 1, 1))
+        Ok(StepReport::new(Stage::Embedding, 1, 1))
     }
 
-    fn take(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Piece> {
-        take_ahead(&outputs.tracked, clip)
+    fn take_job(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Job> {
+        take_ahead(&outputs.track_set, clip)
     }
 }
 
@@ -84,35 +84,36 @@ impl StageWork for EmbeddingWork {
 pub(crate) struct DiscontinuityWork;
 
 impl StageWork for DiscontinuityWork {
-    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<Turn, Error> {
-        let tracks = &outputs.tracked.tracks;
-        let mut graph = |t: usize| match clip.ledger.collect(PieceKind::Graph, t) {
-            Some(Made::Graph(edges)) => edges,
-            _ => delaunay_edges(&points_in(tracks, t)),
+    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<StepReport, Error> {
+        let tracks = &outputs.track_set.tracks;
+        let mut graph = |t: usize| match clip.pending_jobs.take_result(JobKind::Delaunay, t) {
+            Some(JobResult::Delaunay(edges)) => edges,
+            _ => delaunay_edges(&alive_points(tracks, t)),
         };
-        let near = neighborhoods_by(tracks, &mut graph);
-        outputs.discontinuities = discontinuities(near, &outputs.embedding, &clip.params.discontinuity);
-        Ok(Turn::new(Stage::Discontinuities, 1, 1))
+        let neighborhoods = neighborhoods_from_edges(tracks, &mut graph);
+        outputs.discontinuities = discontinuities(neighborhoods, &outputs.embedding, &clip.params.discontinuity);
+        Ok(StepReport::new(Stage::Discontinuities, 1, 1))
     }
 
-    fn take(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Piece> {
-        take_ahead(&outputs.tracked, clip)
+    fn take_job(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Job> {
+        take_ahead(&outputs.track_set, clip)
     }
 
-    fn awaits(&self, ledger: &Ledger, outputs: &Outputs) -> bool {
-        (0..outputs.tracked.tracks.num_frames).any(|t| ledger.is_out(PieceKind::Graph, t))
+    fn is_waiting(&self, pending_jobs: &PendingJobs, outputs: &Outputs) -> bool {
+        (0..outputs.track_set.tracks.num_frames).any(|t| pending_jobs.is_pending(JobKind::Delaunay, t))
     }
 }
 
-/// What needs nothing but trajectories: the graph of a frame; how the camera goes in a pair of frames.
-fn take_ahead(tracked: &Tracked, clip: &mut Clip) -> Option<Piece> {
-    let tracks = &tracked.tracks;
-    if let Some(id) = clip.ledger.take(PieceKind::Graph, 0..tracks.num_frames) {
-        return Some(Piece { id, work: Work::Graph(points_in(tracks, id.t as usize)) });
+/// Hands out a job of a later stage that needs trajectories only: the Delaunay graph of a frame, or the camera's motion in
+/// a frame pair.
+fn take_ahead(track_set: &TrackSet, clip: &mut Clip) -> Option<Job> {
+    let tracks = &track_set.tracks;
+    if let Some(id) = clip.pending_jobs.assign(JobKind::Delaunay, 0..tracks.num_frames) {
+        return Some(Job { id, input: JobInput::Delaunay(alive_points(tracks, id.index as usize)) });
     }
     let settings = &clip.params.background;
-    let is_asked = clip.params.clip.dense && settings.enabled && settings.rigid_scene && !clip.frames.is_empty();
-    let pairs = if is_asked { Travel::num_pairs(tracks) } else { 0 };
-    let id = clip.ledger.take(PieceKind::Ways, 0..pairs)?;
-    Some(Piece { id, work: Work::Ways(Ways::new(tracks, id.t as usize)) })
+    let is_needed = clip.params.clip.dense && settings.enabled && settings.rigid_scene && !clip.frames.is_empty();
+    let pairs = if is_needed { ForwardMotion::num_pairs(tracks) } else { 0 };
+    let id = clip.pending_jobs.assign(JobKind::CameraMotion, 0..pairs)?;
+    Some(Job { id, input: JobInput::CameraMotion(PointMatches::new(tracks, id.index as usize)) })
 }

@@ -1,16 +1,16 @@
-//! A run: which work follows which.
+//! A run and its states: the order of the stages.
 
 use super::clip::Clip;
 use super::cut::CutWork;
 use super::dense::{MaskWork, SuperpixelWork};
 use super::foreground::{ClusterWork, ConnectednessWork, SaliencyWork};
 use super::motion::MotionWork;
-use super::recut::{Recut, Wanted};
+use super::recut::{Recut, TargetLabels};
 use super::spectral::{AffinityWork, DiscontinuityWork, EmbeddingWork};
 use super::work::StageWork;
 use crate::Error;
-use crate::session::base::{Outputs, Stage, Step, Tracked};
-use crate::session::jobs::Piece;
+use crate::session::base::{Outputs, Stage, Step, TrackSet};
+use crate::session::jobs::Job;
 use crate::trajectory::Trajectories;
 
 /// A run that has begun.
@@ -21,10 +21,10 @@ pub(crate) struct Run {
     pub(crate) state: State,
 }
 
-/// The stage that a run is at, with the unfinished work of it.
+/// The present stage of a run with its unfinished work.
 #[derive(Debug, Clone)]
 pub(crate) enum State {
-    /// Flow and tracking take turns.
+    /// Flow and tracking alternate.
     Motion(Box<MotionWork>),
     Affinities(Box<AffinityWork>),
     Embedding(EmbeddingWork),
@@ -38,8 +38,8 @@ pub(crate) enum State {
     Done,
 }
 
-/// Calls something of the work of a state, whichever it is.
-macro_rules! of_work {
+/// Evaluates an expression with the work of a state.
+macro_rules! with_work {
     ($state:expr, $work:ident => $then:expr, else $done:expr) => {
         match $state {
             State::Motion($work) => $then,
@@ -58,16 +58,15 @@ macro_rules! of_work {
 }
 
 impl State {
-    /// What follows once the work of this state is done.
+    /// Returns the state that follows once the work of this one is done.
     fn next(self, clip: &mut Clip, outputs: &mut Outputs) -> Self {
         match self {
             Self::Motion(work) => Self::with_tracks(work.finish(clip), clip, outputs),
             Self::Affinities(_) => Self::Embedding(EmbeddingWork),
             Self::Embedding(_) => Self::Discontinuities(DiscontinuityWork),
-            Self::Discontinuities(_) => Self::Saliency(Box::new(SaliencyWork::new(&outputs.tracked, clip))),
+            Self::Discontinuities(_) => Self::Saliency(Box::new(SaliencyWork::new(&outputs.track_set, clip))),
             Self::Saliency(_) => Self::Connectedness(Box::default()),
             Self::Connectedness(_) => Self::Clusters(ClusterWork),
-            // Masks are made of frames, where they are asked for.
             Self::Clusters(_) if clip.params.clip.dense && !clip.frames.is_empty() => Self::Superpixels(SuperpixelWork),
             Self::Superpixels(_) => Self::Cut(Box::new(CutWork::new(None))),
             Self::Cut(work) => Self::Masks(Box::new(MaskWork { recut: work.finish(outputs) })),
@@ -75,49 +74,49 @@ impl State {
         }
     }
 
-    fn with_tracks(tracked: Tracked, clip: &Clip, outputs: &mut Outputs) -> Self {
-        outputs.tracked = tracked;
-        Self::Affinities(Box::new(AffinityWork::new(&outputs.tracked, clip)))
+    fn with_tracks(track_set: TrackSet, clip: &Clip, outputs: &mut Outputs) -> Self {
+        outputs.track_set = track_set;
+        Self::Affinities(Box::new(AffinityWork::new(&outputs.track_set, clip)))
     }
 }
 
 impl Run {
-    /// For a clip that is as it should be ([`Clip::check`]).
-    pub(crate) fn new(mut clip: Clip) -> Self {
+    /// Starts a run of a valid clip ([`Clip::check`]).
+    pub(super) fn new(mut clip: Clip) -> Self {
         let mut outputs = Outputs::default();
-        let given = if clip.is_lone_frame() {
-            Some(Box::new(Tracked::given(Trajectories::empty(1, clip.scale.input), clip.scale)))
+        let external = if clip.is_single_frame_shot() {
+            Some(Box::new(TrackSet::external(Trajectories::empty(1, clip.scale.input), clip.scale)))
         } else {
-            clip.given.take_if(|_| clip.frames.is_empty())
+            clip.external.take_if(|_| clip.frames.is_empty())
         };
-        let state = match given {
-            Some(given) => State::with_tracks(*given, &clip, &mut outputs),
+        let state = match external {
+            Some(track_set) => State::with_tracks(*track_set, &clip, &mut outputs),
             None => State::Motion(Box::new(MotionWork::new(&mut clip))),
         };
         Self { clip, outputs, state }
     }
 
-    /// Takes one bounded step. After an error all is as it was.
-    pub(crate) fn step(&mut self) -> Result<Step, Error> {
+    /// Takes one bounded step. Nothing changes on an error.
+    pub(super) fn step(&mut self) -> Result<Step, Error> {
         let Self { clip, outputs, state } = self;
-        let turn = of_work!(state, work => work.step(clip, outputs)?, else return Ok(Step::Done));
-        if turn.is_last {
+        let report = with_work!(state, work => work.step(clip, outputs)?, else return Ok(Step::Done));
+        if report.is_last {
             *state = std::mem::replace(state, State::Done).next(clip, outputs);
         }
-        Ok(Step::Working(turn.progress))
+        Ok(Step::Working(report.progress))
     }
 
-    /// A piece of what is at hand, or soon will be, that nobody has yet.
-    pub(crate) fn take(&mut self) -> Option<Piece> {
-        of_work!(&self.state, work => work.take(&mut self.clip, &self.outputs), else None)
+    /// Hands out an unassigned job of this stage, or of one that follows soon.
+    pub(crate) fn take_job(&mut self) -> Option<Job> {
+        with_work!(&self.state, work => work.take_job(&mut self.clip, &self.outputs), else None)
     }
 
-    /// Whether the next step needs a piece that was given away.
-    pub(crate) fn awaits(&self) -> bool {
-        of_work!(&self.state, work => work.awaits(&self.clip.ledger, &self.outputs), else false)
+    /// Returns whether the next step needs the result of a pending job.
+    pub(crate) fn is_waiting(&self) -> bool {
+        with_work!(&self.state, work => work.is_waiting(&self.clip.pending_jobs, &self.outputs), else false)
     }
 
-    /// Whether a stage is over, so that all of its outputs are there.
+    /// Returns whether a stage is finished and its outputs are complete.
     pub(crate) fn is_past(&self, stage: Stage) -> bool {
         let present = match &self.state {
             State::Motion(_) => Stage::Flow,
@@ -135,14 +134,14 @@ impl Run {
         present > stage
     }
 
-    /// Goes back to the cut, where a correction asks for another one.
-    pub(crate) fn cut_again(&mut self, wanted: Wanted) {
-        self.state = State::Cut(Box::new(CutWork::new(Some(Recut::new(&mut self.outputs, wanted)))));
+    /// Returns to the cut after a correction.
+    pub(crate) fn cut_again(&mut self, target: TargetLabels) {
+        self.state = State::Cut(Box::new(CutWork::new(Some(Recut::new(&mut self.outputs, target)))));
     }
 
-    /// Restores what was before the last correction, also while its masks are being made; false without a correction.
+    /// Undoes the last correction, also while its masks are being made; false without a correction.
     pub(crate) fn undo_correction(&mut self) -> bool {
-        let is_undone = self.outputs.restore();
+        let is_undone = self.outputs.pop_snapshot();
         if is_undone {
             self.state = State::Done;
         }

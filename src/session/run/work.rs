@@ -1,40 +1,40 @@
-//! What a run asks of the work of a stage.
+//! The interface between a run and the work of a stage.
 
 use super::clip::Clip;
 use crate::Error;
 use crate::session::base::{Outputs, Progress, Stage};
-use crate::session::jobs::{Ledger, Piece};
+use crate::session::jobs::{Job, PendingJobs};
 
-/// A step that was taken.
+/// The report of one step.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Turn {
+pub(crate) struct StepReport {
     pub(crate) progress: Progress,
-    /// Whether it was the last one of the work.
+    /// True if the work is finished.
     pub(crate) is_last: bool,
 }
 
-impl Turn {
-    /// Step `done` of `total`, which is the last.
+impl StepReport {
+    /// Reports step `done` of `total`; the last one finishes the work.
     pub(crate) fn new(stage: Stage, done: usize, total: usize) -> Self {
         Self { progress: Progress { stage, done: done as u32, total: total as u32 }, is_last: done == total }
     }
 }
 
-/// The work of a stage.
+/// The unfinished work of a stage.
 pub(crate) trait StageWork {
-    /// Takes one bounded step, and extends the outputs.
+    /// Takes one bounded step and extends the outputs.
     ///
     /// # Errors
-    /// Those of the stage; all is as it was then.
-    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<Turn, Error>;
+    /// Those of the stage; nothing changes then.
+    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<StepReport, Error>;
 
-    /// A piece of the work at hand, or of what comes soon, that nobody has yet.
-    fn take(&self, _clip: &mut Clip, _outputs: &Outputs) -> Option<Piece> {
+    /// Hands out an unassigned job of this work, or of work that follows soon.
+    fn take_job(&self, _clip: &mut Clip, _outputs: &Outputs) -> Option<Job> {
         None
     }
 
-    /// Whether the next step needs a piece that was given away.
-    fn awaits(&self, _ledger: &Ledger, _outputs: &Outputs) -> bool {
+    /// Returns whether the next step needs the result of a pending job.
+    fn is_waiting(&self, _pending_jobs: &PendingJobs, _outputs: &Outputs) -> bool {
         false
     }
 }

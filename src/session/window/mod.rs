@@ -1,17 +1,16 @@
-//! Long clips, window by window: where windows begin and end, where a shot ends, and which objects of one window are which
-//! of the next.
+//! The windows of long clips: where they begin and end, cuts between shots, and object labels from window to window.
 
+mod appearance;
 mod identity;
 #[cfg(any(not(target_arch = "wasm32"), feature = "wasm"))]
 mod plan;
-mod portrait;
 mod shot;
 
-pub(crate) use identity::Identities;
-#[cfg(any(not(target_arch = "wasm32"), feature = "wasm"))]
-pub(crate) use plan::Plan;
+pub(crate) use appearance::object_appearances;
+pub(crate) use identity::{Identities, NumberedTracks};
 #[cfg(any(not(target_arch = "wasm32"), feature = "wasm"))]
 pub use plan::Window;
-pub(crate) use portrait::portraits;
+#[cfg(any(not(target_arch = "wasm32"), feature = "wasm"))]
+pub(crate) use plan::WindowPlan;
 pub use shot::ShotParams;
 pub(crate) use shot::{Thumbnail, unmatched_share};

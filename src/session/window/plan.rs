@@ -1,104 +1,104 @@
-//! Where the windows of a long clip begin and end, and which frames each of them settles: numbers alone, so that whoever
-//! reads the frames can ask.
+//! The windows of a long clip: where they begin and end, and the frames whose masks each of them settles. It computes with
+//! frame numbers only, so that callers that read the frames themselves can use it too.
 
 use crate::Error;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Frames that neighbours have in common, where a window has more than these.
-const OVERLAP: usize = 10;
+/// Frames shared by neighbouring windows that have more frames than this; chosen by eye.
+const OVERLAP_FRAMES: usize = 10;
 
-/// A window of a long clip that was run; its results are those of [`Windows::session`], until the next is asked for.
+/// A window of a long clip. [`Windows::session`] has its results until the next window runs.
 ///
 /// [`Windows::session`]: crate::Windows::session
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Window {
-    /// Its number, from 0.
+    /// Number of the window, from 0.
     pub index: usize,
-    /// The number of its shot, from 0: labels mean the same object in all windows of a shot.
+    /// Number of its shot, from 0: a label means the same object in all windows of a shot.
     pub shot: usize,
     /// The clip's number of its first frame.
     pub first_frame: usize,
-    /// The frames, counted from its first, whose masks it settles: over all windows each frame of the clip once, in order.
+    /// The frames whose masks are final after this window, counted from its first. Over all windows these are the frames of
+    /// the clip in order, each once.
     pub settled: Range<usize>,
 }
 
 impl Window {
-    /// Frames of a window, where nobody says.
+    /// Default number of frames of a window.
     #[doc(hidden)] // For the command line and the Python package.
     pub const FRAMES: usize = 50;
 
-    /// Most frames of a window: memory grows with them.
+    /// Largest number of frames of a window: memory grows with it.
     #[doc(hidden)] // For the command line and the Python package.
-    pub const MOST_FRAMES: usize = 400;
+    pub const MAX_FRAMES: usize = 400;
 
-    /// Frames that neighbours of `frames` frames have in common, where nobody says.
+    /// Returns the default number of frames shared by neighbouring windows of `frames` frames.
     #[doc(hidden)] // For the command line and the Python package.
     pub fn overlap(frames: usize) -> usize {
-        OVERLAP.min(frames.saturating_sub(1))
+        OVERLAP_FRAMES.min(frames.saturating_sub(1))
     }
 }
 
-/// The windows of a clip, one after the other.
+/// The present window of a clip, counted in frames.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct Plan {
+pub(crate) struct WindowPlan {
     /// Frames of a window.
     pub(crate) size: usize,
     pub(crate) overlap: usize,
-    /// The number of the window at hand.
+    /// Number of the present window.
     pub(crate) index: usize,
     pub(crate) shot: usize,
     /// The clip's number of its first frame.
     pub(crate) first: usize,
-    /// Frames at its begin that an earlier one settled.
+    /// Its first frames that the previous window settled.
     pub(crate) settled: usize,
 }
 
-impl Default for Plan {
+impl Default for WindowPlan {
     fn default() -> Self {
         let (size, overlap) = (Window::FRAMES, Window::overlap(Window::FRAMES));
         Self { size, overlap, index: 0, shot: 0, first: 0, settled: 0 }
     }
 }
 
-impl Plan {
-    /// Windows of `window` frames, neighbours with `overlap` in common.
+impl WindowPlan {
+    /// Plans windows of `window` frames, neighbours with `overlap` in common.
     pub(crate) fn new(window: usize, overlap: usize) -> Result<Self, Error> {
-        let frames = |most: usize, least: usize| format!("a whole number of frames, {least}..={most}");
-        let illegal = |name: &str, value: usize, expected| {
+        let check = |name: &str, value: usize, min: usize, max: usize| {
+            if (min..=max).contains(&value) {
+                return Ok(());
+            }
+            let expected = format!("a whole number of frames, {min}..={max}");
             Err(Error::Param { name: name.to_owned(), value: value.to_string(), expected })
         };
-        if !(2..=Window::MOST_FRAMES).contains(&window) {
-            return illegal("window", window, frames(Window::MOST_FRAMES, 2));
-        }
-        if !(1..window).contains(&overlap) {
-            return illegal("overlap", overlap, frames(window - 1, 1));
-        }
+        check("window", window, 2, Window::MAX_FRAMES)?;
+        check("overlap", overlap, 1, window - 1)?;
         Ok(Self { size: window, overlap, ..Self::default() })
     }
 
-    /// How many frames the next window shares with the one at hand, a frame more being there and `left` still to come: more
-    /// when few are, since a window of few frames sees little motion.
-    pub(crate) fn shared(&self, left: Option<usize>) -> usize {
-        let least = left.map_or(0, |left| self.size.saturating_sub(left.saturating_add(1)));
-        self.overlap.max(least).min(self.size - 1)
+    /// Returns how many frames the next window shares with this one, when one more frame has been read and `remaining` follow
+    /// it. It shares more if few remain, since a short window shows little motion.
+    pub(crate) fn next_overlap(&self, remaining: Option<usize>) -> usize {
+        let missing = remaining.map_or(0, |remaining| self.size.saturating_sub(remaining.saturating_add(1)));
+        self.overlap.max(missing).min(self.size - 1)
     }
 
-    /// The window at hand, which was run and has `frames` frames. The next one shares `kept` of them, or begins a new shot.
-    pub(crate) fn close(&mut self, frames: usize, kept: Option<usize>) -> Window {
-        // Of what two windows share each settles the half in which it sees more of what goes on around.
-        let after = kept.map(|kept| kept / 2);
-        let left_over = kept.unwrap_or(0) - after.unwrap_or(0);
-        let settled = self.settled..frames.saturating_sub(left_over);
+    /// Finishes the present window of `frames` frames. The next one shares `overlap` of them, or begins a new shot.
+    pub(crate) fn finish_window(&mut self, frames: usize, overlap: Option<usize>) -> Window {
+        // Each of two windows settles the half of the shared frames with more frames around it.
+        let settled_next = overlap.map(|overlap| overlap / 2);
+        let unsettled = overlap.unwrap_or(0) - settled_next.unwrap_or(0);
+        let settled = self.settled..frames.saturating_sub(unsettled);
         let window = Window { index: self.index, shot: self.shot, first_frame: self.first, settled };
         self.index += 1;
-        self.shot += usize::from(kept.is_none());
-        self.first += frames.saturating_sub(kept.unwrap_or(0));
-        self.settled = after.unwrap_or(0);
+        self.shot += usize::from(overlap.is_none());
+        self.first += frames.saturating_sub(overlap.unwrap_or(0));
+        self.settled = settled_next.unwrap_or(0);
         window
     }
 
-    /// Goes on with the first window of another clip.
+    /// Continues with the first window of another clip.
     #[cfg(feature = "wasm")]
     pub(crate) fn begin_clip(&mut self) {
         (self.shot, self.first, self.settled) = (0, 0, 0);
@@ -111,15 +111,15 @@ mod tests {
 
     /// The windows of a clip whose shots begin at `cuts`.
     fn windows(frames: usize, (window, overlap): (usize, usize), cuts: &[usize], known: bool) -> Vec<(Window, usize)> {
-        let mut plan = Plan::new(window, overlap).unwrap();
+        let mut plan = WindowPlan::new(window, overlap).unwrap();
         let (mut found, mut begin, mut end) = (Vec::new(), 0, 1);
         loop {
             while end < frames && end - begin < window && !cuts.contains(&end) {
                 end += 1;
             }
-            let kept = plan.shared(known.then(|| frames.saturating_sub(end + 1)));
+            let kept = plan.next_overlap(known.then(|| frames.saturating_sub(end + 1)));
             let goes_on = end < frames && !cuts.contains(&end);
-            found.push((plan.close(end - begin, goes_on.then_some(kept)), end - begin));
+            found.push((plan.finish_window(end - begin, goes_on.then_some(kept)), end - begin));
             if end == frames {
                 return found;
             }
@@ -167,6 +167,6 @@ mod tests {
     #[test]
     fn a_small_window_has_a_small_overlap() {
         assert_eq!([0, 2, 11, 400].map(Window::overlap), [0, 1, 10, 10]);
-        assert!(Plan::new(1, 1).is_err() && Plan::new(401, 10).is_err() && Plan::new(5, 5).is_err());
+        assert!(WindowPlan::new(1, 1).is_err() && WindowPlan::new(401, 10).is_err() && WindowPlan::new(5, 5).is_err());
     }
 }

@@ -9,7 +9,7 @@ use tracecut::rng::Rng;
 use tracecut::trajectory::Trajectories;
 
 /// Ends of the range, values near them, and others; small ones as likely as large ones.
-fn legal(choices: &mut Choices<'_>, (low, high): (f64, f64)) -> f64 {
+fn legal(choices: &mut Choices<'_>, low: f64, high: f64) -> f64 {
     match choices.below(6) {
         0 => low,
         1 => high,
@@ -40,8 +40,8 @@ pub fn params(choices: &mut Choices<'_>) -> Params {
         let value = match field.kind() {
             "boolean" => ParamValue::Bool(choices.once_in(2)),
             "choice" => ParamValue::Text(choices.pick(field.choices()).to_owned()),
-            "integer" => ParamValue::Number(legal(choices, field.range).round()),
-            _ => ParamValue::Number(legal(choices, field.range)),
+            "integer" => ParamValue::Number(legal(choices, field.min, field.max).round()),
+            _ => ParamValue::Number(legal(choices, field.min, field.max)),
         };
         given.push((field.name, value));
     });
@@ -170,7 +170,7 @@ pub fn correction(choices: &mut Choices<'_>, num_frames: usize, (width, height):
             let at = choices.once_in(2).then(|| place(choices));
             Correction::Split { label: choices.below(3) as u8, at }
         }
-        2 => Correction::Together((0..1 + choices.below(2)).map(|_| stroke(choices)).collect()),
-        _ => Correction::Apart((0..2 + choices.below(2)).map(|_| stroke(choices)).collect()),
+        2 => Correction::JoinStrokes((0..1 + choices.below(2)).map(|_| stroke(choices)).collect()),
+        _ => Correction::SplitStrokes((0..2 + choices.below(2)).map(|_| stroke(choices)).collect()),
     }
 }

@@ -1,8 +1,8 @@
-"""Masks of a clip as COCO, DAVIS and YouTube-VOS have them, which annotation tools and benchmarks read.
+"""Writes masks in the formats of COCO, DAVIS and YouTube-VOS, which annotation tools and benchmarks read.
 
-Each function takes the masks as a `tracecut.Result` or as any iterable of arrays, writes what the tool imports, and
-needs none of these tools. Labels stay what they are: 0 is the background, and a label is one object over the clip.
-What is written is there as a whole or not at all, and nothing that exists is written over.
+Each function takes the masks as a `tracecut.Result` or any iterable of arrays, and needs none of these tools. Labels
+stay the same: 0 is the background, and a label is one object throughout the clip. Output is complete or absent, and
+existing files are not overwritten.
 """
 
 from ._clip import Masks

@@ -1,4 +1,4 @@
-"""The masks of a clip one by one, checked as they come, and the names of their frames and objects."""
+"""Iterates over the masks of a clip, checks them, and names their frames and objects."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from .._types import U8, Bool
 
 
 class HasLabels(Protocol):
-    """What `tracecut.Session` and its views are."""
+    """Protocol of `tracecut.Session` and its views."""
 
     @property
     def num_frames(self) -> int:
-        """How many masks there are."""
+        """Number of masks."""
         ...
 
     def labels(self, t: int) -> U8:
@@ -39,8 +39,8 @@ class Frame(NamedTuple):
 
     def objects(self) -> list[int]:
         """The labels in the mask, without the background's 0."""
-        found = np.flatnonzero(np.bincount(self.mask.ravel(), minlength=256))
-        return [int(label) for label in found if label > 0]
+        labels = np.flatnonzero(np.bincount(self.mask.ravel(), minlength=256))
+        return [int(label) for label in labels if label > 0]
 
 
 class Box(NamedTuple):
@@ -53,39 +53,39 @@ class Box(NamedTuple):
 
 
 def box_of(inside: Bool) -> Box:
-    """The box of what is true, of which there is some."""
+    """Returns the bounding box of a mask that is not empty."""
     rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
     left, top = int(columns[0]), int(rows[0])
     return Box(left, top, int(columns[-1]) + 1 - left, int(rows[-1]) + 1 - top)
 
 
 def frames_of(masks: Masks, names: Optional[Iterable[str]]) -> Iterator[Frame]:
-    """Each mask with the name of its frame.
+    """Yields each mask with the name of its frame.
 
     Raises
     ------
     TraceCutError
-        ``data`` when there is no mask, one is no mask or has another size, or names and masks are not as many.
+        ``data`` if there is no mask, one is invalid or has another size, or the numbers of names and masks differ.
     """
     missing: Any = object()
     times: Any = getattr(masks, "times", None)
-    given = (f"{t:05}.jpg" for t in itertools.count()) if names is None else iter(names)
+    given_names = (f"{t:05}.jpg" for t in itertools.count()) if names is None else iter(names)
     first: Optional[U8] = None
     seen: set[str] = set()
     for t, mask in enumerate(_each(masks)):
-        name = next(given, missing)
+        name = next(given_names, missing)
         if name is missing:
             raise TraceCutError("data", f"frames has {t} names (expected one for each mask)")
         first = _check_size(t, _check_mask(t, mask), first)
         yield Frame(t, _check_frame_name(t, name, seen), mask, None if times is None else float(times[t]))
     if first is None:
         raise TraceCutError("data", "masks has 0 frames (expected at least 1)")
-    if names is not None and next(given, missing) is not missing:
+    if names is not None and next(given_names, missing) is not missing:
         raise TraceCutError("data", f"frames has more than {len(seen)} names (expected one for each mask)")
 
 
 def _each(masks: Any) -> Iterator[Any]:
-    """Iterables as they are; sessions and their views by their numbers."""
+    """Iterates over iterables, and over sessions and their views by frame number."""
     if hasattr(masks, "num_frames") and callable(getattr(masks, "labels", None)):
         return (masks.labels(t) for t in range(masks.num_frames))
     try:
@@ -106,7 +106,7 @@ def _check_mask(t: int, mask: Any) -> U8:
 
 
 def _check_size(t: int, mask: U8, first: Optional[U8]) -> U8:
-    """The first mask, whose size all have."""
+    """Returns the first mask; all masks must have its size."""
     if first is None:
         return mask
     if mask.shape != first.shape:
@@ -122,17 +122,17 @@ def _check_frame_name(t: int, name: Any, seen: set[str]) -> str:
 
 
 def _is_text(value: Any) -> bool:
-    """Something that can be seen: no control characters, and no half of a pair."""
+    """Returns True for visible text: no control characters and no lone surrogates."""
     return isinstance(value, str) and value.strip() != "" and value.isprintable()
 
 
 def check_folder_name(parameter: str, name: Any) -> str:
-    """A text that is one folder or file of a folder.
+    """Returns a text that is valid as one folder or file name.
 
     Raises
     ------
     TraceCutError
-        ``param`` when it is none.
+        ``param`` if it is not.
     """
     if not _is_text(name) or name.startswith(".") or any(letter in name for letter in '/\\:*?"<>|'):
         raise illegal(parameter, name, 'a name of a folder, without / \\ : * ? " < > | and not beginning with a dot')
@@ -140,7 +140,7 @@ def check_folder_name(parameter: str, name: Any) -> str:
 
 
 def check_text(parameter: str, value: Any) -> str:
-    """A text of one line that is not empty."""
+    """Returns a text if it is one line and not empty."""
     if not _is_text(value):
         raise illegal(parameter, value, "a text of one line that is not empty")
     return str(value)
@@ -150,7 +150,7 @@ _NAMED = "labels of 1 to 255, each with a name"
 
 
 class Classes:
-    """The name of the class of each object, and a number for each class in the order in which they are asked for."""
+    """The class name of each object, and a number for each class in order of first use."""
 
     def __init__(self, objects: Optional[Mapping[int, str]]) -> None:
         given: Any = {} if objects is None else objects
@@ -164,7 +164,7 @@ class Classes:
             check_text(f"objects[{label}]", name)
 
     def name(self, label: int) -> str:
-        """The class of a label; ``object 3`` of one that was not named."""
+        """The class of a label; ``object 3`` for an unnamed one."""
         name = self._names.get(label, f"object {label}")
         self.numbers.setdefault(name, len(self.numbers) + 1)
         return name

@@ -1,4 +1,4 @@
-"""COCO's JSON, which annotation tools import with masks and identities."""
+"""Writes COCO's JSON, which annotation tools import with masks and identities."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ def to_coco(
     frames: Optional[Iterable[str]] = None,
     objects: Optional[Mapping[int, str]] = None,
 ) -> Path:
-    """Writes masks as COCO has them: a folder with ``labels.json``.
+    """Writes masks in COCO's format: a folder with ``labels.json``.
 
-    Frame by frame, in the memory of one mask and the names. Each object of each frame is an annotation with a mask,
-    whose ``track_id`` is its label in all frames.
+    Works frame by frame, in the memory of one mask and the names. Each object of each frame is an annotation with a
+    mask; its ``track_id`` is its label in all frames.
 
     Parameters
     ----------
@@ -33,9 +33,9 @@ def to_coco(
     name : str, default "clip"
         The description of the data set.
     frames : iterable of str, optional
-        The frames' names, as many as there are masks; ``00000.jpg`` and so on if not given.
+        The names of the frames, one per mask; ``00000.jpg`` and so on by default.
     objects : mapping of int to str, optional
-        The class of each label; ``object 1`` and so on of those without.
+        The class of each label; ``object 1`` and so on for labels without.
 
     Returns
     -------
@@ -45,13 +45,13 @@ def to_coco(
     Raises
     ------
     TraceCutError
-        ``data`` of masks or names that are not as said, ``param`` of the rest.
+        ``data`` for invalid masks or names, ``param`` for other arguments.
 
     Notes
     -----
     COCO's site describes the format under "Data format". Masks are compressed run lengths, exact to the pixel. The
-    identity is there three times: as ``track_id``, which the command line and JavaScript write too, under
-    ``attributes`` for CVAT and Datumaro, and as ``index`` for FiftyOne.
+    identity is stored three times: as ``track_id``, like the command line and JavaScript, under ``attributes`` for CVAT
+    and Datumaro, and as ``index`` for FiftyOne.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Output that is there as a whole or not at all: written beside its place, then renamed."""
+"""Writes output completely or not at all: into a temporary path, then renamed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .._errors import illegal
 
 PathLike = Union[str, "os.PathLike[str]"]
 
-#: The colours of the DAVIS benchmark: those of VOC with 191 in the place of 192 for the first 22, then greys.
+#: Number of coloured labels in the DAVIS palette: VOC colours with 191 instead of 192; the other labels are grey.
 _COLOURED = 22
 
 
@@ -38,33 +38,33 @@ def json_line(value: Any) -> str:
 
 @contextmanager
 def new_folder(path: PathLike, parameter: str = "path", overwrite: bool = False) -> Generator[Path, None, None]:
-    """A folder to write into, which takes its place when all went well, and is gone when not.
+    """Yields a temporary folder, which is renamed to the path on success and removed on failure.
 
     Raises
     ------
     TraceCutError
-        ``param`` when something is at the path, unless that is to be replaced.
+        ``param`` if the path exists, unless ``overwrite`` is set.
     """
     out = Path(path)
     if os.path.lexists(out) and not overwrite:
         raise illegal(parameter, str(out), "a path where nothing is yet")
-    made = _make(out.parent)
+    created = _create_folders(out.parent)
     part = out.with_name(f".{out.name}.{os.getpid()}.part")
     try:
         part.mkdir()
-        made.append(part)
+        created.append(part)
         yield part
-        _put_in_place(part, out)
+        _replace_folder(part, out)
     except BaseException:
-        if part in made:
+        if part in created:
             shutil.rmtree(part, ignore_errors=True)
-        for folder in reversed(made):
+        for folder in reversed(created):
             with suppress(OSError):
                 folder.rmdir()
         raise
 
 
-def _put_in_place(part: Path, out: Path) -> None:
+def _replace_folder(part: Path, out: Path) -> None:
     old = out.with_name(f".{out.name}.{os.getpid()}.old")
     with suppress(FileNotFoundError):
         out.rename(old)
@@ -73,8 +73,8 @@ def _put_in_place(part: Path, out: Path) -> None:
 
 
 @contextmanager
-def undone(folder: Path) -> Generator[None, None, None]:
-    """Takes a folder away if what is done with it fails."""
+def removed_on_failure(folder: Path) -> Generator[None, None, None]:
+    """Removes a folder if the block fails."""
     try:
         yield
     except BaseException:
@@ -82,16 +82,15 @@ def undone(folder: Path) -> Generator[None, None, None]:
         raise
 
 
-def _make(folder: Path) -> list[Path]:
-    """Makes a folder and those above it; gives those that were not there, the highest first."""
-    above = [folder, *folder.parents]
-    made = [each for each in reversed(above) if not each.exists()]
+def _create_folders(folder: Path) -> list[Path]:
+    """Creates a folder and its missing parents; returns the created ones, the topmost first."""
+    missing = [each for each in reversed([folder, *folder.parents]) if not each.exists()]
     folder.mkdir(parents=True, exist_ok=True)
-    return made
+    return missing
 
 
 def replace_text(path: Path, text: str) -> None:
-    """Writes a file that readers see as it was or as it is to be, never in between."""
+    """Replaces a file atomically: readers see the old or the new text."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:

@@ -1,4 +1,4 @@
-"""The folders of DAVIS and YouTube-VOS: PNG files with a palette, whose pixels are the labels."""
+"""Writes the folders of DAVIS and YouTube-VOS: palette PNG files whose pixel values are the labels."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from typing import Any, Optional
 from .. import _tracecut
 from .._errors import TraceCutError, illegal
 from ._clip import Classes, Masks, check_folder_name, frames_of
-from ._output import PALETTE, PathLike, new_folder, replace_text, undone
+from ._output import PALETTE, PathLike, new_folder, removed_on_failure, replace_text
 
-#: Not an object in either benchmark, but pixels that do not count.
+#: The label of ignored pixels in both benchmarks.
 _VOID = 255
 
 
 def to_davis(masks: Masks, root: PathLike, *, name: str, subset: str = "val", resolution: str = "480p") -> Path:
-    """Adds a clip to a folder as DAVIS 2017 has it, which is made if needed.
+    """Adds a clip to a folder in the layout of DAVIS 2017, creating it if needed.
 
     Masks go to ``Annotations/480p/NAME/00000.png`` and so on, frame by frame, and the clip's name into
-    ``ImageSets/2017/val.txt``. The frames themselves belong into ``JPEGImages/480p/NAME/00000.jpg`` and so on.
+    ``ImageSets/2017/val.txt``. Put the frames into ``JPEGImages/480p/NAME/00000.jpg`` and so on.
 
     Parameters
     ----------
     masks : masks
-        A `tracecut.Result`, or arrays of uint8 of shape (height, width) one by one. Labels are 0 to 254: 255 are
-        pixels that DAVIS does not count.
+        A `tracecut.Result`, or arrays of uint8 of shape (height, width) one by one. Labels are 0 to 254: DAVIS
+        ignores pixels of 255.
     root : path
-        The data set. One clip is added at a time: two at once may lose a name in the list.
+        The data set. Add one clip at a time: two at once may lose a name in the list.
     name : str
-        The clip, which the data set must not have yet.
+        The clip; the data set must not contain it yet.
     subset : str, default "val"
         The list that names it.
     resolution : str, default "480p"
@@ -44,11 +44,11 @@ def to_davis(masks: Masks, root: PathLike, *, name: str, subset: str = "val", re
     Raises
     ------
     TraceCutError
-        ``data`` of masks that are not as said, ``param`` of the rest.
+        ``data`` for invalid masks, ``param`` for other arguments.
 
     Notes
     -----
-    The folders are those of the benchmark's read-me, the colours those of its own masks.
+    The folders follow the benchmark's README, and the colours its own masks.
 
     Examples
     --------
@@ -63,10 +63,10 @@ def to_davis(masks: Masks, root: PathLike, *, name: str, subset: str = "val", re
     listed = Path(root) / "ImageSets" / "2017" / f"{check_folder_name('subset', subset)}.txt"
     folder = Path(root) / "Annotations" / check_folder_name("resolution", resolution) / clip
     _write_masks(masks, folder)
-    with undone(folder):
+    with removed_on_failure(folder):
         names = listed.read_text(encoding="utf-8").split("\n") if listed.exists() else []
-        kept = [each.strip() for each in names if each.strip() and each.strip() != clip]
-        replace_text(listed, "\n".join([*kept, clip]) + "\n")
+        others = [each.strip() for each in names if each.strip() and each.strip() != clip]
+        replace_text(listed, "\n".join([*others, clip]) + "\n")
     return folder
 
 
@@ -78,24 +78,23 @@ def to_youtube_vos(
     subset: str = "train",
     objects: Optional[Mapping[int, str]] = None,
 ) -> Path:
-    """Adds a clip to a folder as YouTube-VOS has it, which is made if needed.
+    """Adds a clip to a folder in the layout of YouTube-VOS, creating it if needed.
 
     Masks go to ``train/Annotations/NAME/00000.png`` and so on, frame by frame, and each object with its category and
-    the frames in which it is seen into ``train/meta.json``. The frames themselves belong into
-    ``train/JPEGImages/NAME/00000.jpg`` and so on.
+    its frames into ``train/meta.json``. Put the frames into ``train/JPEGImages/NAME/00000.jpg`` and so on.
 
     Parameters
     ----------
     masks : masks
         As `to_davis`.
     root : path
-        The data set. One clip is added at a time: two at once may lose one in ``meta.json``.
+        The data set. Add one clip at a time: two at once may lose one in ``meta.json``.
     name : str
-        The video's ID, which the data set must not have yet.
+        The video's ID; the data set must not contain it yet.
     subset : str, default "train"
         The folder in the data set.
     objects : mapping of int to str, optional
-        The category of each label; ``object 1`` and so on of those without.
+        The category of each label; ``object 1`` and so on for labels without.
 
     Returns
     -------
@@ -105,12 +104,12 @@ def to_youtube_vos(
     Raises
     ------
     TraceCutError
-        ``data`` of masks or of a ``meta.json`` that are not as said, ``param`` of the rest.
+        ``data`` for invalid masks or ``meta.json``, ``param`` for other arguments.
 
     Notes
     -----
-    Folders and ``meta.json`` are those of the benchmark's training set. The colours are those of DAVIS; readers go by
-    the labels.
+    Folders and ``meta.json`` follow the benchmark's training set. The colours are those of DAVIS; readers use the
+    labels.
     """
     clip, classes = check_folder_name("name", name), Classes(objects)
     base = Path(root) / check_folder_name("subset", subset)
@@ -121,14 +120,14 @@ def to_youtube_vos(
     folder = base / "Annotations" / clip
     seen = _write_masks(masks, folder)
     entry = {str(label): {"category": classes.name(label), "frames": seen[label]} for label in sorted(seen)}
-    with undone(folder):
+    with removed_on_failure(folder):
         meta["videos"][clip] = {"objects": entry}
         replace_text(path, json.dumps(meta, indent=1, ensure_ascii=False) + "\n")
     return folder
 
 
 def _write_masks(masks: Masks, folder: Path) -> dict[int, list[str]]:
-    """One file for each mask; gives the frames in which each label is seen."""
+    """Writes one file per mask; returns the frames of each label."""
     seen: dict[int, list[str]] = {}
     with new_folder(folder, "name") as out:
         for frame in frames_of(masks, None):

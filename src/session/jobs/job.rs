@@ -1,0 +1,123 @@
+//! Jobs of a run that depend on little of it: any thread, worker or process can do them, in any order.
+//!
+//! A session hands out a [`Job`] and stores its result. A step uses the results that have arrived and computes the others
+//! itself, so results do not depend on who does the work, and a lost job only costs time.
+
+use super::pair::PairFlow;
+use crate::affinity::AffinityBlock;
+use crate::background::{ReprojectionErrors, ReprojectionInput};
+use crate::camera::{Egomotion, PointMatches};
+use crate::delaunay::delaunay_edges;
+use crate::discretize::NormalizedRows;
+use crate::flow::FlowScratch;
+use crate::image::{Frame, Plane};
+use crate::mask::refine;
+use crate::saliency::SaliencyQuery;
+use crate::session::base::Params;
+use crate::superpixel::{Superpixels, frame_superpixels};
+
+/// Identifies a job of a session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct JobId {
+    /// The window of the session, counted over all of its clips.
+    pub(crate) epoch: u32,
+    pub(crate) kind: JobKind,
+    /// The frame, the first frame of the pair, or the number of the block.
+    pub(crate) index: u32,
+}
+
+/// The kind of a job.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum JobKind {
+    /// Flow of a frame pair.
+    PairFlow = 0,
+    Superpixels = 1,
+    /// A refined mask.
+    Mask = 2,
+    /// Saliency of the trajectory points in a frame.
+    Saliency = 3,
+    /// Delaunay graph of the trajectories in a frame.
+    Delaunay = 4,
+    /// A block of rows of the affinity matrix.
+    Affinities = 5,
+    /// Egomotion motion of the camera in a frame pair.
+    CameraMotion = 6,
+    /// Clusters from a number of eigenvectors.
+    Rotation = 7,
+    /// Reprojection errors of the pixels of a frame.
+    Reprojection = 8,
+}
+
+impl JobKind {
+    pub(crate) const ALL: [Self; 9] = [
+        Self::PairFlow,
+        Self::Superpixels,
+        Self::Mask,
+        Self::Saliency,
+        Self::Delaunay,
+        Self::Affinities,
+        Self::CameraMotion,
+        Self::Rotation,
+        Self::Reprojection,
+    ];
+}
+
+/// A job with everything it needs, owned.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Job {
+    pub(crate) id: JobId,
+    pub(crate) input: JobInput,
+}
+
+/// The input of a job of each kind.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum JobInput {
+    PairFlow(Frame, Frame),
+    Superpixels(Frame),
+    /// A frame and its mask, whose borders are to be refined.
+    Mask(Frame, Plane<u8>),
+    Saliency(SaliencyQuery),
+    Delaunay(Vec<(f32, f32)>),
+    Affinities(Box<AffinityBlock>),
+    CameraMotion(PointMatches),
+    Rotation(NormalizedRows),
+    Reprojection(ReprojectionInput),
+}
+
+/// The result of a job of each kind.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum JobResult {
+    PairFlow(Box<PairFlow>),
+    Superpixels(Superpixels),
+    Mask(Plane<u8>),
+    Saliency(Vec<f32>),
+    Delaunay(Vec<(u32, u32)>),
+    Affinities(Vec<(u32, u32, f32)>),
+    /// The motion, and whether it is reliable.
+    CameraMotion(Option<(Egomotion, bool)>),
+    Rotation(Vec<u32>),
+    Reprojection(ReprojectionErrors),
+}
+
+impl Job {
+    /// Runs the job with the parameters of the session that handed it out.
+    pub(crate) fn run(&self, params: &Params, scratch: &mut FlowScratch) -> JobResult {
+        match &self.input {
+            JobInput::PairFlow(from, to) => {
+                JobResult::PairFlow(Box::new(PairFlow::new(from, to, &params.for_flow(), scratch)))
+            }
+            JobInput::Superpixels(frame) => {
+                JobResult::Superpixels(frame_superpixels(frame, &params.contour, &params.superpixel))
+            }
+            JobInput::Mask(frame, labels) => {
+                JobResult::Mask(refine(labels, frame, &params.for_size((frame.width(), frame.height())).refine))
+            }
+            JobInput::Saliency(query) => JobResult::Saliency(query.evaluate(&params.saliency)),
+            JobInput::Delaunay(points) => JobResult::Delaunay(delaunay_edges(points)),
+            JobInput::Affinities(rows) => JobResult::Affinities(rows.entries()),
+            JobInput::CameraMotion(matches) => JobResult::CameraMotion(matches.estimate_egomotion()),
+            JobInput::Rotation(rows) => JobResult::Rotation(rows.rotate()),
+            JobInput::Reprojection(input) => JobResult::Reprojection(input.errors()),
+        }
+    }
+}

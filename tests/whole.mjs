@@ -1,7 +1,0 @@
-// All entries of the package in Node as one.
-
-export * from 'tracecut';
-export * from 'tracecut/draw';
-export * from 'tracecut/edit';
-export * from 'tracecut/export';
-export * from 'tracecut/stages';
