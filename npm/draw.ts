@@ -8,7 +8,7 @@ export { CUT_RED, SCREEN_GREEN, flowColor, heatColor, objectColor, objectShape }
 export { EDGE_STYLES, drawSuperpixels } from './draw/superpixels.js';
 export { drawTrajectories } from './draw/trajectories.js';
 
-export type { CutoutMask, DrawCutoutOptions, Backdrop } from './draw/cutout.js';
+export type { Backdrop, CutoutMask, DrawCutoutOptions } from './draw/cutout.js';
 export type {
   DrawBoundariesOptions,
   DrawDiscontinuitiesOptions,

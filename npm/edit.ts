@@ -21,7 +21,7 @@ export const openProject: typeof import('./kit/edit/project.js').openProject = a
 
 export type { AdjustMaskOptions, MaskEdges } from './kit/edit/adjust.js';
 export type { MasksAtSizeOptions } from './kit/edit/at-size.js';
-export type { CarryRange, CarryOptions } from './kit/edit/carry.js';
+export type { CarryOptions, CarryRange } from './kit/edit/carry.js';
 export type { Correction, Edit, EditOptions, SavedEdits } from './kit/edit/editor.js';
 export type { EnlargeOptions, FrameMask } from './kit/edit/enlarge.js';
 export type { FrameFeatures } from './kit/edit/grow-regions.js';

@@ -68,7 +68,7 @@ export type { Parameter, ParameterOptions } from './parameters.js';
 export type { Places, WorkerSource } from './places.js';
 export type { FlowField, Progress, Stage } from './session/engine.js';
 export type { Place, Stroke, TrajectoryInput } from './session/inputs.js';
-export type { ObjectList, SearchReport, SearchInput, VideoObject } from './session/report.js';
+export type { ObjectList, SearchInput, SearchReport, VideoObject } from './session/report.js';
 export type {
   Background,
   ClusterList,

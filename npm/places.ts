@@ -37,13 +37,13 @@ export function configure(locations: Places) {
 const FILES = { wasm: 'tracecut_bg.wasm', decoder: 'decoder_bg.wasm', worker: 'worker.bundle.js' };
 
 /** Returns advice for a file that was not found. */
-export function missingFileHint(name: keyof typeof FILES) {
+export function getMissingFileHint(name: keyof typeof FILES) {
   const file = FILES[name];
   return `If your bundler leaves it out, serve a copy of tracecut/dist/${file} and say where: configure({ ${name}: '/${file}' }); or use tracecut/inline`;
 }
 
 /** Returns an address computed from the module's own, which scripts that are no modules do not have. */
-export function resolveFile(name: keyof typeof FILES, make: () => URL, advice: string = missingFileHint(name)) {
+export function resolveFile(name: keyof typeof FILES, make: () => URL, advice: string = getMissingFileHint(name)) {
   try {
     return make();
   } catch (cause) {

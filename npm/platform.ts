@@ -2,7 +2,7 @@
 // browsers; the entries for Node replace them.
 
 import { TraceCutError, illegal, typeTag } from './check/errors.js';
-import { type WorkerSource, startImporter, resolveFile, places, missingFileHint, startWorkerAt } from './places.js';
+import { type WorkerSource, getMissingFileHint, places, resolveFile, startImporter, startWorkerAt } from './places.js';
 import type { WasmSource } from './check/options.js';
 import type { HelperWorker } from './worker/helpers.js';
 
@@ -31,10 +31,10 @@ const packagedDecoder = () => new URL('./decoder_bg.wasm', import.meta.url);
 
 export let platform: Platform = {
   loadModule: createLoader('wasm', loadModule, async () =>
-    loadModule(resolveFile('wasm', packagedFile), missingFileHint('wasm')),
+    loadModule(resolveFile('wasm', packagedFile), getMissingFileHint('wasm')),
   ),
   loadDecoder: createLoader('decoder', loadModule, async () =>
-    loadModule(resolveFile('decoder', packagedDecoder), missingFileHint('decoder')),
+    loadModule(resolveFile('decoder', packagedDecoder), getMissingFileHint('decoder')),
   ),
   get startWorker() {
     return typeof Worker === 'undefined' ? undefined : startWorker;

@@ -1,6 +1,6 @@
 // The interface of masks that all exports and drawing helpers accept, and the checks that they share.
 
-import { TraceCutError, checkSides, illegal, checkWholeNumber } from './errors.js';
+import { TraceCutError, checkSides, checkWholeNumber, illegal } from './errors.js';
 
 /**
  * Masks of a clip: a `Result`, a window or the whole of a segmented video, or your own object. `labels(t)` returns a
@@ -31,7 +31,8 @@ export type ObjectChoice = Iterable<number> | ((label: number) => boolean);
 /** Highest label. */
 export const MAX_LABEL = 255;
 
-const MAX_FRAMES = 10_000_000;
+/** Most frames of masks: longer clips are mistakes. */
+export const MAX_FRAMES = 10_000_000;
 
 /** Throws unless `masks` is a {@link MaskSource}. */
 export function checkMasks(masks: MaskSource) {

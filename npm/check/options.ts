@@ -1,6 +1,6 @@
 // The options of a session, checked.
 
-import { illegal, isPlainObject, checkWholeNumber } from './errors.js';
+import { checkWholeNumber, illegal, isPlainObject } from './errors.js';
 import type { ParameterOptions } from '../parameters.js';
 import type { WorkerSource } from '../places.js';
 

@@ -85,14 +85,14 @@ export function createScratch(
   height: number,
   read = false,
 ): { canvas: Scratch; context: Context2D } {
-  const canvas = emptyCanvas(context, width, height);
+  const canvas = createCanvas(context, width, height);
   const scratchContext = canvas.getContext('2d', read ? { willReadFrequently: true } : {}) as Context2D | null;
   if (!scratchContext)
     throw new TraceCutError('unsupported', `cannot create a 2D canvas of ${width} × ${height} pixels`);
   return { canvas: canvas as Scratch, context: scratchContext };
 }
 
-function emptyCanvas(
+function createCanvas(
   { canvas }: Context2D,
   width: number,
   height: number,

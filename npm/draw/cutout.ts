@@ -1,7 +1,7 @@
 // Objects cut out of their frame, on another backdrop.
 
 import { checkOptions, illegal } from '../check/errors.js';
-import { type Context2D, withSavedState, createScratch } from './canvas.js';
+import { type Context2D, createScratch, withSavedState } from './canvas.js';
 
 /**
  * A backdrop of cut-out objects: `transparent` for none; their own frame, `blurred`, `desaturated` (without colour) or

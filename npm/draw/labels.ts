@@ -1,17 +1,17 @@
 // Masks on a canvas: each object filled in its colour, with an outline.
 
 import { checkFlag, checkNumber, checkOptions } from '../check/errors.js';
-import { MAX_LABEL, type MaskSource, type ObjectChoice, checkMasks, selectLabels, readLabels } from '../check/masks.js';
+import { MAX_LABEL, type MaskSource, type ObjectChoice, checkMasks, readLabels, selectLabels } from '../check/masks.js';
 import {
   type Context2D,
-  withSavedState,
   drawOnPixelCentres,
-  traceOutlines,
   packColor,
   paintPixels,
   strokeSegments,
+  traceOutlines,
+  withSavedState,
 } from './canvas.js';
-import { type LabelColors, toColorFunction, parseColor } from './palette.js';
+import { type LabelColors, parseColor, toColorFunction } from './palette.js';
 
 /** Options of `drawLabels`. */
 export interface DrawLabelsOptions {
@@ -32,6 +32,7 @@ const LEGAL = ['opacity', 'outline', 'outlineWidth', 'colors', 'objects'];
 /** Dark border that keeps the outline legible on bright footage; its width in outline widths, chosen by eye. */
 const OUTLINE_BORDER = { color: 'rgb(0 0 0 / 0.3)', width: 1.9 };
 
+/** Widest outline. */
 const MAX_OUTLINE_PX = 1000;
 
 /**

@@ -3,11 +3,11 @@
 import { checkNumber, checkOptions, illegal } from '../check/errors.js';
 import {
   type Context2D,
-  withSavedState,
   drawOnPixelCentres,
   packColor,
   paintPixels,
   strokeSegments,
+  withSavedState,
 } from './canvas.js';
 import { CUT_RED, flowColor, heatColor, parseColor } from './palette.js';
 import { FramePoints, type TrajectorySource, toObjectFilter } from './trajectories.js';

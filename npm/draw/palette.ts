@@ -1,14 +1,13 @@
 // Colours and marker shapes of objects, colours of saliency and of motion.
 
-import { illegal, checkWholeNumber } from '../check/errors.js';
+import { checkWholeNumber, illegal } from '../check/errors.js';
+import { MAX_LABEL } from '../check/masks.js';
 
 /** Shape of a point's marker. */
 export type Shape = 'disc' | 'square' | 'diamond';
 
 /** Colours by label: a list that starts with label 0, or a function; each `#rrggbb`. */
 export type LabelColors = readonly string[] | ((label: number) => string);
-
-const MAX_LABEL = 255;
 
 /** Colour of the background, muted. */
 const BACKGROUND = '#a3a7ad';
@@ -60,7 +59,9 @@ function computePalette(): string[] {
   const distances = grid.map(() => Infinity);
   const addColor = (color: string) => {
     const rgb = parseColor(color);
-    grid.forEach((candidate, k) => (distances[k] = Math.min(Number(distances[k]), colorDistance(candidate, rgb))));
+    grid.forEach(
+      (candidate, k) => (distances[k] = Math.min(Number(distances[k]), computeColorDistance(candidate, rgb))),
+    );
   };
   ['#000000', '#ffffff', CUT_RED, ...palette].forEach(addColor);
   while (palette.length <= MAX_LABEL) {
@@ -73,7 +74,7 @@ function computePalette(): string[] {
 }
 
 /** Computes an approximate perceived distance of two colours: red counts more among bright reds, blue among dark ones. */
-function colorDistance([r0 = 0, g0 = 0, b0 = 0]: number[], [r1 = 0, g1 = 0, b1 = 0]: number[]) {
+function computeColorDistance([r0 = 0, g0 = 0, b0 = 0]: number[], [r1 = 0, g1 = 0, b1 = 0]: number[]) {
   const red = r0 + r1;
   return (1024 + red) * (r0 - r1) ** 2 + 2048 * (g0 - g1) ** 2 + (1534 - red) * (b0 - b1) ** 2;
 }

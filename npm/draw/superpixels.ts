@@ -5,12 +5,12 @@ import { checkFlag, checkNumber, checkOptions, illegal } from '../check/errors.j
 import { EdgeKind } from '../stages/image.js';
 import {
   type Context2D,
-  withSavedState,
+  createScratch,
   drawOnPixelCentres,
   packColor,
   paintPixels,
-  createScratch,
   strokeSegments,
+  withSavedState,
 } from './canvas.js';
 import { flowColor } from './palette.js';
 import type { MapGrid } from './maps.js';

@@ -1,6 +1,6 @@
 // Point trajectories on a canvas: their places in a frame, and the last part of their paths.
 
-import { checkFlag, checkNumber, checkOptions, illegal, checkWholeNumber } from '../check/errors.js';
+import { checkFlag, checkNumber, checkOptions, checkWholeNumber, illegal } from '../check/errors.js';
 import { MAX_LABEL } from '../check/masks.js';
 import { type Context2D, drawOnPixelCentres } from './canvas.js';
 import { type Shape, objectColor, objectShape } from './palette.js';

@@ -30,7 +30,8 @@ export type Message =
   | { kind: 'packet-read' | 'decoding-failed' | 'faulty' | 'decoded' | 'no-decoder' | 'unknown-option' }
   | { kind: 'reading-failed'; isEnd: boolean };
 
-const MESSAGES: [words: string, message: Message][] = [
+/** Texts that identify messages. */
+const MESSAGES: [text: string, message: Message][] = [
   ['demuxer -> ', { kind: 'packet-read' }],
   ['decoder -> ', { kind: 'decoded' }],
   ['corrupt decoded frame', { kind: 'faulty' }],

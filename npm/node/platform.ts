@@ -7,7 +7,7 @@ import { availableParallelism } from 'node:os';
 import { type MessagePort, type Transferable, Worker } from 'node:worker_threads';
 import { TraceCutError } from '../check/errors.js';
 import { resolveFile } from '../places.js';
-import { type HelperData, type Platform, loadModule, createLoader, setPlatform } from '../platform.js';
+import { type HelperData, type Platform, createLoader, loadModule, setPlatform } from '../platform.js';
 import type { WasmSource } from '../check/options.js';
 import type { HelperWorker } from '../worker/helpers.js';
 
@@ -53,16 +53,16 @@ function load(source: WasmSource) {
  * where this module was when it was bundled.
  */
 async function readPackaged(name: 'wasm' | 'decoder', file: string, make: () => URL) {
-  const url = resolveFile(name, make, bundlerHint(name, file));
+  const url = resolveFile(name, make, getBundlerHint(name, file));
   const moduleUrl = import.meta.url;
   const candidates = url.href.startsWith('file:') ? [new URL(url.href)] : [];
   candidates.push(new URL(`../${file}`, moduleUrl));
   const existing = candidates.find((candidate) => existsSync(candidate)) ?? candidates[0];
-  return readModule(existing!, bundlerHint(name, file));
+  return readModule(existing!, getBundlerHint(name, file));
 }
 
 /** Returns advice for a file that a bundler left behind. */
-function bundlerHint(name: string, file: string) {
+function getBundlerHint(name: string, file: string) {
   return `If your bundler leaves it out, keep the package out of the bundle (external: ['tracecut'], serverExternalPackages: ['tracecut']), or copy tracecut/dist/${file} and say where: configure({ ${name}: 'path/of/${file}' })`;
 }
 

@@ -1,6 +1,6 @@
 // Frames from streams of uncompressed video.
 
-import { TraceCutError, checkSides, checkOptions, illegal, tooLarge, checkWholeNumber } from '../check/errors.js';
+import { TraceCutError, checkOptions, checkSides, checkWholeNumber, illegal, tooLarge } from '../check/errors.js';
 import { MAX_PIXELS } from '../check/options.js';
 import type { PixelFrame } from '../worker/frames.js';
 

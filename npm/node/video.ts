@@ -7,7 +7,7 @@
 import { open } from 'node:fs/promises';
 import { basename } from 'node:path';
 import { fileURLToPath } from 'node:url';
-import { checkOptions, illegal, TraceCutError } from '../check/errors.js';
+import { TraceCutError, checkOptions, illegal } from '../check/errors.js';
 import { type Damage, MIN_FRAMES } from '../video/reader.js';
 import { FaultFinder } from './faults.js';
 import { DECODE, Ffmpeg, LIST, WRITE } from './ffmpeg.js';

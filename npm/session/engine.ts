@@ -1,7 +1,7 @@
 // Runs a session in this thread: a queue of calls, and a run that steps in slices so that the thread stays responsive.
 
 import { type Crew, Pool } from '../worker/helpers.js';
-import { type Instance, release, callInstance, startInstance } from '../worker/instance.js';
+import { type Instance, callInstance, release, startInstance } from '../worker/instance.js';
 import { yieldThread } from '../worker/pause.js';
 import { type Answer, type Arguments, type RequestName, getRequestSpec } from './requests.js';
 import type { BoundaryMap, Superpixels } from '../stages/image.js';

@@ -1,6 +1,6 @@
 // Checks the inputs of a session other than frames: trajectories of another tracker, and corrections.
 
-import { checkSides, describe, illegal, isPlainObject, checkWholeNumber } from '../check/errors.js';
+import { checkSides, checkWholeNumber, describe, illegal, isPlainObject } from '../check/errors.js';
 import type { Session } from '../tracecut.js';
 
 /**
@@ -34,6 +34,7 @@ export type RawTrajectories = {
   y: Float32Array<ArrayBuffer>;
 };
 
+/** Most frames of trajectories. */
 const MAX_FRAMES = 1000000;
 const MAX_U32 = 4294967295;
 

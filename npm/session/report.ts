@@ -1,6 +1,6 @@
 // Reports on a run from its trajectories: a track file, the search report, and the motion of the scene.
 
-import { illegal, TraceCutError } from '../check/errors.js';
+import { TraceCutError, illegal } from '../check/errors.js';
 import type { ClipTrajectories } from '../video/result.js';
 
 /**

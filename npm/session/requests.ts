@@ -13,12 +13,12 @@ import type { WindowFacts } from '../video/window.js';
 import type { RawFrame } from '../worker/frames.js';
 import type {
   FlowField,
-  SessionInfo,
   RawBackground,
   RawBoundaryMap,
   RawConfidenceMap,
   RawSaliencyMap,
   RawSuperpixels,
+  SessionInfo,
 } from './engine.js';
 import type { Explanation } from './result.js';
 

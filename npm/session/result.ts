@@ -7,7 +7,7 @@ import { type Answer, type Arguments, type Ask, type MapName, REQUESTS, type Res
 import { checkRuns, decodeRuns, encodeRuns } from './runs.js';
 import { restoreFields, toSaved } from './serialize.js';
 import type { WindowFacts } from '../video/window.js';
-import type { SessionInfo, RawResult, Stage } from './engine.js';
+import type { RawResult, SessionInfo, Stage } from './engine.js';
 import type { ObjectList } from './report.js';
 
 /**

@@ -5,8 +5,10 @@ import { TraceCutError, illegal } from '../check/errors.js';
 /** Labels of a frame as runs of equal pixels, row by row: the label in the lowest 8 bits, the length above. */
 export type Runs = Uint32Array<ArrayBuffer>;
 
+/** Bits of the label in a run. */
 const LABEL_BITS = 8;
 const NUM_LABELS = 2 ** LABEL_BITS;
+/** Longest run; longer ones are split. */
 const MAX_RUN = 2 ** (32 - LABEL_BITS) - 1;
 
 /**

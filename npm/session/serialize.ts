@@ -6,6 +6,7 @@ import { VERSION } from '../parameters.js';
 
 /** Initial odds that a bit is 0, of 2 ** `ODDS_BITS`, and the shift by which they adapt, as in LZMA. */
 const [INITIAL_ODDS, ODDS_BITS, ADAPTATION_SHIFT] = [1024, 11, 5];
+/** End of the range coder's interval. */
 const RANGE_END = 2 ** 32;
 
 const ARRAY_TYPES = { Uint8Array, Int32Array, Uint32Array, Float32Array, Float64Array };

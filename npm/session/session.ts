@@ -1,15 +1,15 @@
 // Processes one clip at a time: `Session` checks its inputs, runs, aborts and corrects; an engine does the work.
 
-import { TraceCutError, illegal, withFrame, checkWholeNumber } from '../check/errors.js';
+import { TraceCutError, checkWholeNumber, illegal, withFrame } from '../check/errors.js';
 import { type SessionOptions, splitOptions } from '../check/options.js';
 import { type BoundaryMap, type Grid, type Superpixels, addScale } from '../stages/image.js';
 import { type FrameSource, toRawFrame } from '../worker/frames.js';
 import { untilAborted } from '../worker/pause.js';
 import { createDecoderLoader, openEngine } from '../worker/remote.js';
-import { toMerge, toSplit, toStrokes, toRawTrajectories } from './inputs.js';
+import { toMerge, toRawTrajectories, toSplit, toStrokes } from './inputs.js';
 import { type Answer, type Arguments, type Ask, type MapName, REQUESTS, type ResultRequestSpec } from './requests.js';
 import { type Background, Result, type SaliencyMap } from './result.js';
-import type { Engine, FlowField, SessionInfo, OnProgress } from './engine.js';
+import type { Engine, FlowField, OnProgress, SessionInfo } from './engine.js';
 import type { Place, RawCorrection, Stroke, TrajectoryInput } from './inputs.js';
 
 /** Opens a session. */

@@ -1,8 +1,8 @@
 // Synthetic clips with known masks: `synthClip`.
 
-import { illegal, isPlainObject, checkWholeNumber } from '../check/errors.js';
+import { checkWholeNumber, illegal, isPlainObject } from '../check/errors.js';
 import { platform } from '../platform.js';
-import { type Instance, release, callInstance, startInstance } from '../worker/instance.js';
+import { type Instance, callInstance, release, startInstance } from '../worker/instance.js';
 import type { WasmSource } from '../check/options.js';
 import type { FlowField } from '../session/engine.js';
 import type { Scene } from '../tracecut.js';

@@ -1,7 +1,7 @@
 // Boundary maps, superpixels and embedding discontinuities: their types, and the functions that compute them for a single
 // image.
 
-import { illegal, isPlainObject, checkWholeNumber } from '../check/errors.js';
+import { checkWholeNumber, illegal, isPlainObject } from '../check/errors.js';
 import { type SessionOptions, splitOptions } from '../check/options.js';
 import { type FrameSource, toRawFrame } from '../worker/frames.js';
 import { createDecoderLoader, openEngine } from '../worker/remote.js';
@@ -107,6 +107,7 @@ export type ImageEngineOptions = Pick<
 export type FlowOptions = Pick<SessionOptions, 'flow' | 'wasm' | 'decoder' | 'worker'>;
 
 const COMMON_OPTIONS = ['wasm', 'decoder', 'worker'];
+/** Most superpixels: as many as pixels of the largest image. */
 const MAX_COUNT = 2 ** 26;
 
 /**

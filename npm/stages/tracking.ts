@@ -1,6 +1,6 @@
 // Trajectories of a clip without any further stage, tracked here or read from `tracks.dat`, the track file of the Moseg benchmark.
 
-import { checkSides, illegal, isPlainObject, TraceCutError, checkWholeNumber } from '../check/errors.js';
+import { TraceCutError, checkSides, checkWholeNumber, illegal, isPlainObject } from '../check/errors.js';
 import { type SessionOptions, splitOptions } from '../check/options.js';
 import { reduceFrame } from '../video/pixels.js';
 import { asOptions, createEmptyError, splitTake, takeFrames } from '../video/reader.js';
@@ -90,7 +90,9 @@ export type TrackFile = {
   label: Uint32Array<ArrayBuffer>;
 };
 
+/** Most frames of a track file. */
 const MAX_FRAMES = 100000;
+/** Most tracks, and highest label, of a track file. */
 const MAX_COUNT = 2 ** 31;
 
 /**

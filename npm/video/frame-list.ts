@@ -1,6 +1,6 @@
 // Reads frames from a list, and frames that are image files in a folder.
 
-import { TraceCutError, illegal, withFrame, typeTag } from '../check/errors.js';
+import { TraceCutError, illegal, typeTag, withFrame } from '../check/errors.js';
 import { type FrameSource, type RawFrame, toRawFrame } from '../worker/frames.js';
 import { compareNames } from './file-kind.js';
 import type { Reader } from './reader.js';
@@ -38,7 +38,7 @@ export function openListed(
       let before = -Infinity;
       let begin = 0;
       let currentClip: string | undefined;
-      for await (const item of itemsOf(list)) {
+      for await (const item of readItems(list)) {
         const frameIndex = index;
         const clip = getClip(item, frameIndex);
         if (clip !== currentClip) [currentClip, begin, before] = [clip, frameIndex, -Infinity];
@@ -71,7 +71,7 @@ export function openListed(
 }
 
 /** Yields the items of a list or stream; streams are read through a reader, as not every browser can iterate over them. */
-async function* itemsOf(
+async function* readItems(
   list: AsyncIterable<ListedFrame> | Iterable<ListedFrame | Promise<ListedFrame>> | ReadableStream<ListedFrame>,
 ): AsyncGenerator<ListedFrame, void, unknown> {
   if (typeTag(list) !== 'ReadableStream') {

@@ -26,12 +26,12 @@ export function openLive(stream: MediaStream, reduce: (raw: RawFrame) => Promise
   return {
     info: async () => ({ width, height, duration: Infinity, frameRate, codec: null, decodable: true }),
     times: async () => null,
-    frames: (range) => liveFrames(track, range, reduce, closing.signal),
+    frames: (range) => readLiveFrames(track, range, reduce, closing.signal),
     close: () => closing.abort(),
   };
 }
 
-async function* liveFrames(
+async function* readLiveFrames(
   track: MediaStreamTrack,
   { end }: { end: number },
   reduce: (raw: RawFrame) => Promise<RawFrame>,

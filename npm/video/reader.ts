@@ -1,6 +1,6 @@
 // The interface of all sources of frames, and the selection of frames from them.
 
-import { MAX_SIDE, TraceCutError, illegal, isPlainObject, checkWholeNumber } from '../check/errors.js';
+import { MAX_SIDE, TraceCutError, checkWholeNumber, illegal, isPlainObject } from '../check/errors.js';
 import { WINDOWS } from '../parameters.js';
 import { untilAborted } from '../worker/pause.js';
 import { type ReadFrame, decodePixels } from './pixels.js';
@@ -208,6 +208,7 @@ export interface Take {
   onDamage: ((damage: Damage) => void) | undefined;
 }
 
+/** Largest `step` and `maxFrames`. */
 const MAX_FRAMES = 1_000_000;
 
 export function asOptions(options: unknown): Record<string, unknown> {

@@ -1,8 +1,8 @@
 // The masks, shots and objects of a whole clip: `VideoResult`.
 
-import { TraceCutError, illegal, checkWholeNumber } from '../check/errors.js';
+import { TraceCutError, checkWholeNumber, illegal } from '../check/errors.js';
 import { type ObjectList, listObjects, tracksDat } from '../session/report.js';
-import { type Runs, countPixels, checkRuns, decodeRuns, encodeRuns, joinRuns, splitRuns } from '../session/runs.js';
+import { type Runs, checkRuns, countPixels, decodeRuns, encodeRuns, joinRuns, splitRuns } from '../session/runs.js';
 import { restoreFields, toSaved } from '../session/serialize.js';
 import { yieldThread } from '../worker/pause.js';
 import type { WindowResult } from './window.js';

@@ -1,7 +1,7 @@
 // Segments a video window by window.
 
 import { TraceCutError, illegal, isPlainObject } from '../check/errors.js';
-import { type SessionOptions, type EngineOptions, splitOptions } from '../check/options.js';
+import { type EngineOptions, type SessionOptions, splitOptions } from '../check/options.js';
 import { Session } from '../session/session.js';
 import { Pause, untilAborted } from '../worker/pause.js';
 import { createDecoderLoader, openEngine } from '../worker/remote.js';
@@ -13,7 +13,7 @@ import { type DecodedFrame, type VideoSource, openReader } from './source.js';
 import { Driver, type WindowResult } from './window.js';
 import type { Engine, SessionInfo, Stage } from '../session/engine.js';
 import type { RawFrame } from '../worker/frames.js';
-import type { Reader, Take, TakeOptions, SelectedFrame } from './reader.js';
+import type { Reader, SelectedFrame, Take, TakeOptions } from './reader.js';
 
 /**
  * Progress of a video: `done` of `total` steps of a stage of window `window`; `'decode'` counts the frames read for it.
@@ -354,6 +354,7 @@ export class VideoSegmentation {
  * would be lost. docs/speed.md compares other choices.
  */
 const PREVIEW = { step: 2, maxFrames: 8, threads: 1 };
+/** Default of `clip.maxSide` for a preview. */
 const PREVIEW_SIDE = 320;
 
 /**

@@ -1,6 +1,6 @@
 // Detects the kind of a source, and opens a reader of its frames.
 
-import { illegal, TraceCutError, typeTag } from '../check/errors.js';
+import { TraceCutError, illegal, typeTag } from '../check/errors.js';
 import { loadPart } from '../places.js';
 import { createDecoderLoader } from '../worker/remote.js';
 import { openDemuxed } from './demux.js';

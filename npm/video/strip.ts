@@ -1,6 +1,6 @@
 // A few frames spread over a video, for a filmstrip.
 
-import { TraceCutError, illegal, checkWholeNumber } from '../check/errors.js';
+import { TraceCutError, checkWholeNumber, illegal } from '../check/errors.js';
 import { untilAborted } from '../worker/pause.js';
 import { createDecoderLoader } from '../worker/remote.js';
 import { toShownFrame } from './pixels.js';
@@ -9,8 +9,8 @@ import {
   type TakeOptions,
   type TimedFrame,
   asOptions,
-  isDamage,
   createEmptyError,
+  isDamage,
   splitTake,
 } from './reader.js';
 import { type DecodedFrame, type VideoSource, openReader } from './source.js';
@@ -62,7 +62,7 @@ export async function* videoStrip(
     );
     const stripTimes = pickMiddles(inRange, count as number);
     if (stripTimes.length === 0) throw await createEmptyError(take, reader);
-    const frames = reader.framesAt ? reader.framesAt(stripTimes) : framesAtTimes(reader.frames(take), stripTimes);
+    const frames = reader.framesAt ? reader.framesAt(stripTimes) : pickFramesAt(reader.frames(take), stripTimes);
     let index = 0;
     try {
       for (;;) {
@@ -113,7 +113,7 @@ function pickMiddles(times: number[], count: number): number[] {
  * Yields the frames at these times.
  * @param times ascending
  */
-async function* framesAtTimes(
+async function* pickFramesAt(
   frames: AsyncGenerator<TimedFrame, void, unknown>,
   times: number[],
 ): AsyncGenerator<TimedFrame, void, unknown> {

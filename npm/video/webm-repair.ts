@@ -2,6 +2,7 @@
 // this module makes the file end after its last complete block. The elements and their sizes are defined by EBML (RFC 8794)
 // and Matroska (RFC 9559).
 
+/** Names of elements. */
 const EBML = 0x1a45dfa3;
 const SEGMENT = 0x18538067;
 const CLUSTER = 0x1f43b675;
@@ -16,6 +17,7 @@ const MAX_SIZES = new Map([
 
 /** Most bytes of an element's name and size. */
 const MAX_HEADER_BYTES = 12;
+/** Bytes read at once to find the next elements. */
 const CHUNK_BYTES = 2 ** 20;
 
 /** An element; `end` is `Infinity` if its size is unknown. */

@@ -4,7 +4,7 @@ import { TraceCutError, withFrame } from '../check/errors.js';
 import { type Ask, REQUESTS } from '../session/requests.js';
 import { Result, restoreResult } from '../session/result.js';
 import { MIN_FRAMES, isDamage } from './reader.js';
-import type { Engine, SessionInfo, Progress, RawResult } from '../session/engine.js';
+import type { Engine, Progress, RawResult, SessionInfo } from '../session/engine.js';
 import type { RawFrame } from '../worker/frames.js';
 import type { Pause } from '../worker/pause.js';
 

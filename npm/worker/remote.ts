@@ -1,8 +1,8 @@
 // Engines in a worker, or on this thread with helpers beside it; and workers for tasks that belong to no session.
 
 import { TraceCutError } from '../check/errors.js';
-import { missingFileHint } from '../places.js';
-import { loadOnce, platform, getWorkerStarter } from '../platform.js';
+import { getMissingFileHint } from '../places.js';
+import { getWorkerStarter, loadOnce, platform } from '../platform.js';
 import { type Engine, type OnProgress, type RawResult, createLocalEngine } from '../session/engine.js';
 import { Crew, type HelperWorker, defaultThreads } from './helpers.js';
 import { type Message, type Reply, findTransferables } from './protocol.js';
@@ -269,6 +269,6 @@ function createLostError(reason: string) {
 function createStartError(reason: string | undefined) {
   return new TraceCutError(
     'wasm-load',
-    `the worker could not be started${reason ? ` (${reason})` : ''}; check that worker.js and the files beside it are served as JavaScript. ${missingFileHint('worker')}`,
+    `the worker could not be started${reason ? ` (${reason})` : ''}; check that worker.js and the files beside it are served as JavaScript. ${getMissingFileHint('worker')}`,
   );
 }

@@ -6,7 +6,7 @@
  * averages in a row, in whole numbers: the same bytes everywhere.
  */
 
-import { TraceCutError, checkNumber, checkOptions, illegal, checkWholeNumber } from '../../check/errors.js';
+import { TraceCutError, checkNumber, checkOptions, checkWholeNumber, illegal } from '../../check/errors.js';
 import { type ObjectChoice, selectLabels } from '../../check/masks.js';
 
 /** Adjustments of the edges of masks. */
@@ -34,7 +34,9 @@ export interface AdjustMaskOptions {
   feather?: number;
 }
 
+/** Largest `grow` and `feather`. */
 const MAX_LENGTH_PX = 100;
+/** Largest `smallest`. */
 const MAX_SPECK_PX = 1_000_000;
 
 /**

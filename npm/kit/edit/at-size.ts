@@ -1,12 +1,12 @@
 // Masks at the size of the pictures that they cover, and the pixels of these pictures.
 
 import { TraceCutError, checkOptions, illegal, typeTag } from '../../check/errors.js';
-import { type MaskSource, checkMasks, selectLabels, readLabels, getTimes } from '../../check/masks.js';
+import { type MaskSource, checkMasks, getTimes, readLabels, selectLabels } from '../../check/masks.js';
 import { type Runs, decodeRuns, encodeRuns } from '../../session/runs.js';
 import { toPixels } from '../../worker/decode.js';
 import { type FrameSource, type PixelFrame, fromImage } from '../../worker/frames.js';
 import { yieldThread } from '../../worker/pause.js';
-import { type Mask, type MaskEdges, checkEdges, growObjects, computeAlpha, removeSpecks } from './adjust.js';
+import { type Mask, type MaskEdges, checkEdges, computeAlpha, growObjects, removeSpecks } from './adjust.js';
 import { prefetch } from './prefetch.js';
 import { enlargeMask } from './enlarge.js';
 import type { WasmSource } from '../../check/options.js';
@@ -63,7 +63,7 @@ export async function masksAtSize(
     onProgress?.({ done: runs.length, total: numFrames });
     await yieldThread();
   }
-  if (runs.length < numFrames) throw tooFewFrames(runs.length, numFrames);
+  if (runs.length < numFrames) throw createTooFewError(runs.length, numFrames);
   return {
     ...size,
     numFrames,
@@ -136,7 +136,7 @@ export function checkSize(
   );
 }
 
-export function tooFewFrames(count: number, expected: number) {
+export function createTooFewError(count: number, expected: number) {
   return new TraceCutError(
     'data',
     `the frames ended after ${count} of ${expected} (expected one for each frame of the masks)`,

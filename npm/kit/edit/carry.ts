@@ -1,7 +1,7 @@
 // Carries an edit of one frame to others: its region moves with the optical flow from frame to frame, as long as the
 // picture there looks like the one it came from.
 
-import { TraceCutError, checkNumber, illegal, checkWholeNumber } from '../../check/errors.js';
+import { TraceCutError, checkNumber, checkWholeNumber, illegal } from '../../check/errors.js';
 import { type Runs as Region, countPixels, decodeRuns, encodeRuns } from '../../session/runs.js';
 import { type ImageEngine, createImageEngine } from '../../stages/image.js';
 import type { FlowField } from '../../session/engine.js';
@@ -135,7 +135,7 @@ function moveRegion(
       if (interpolate(before, width, height, px, py) < 0.5) continue;
       pixels[y * width + x] = 1;
       count += 1;
-      similar += Number(colourDifference(from, [fx + u, fy + v], to, [fx, fy]) < MAX_COLOUR_DIFFERENCE);
+      similar += Number(compareColours(from, [fx + u, fy + v], to, [fx, fy]) < MAX_COLOUR_DIFFERENCE);
     }
   }
   const change = count / Math.max(1, width * height - Number(countPixels(region)[0]));
@@ -156,7 +156,7 @@ function interpolate(pixels: Uint8Array, width: number, height: number, x: numbe
 }
 
 /** Returns the mean difference of red, green and blue at two places. */
-function colourDifference(from: Picture, a: [number, number], to: Picture, b: [number, number]) {
+function compareColours(from: Picture, a: [number, number], to: Picture, b: [number, number]) {
   const [p, q] = [findPixel(from, a), findPixel(to, b)];
   const channelDifference = (c: number) => Math.abs(Number(from.data[p + c]) - Number(to.data[q + c]));
   return (channelDifference(0) + channelDifference(1) + channelDifference(2)) / 3;

@@ -1,7 +1,7 @@
 // Masks that a user corrects: objects merged, split and separated, pixels painted and erased, step by step, with undo and
 // redo. A session applies corrections to its own masks; all other steps are edits over masks that do not change.
 
-import { TraceCutError, checkOptions, illegal, isPlainObject, checkWholeNumber } from '../../check/errors.js';
+import { TraceCutError, checkOptions, checkWholeNumber, illegal, isPlainObject } from '../../check/errors.js';
 import { MAX_LABEL, type MaskSource, checkMasks, readLabels } from '../../check/masks.js';
 import { loadPart } from '../../places.js';
 import { type Place, type Stroke, toMerge, toSplit, toStrokes } from '../../session/inputs.js';
@@ -12,7 +12,7 @@ import type { WasmSource } from '../../check/options.js';
 import type { Session } from '../../session/session.js';
 import type { ImageEngine } from '../../stages/image.js';
 import type { ClipTrajectories, VideoResult } from '../../video/result.js';
-import type { CarryRange, CarryOptions, Picture } from './carry.js';
+import type { CarryOptions, CarryRange, Picture } from './carry.js';
 
 /** Options of an editor. */
 export interface EditOptions {

@@ -1,9 +1,9 @@
 // Enlarges masks to the size of the source: checks the arguments and hands the work to workers, if there are any.
 
-import { TraceCutError, checkSides, checkOptions, illegal, typeTag } from '../../check/errors.js';
+import { TraceCutError, checkOptions, checkSides, illegal, typeTag } from '../../check/errors.js';
 import { type ObjectChoice, selectLabels } from '../../check/masks.js';
 import { type WasmSource, checkWorker } from '../../check/options.js';
-import { platform, getWorkerStarter } from '../../platform.js';
+import { getWorkerStarter, platform } from '../../platform.js';
 import { type EnlargeTask, type EnlargedMask, type HeldImage, enlargeInThread } from '../../worker/decode.js';
 import { type FrameSource, toRawFrame } from '../../worker/frames.js';
 import { TaskWorkers } from '../../worker/remote.js';
@@ -87,9 +87,9 @@ function copyMask(mask: FrameMask) {
 }
 
 /** Shared by all calls. */
-const workers = new TaskWorkers(numParallelEnlargements);
+const workers = new TaskWorkers(countParallelEnlargements);
 
 /** Returns the number of masks that workers enlarge at once; 0 without workers. */
-export function numParallelEnlargements(): number {
+export function countParallelEnlargements(): number {
   return getWorkerStarter(undefined) ? Math.min(MAX_WORKERS, platform.cores() ?? 1) : 0;
 }

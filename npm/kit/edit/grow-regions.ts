@@ -1,6 +1,6 @@
 // Finds the object at a place: regions of superpixels that grow from there, over weak borders first.
 
-import { TraceCutError, illegal, checkWholeNumber } from '../../check/errors.js';
+import { TraceCutError, checkWholeNumber, illegal } from '../../check/errors.js';
 import { type Runs as Region, encodeRuns } from '../../session/runs.js';
 import type { FlowField } from '../../session/engine.js';
 import type { Superpixels } from '../../stages/image.js';
@@ -106,8 +106,8 @@ function collectLinks({ borders, count }: FrameFeatures['superpixels'], stats: S
   borders.a.forEach((a, k) => {
     const [b, length] = [Number(borders.b[k]), Number(borders.length[k])];
     const [first, second] = [stats[a]!, stats[b]!];
-    const colourDifference = Math.min(1, distance(first.colour, second.colour) / MAX_COLOUR_DISTANCE);
-    const weight = Number(borders.pb[k]) + COLOUR_WEIGHT * colourDifference + motionDifference(first, second);
+    const compareColours = Math.min(1, distance(first.colour, second.colour) / MAX_COLOUR_DISTANCE);
+    const weight = Number(borders.pb[k]) + COLOUR_WEIGHT * compareColours + compareMotions(first, second);
     links[a]?.push({ to: b, length, weight });
     links[b]?.push({ to: a, length, weight });
   });
@@ -162,7 +162,7 @@ function findCheapest(
   let [best, least] = [-1, Infinity];
   for (const [to, { length, sum }] of neighbours) {
     const enclosed = Math.min(1, length / Math.max(1, Number(borderLengths[to])));
-    const difference = motionDifference(stats[to]!, region);
+    const difference = compareMotions(stats[to]!, region);
     const cost = sum / length + REGION_MOTION_WEIGHT * difference - ENCLOSED_BONUS * enclosed;
     if (cost < least) [best, least] = [to, cost];
   }
@@ -170,7 +170,7 @@ function findCheapest(
 }
 
 /** Returns the difference of two motions, 0 to 1. */
-function motionDifference(a: HasMotion, b: HasMotion) {
+function compareMotions(a: HasMotion, b: HasMotion) {
   return Math.min(1, distance(a.motion, b.motion) / MAX_MOTION_DIFFERENCE_PX);
 }
 

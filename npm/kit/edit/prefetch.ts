@@ -1,6 +1,6 @@
 // Enlarges the masks of the next frames in workers while the present one is painted.
 
-import { numParallelEnlargements } from './enlarge.js';
+import { countParallelEnlargements } from './enlarge.js';
 import type { MaskAtSize } from './at-size.js';
 
 /** A frame's picture and its mask, which is still being computed; `close` frees the picture. */
@@ -19,7 +19,7 @@ export async function* prefetch<I, P>(
   take: (item: I, t: number) => Promise<PendingFrame<P>>,
 ): AsyncGenerator<{ picture: P; mask: MaskAtSize }, void, undefined> {
   const waiting: PendingFrame<P>[] = [];
-  const maxWaiting = numParallelEnlargements();
+  const maxWaiting = countParallelEnlargements();
   async function* first() {
     const [{ picture, mask }] = waiting as [PendingFrame<P>];
     yield { picture, mask: await mask };

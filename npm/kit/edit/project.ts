@@ -3,13 +3,13 @@
 
 import {
   TraceCutError,
-  checkSides,
   checkOptions,
+  checkSides,
+  checkWholeNumber,
   illegal,
   isPlainObject,
-  checkWholeNumber,
 } from '../../check/errors.js';
-import { type MaskSource, checkMasks, readLabels, getTimes } from '../../check/masks.js';
+import { MAX_FRAMES, type MaskSource, checkMasks, getTimes, readLabels } from '../../check/masks.js';
 import { VERSION } from '../../parameters.js';
 import { loadPart } from '../../places.js';
 import { getTrajectories } from '../../session/report.js';
@@ -42,11 +42,12 @@ export type Project = {
   readonly files: Record<string, Uint8Array>;
 };
 
+/** Version of the file format; other versions are refused. */
 const FORMAT = 2;
+/** Folder of the caller's files in the archive. */
 const FOLDER = 'files/';
 /** Largest size of an unpacked archive. */
 const MAX_UNPACKED_BYTES = 2 ** 31;
-const MAX_FRAMES = 10_000_000;
 /** Frames between two pauses for the page's thread. */
 const BATCH = 8;
 

@@ -1,6 +1,6 @@
 // Regions of a frame: the pixels under strokes, and pieces of objects.
 
-import { TraceCutError, illegal, checkWholeNumber } from '../../check/errors.js';
+import { TraceCutError, checkWholeNumber, illegal } from '../../check/errors.js';
 import { strokeDistances } from '../../decoder.js';
 import { platform } from '../../platform.js';
 import { type Place, type Stroke, checkStroke } from '../../session/inputs.js';

@@ -1,8 +1,8 @@
 // Reduces the flicker of masks: each pixel gets the label that most neighbouring frames give to its past and future places.
 // The vote follows the flow: fast objects are elsewhere in the next frame, and a vote at the same place would erase them.
 
-import { TraceCutError, illegal, isPlainObject, checkWholeNumber } from '../../check/errors.js';
-import { MAX_LABEL, type MaskSource, checkMasks, readLabels, getTimes } from '../../check/masks.js';
+import { TraceCutError, checkWholeNumber, illegal, isPlainObject } from '../../check/errors.js';
+import { MAX_LABEL, type MaskSource, checkMasks, getTimes, readLabels } from '../../check/masks.js';
 import { type Runs, decodeRuns, encodeRuns } from '../../session/runs.js';
 import { type ImageEngine, createImageEngine } from '../../stages/image.js';
 import type { FlowField } from '../../session/engine.js';
@@ -30,6 +30,7 @@ export interface SmoothMasksOptions {
   }) => void;
 }
 
+/** Largest `reach`. */
 const MAX_REACH = 4;
 
 /**

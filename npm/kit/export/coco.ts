@@ -1,7 +1,7 @@
 // Masks in COCO format: run lengths, and the JSON for videos. The decoder's wasm module encodes the runs.
 
-import { checkOptions, illegal, isPlainObject, checkWholeNumber } from '../../check/errors.js';
-import { MAX_LABEL, checkMasks, selectLabels, getFirstFrame, readLabels, getTimes } from '../../check/masks.js';
+import { checkOptions, checkWholeNumber, illegal, isPlainObject } from '../../check/errors.js';
+import { MAX_LABEL, checkMasks, getFirstFrame, getTimes, readLabels, selectLabels } from '../../check/masks.js';
 import { cocoMask, cocoRuns } from '../../decoder.js';
 import { VERSION } from '../../parameters.js';
 import { platform } from '../../platform.js';
@@ -16,6 +16,7 @@ import type { WasmSource } from '../../check/options.js';
  */
 export type CocoRle = { size: readonly number[]; counts: string | readonly number[] };
 
+/** Largest side of a COCO mask. */
 const MAX_COCO_SIDE = 65535;
 
 /**

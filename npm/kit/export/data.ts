@@ -1,7 +1,7 @@
 // Masks as plain arrays.
 
 import { checkOptions } from '../../check/errors.js';
-import { type MaskSource, checkMasks, readLabels, getTimes } from '../../check/masks.js';
+import { type MaskSource, checkMasks, getTimes, readLabels } from '../../check/masks.js';
 
 /**
  * All masks in one array: the label of pixel (x, y) of frame `t` is `data[(t * height + y) * width + x]`. `times` are

@@ -1,18 +1,18 @@
 // Objects cut out of their frames, or their opacity, as PNG files in an archive or as one animated PNG: encoded while the
 // stream is read, so that only a few frames are in memory.
 
-import { TraceCutError, checkOptions, illegal, isIterable, checkChoice } from '../../check/errors.js';
-import { checkMasks, selectLabels, getEnd, readLabels, getTimes } from '../../check/masks.js';
+import { TraceCutError, checkChoice, checkOptions, illegal, isIterable } from '../../check/errors.js';
+import { checkMasks, getEnd, getTimes, readLabels, selectLabels } from '../../check/masks.js';
 import { type MaskEdges, checkEdges } from '../edit/adjust.js';
 import { prefetch } from '../edit/prefetch.js';
-import { checkSize, scaleMask, readPixels, tooFewFrames } from '../edit/at-size.js';
+import { checkSize, createTooFewError, readPixels, scaleMask } from '../edit/at-size.js';
 import { VERSION } from '../../parameters.js';
 import { Encoder } from '../../text.js';
 import { Zip, ZipPassThrough } from '../../vendor/zip.js';
 import { createZipDate } from '../../worker/aside-here.js';
 import { runTask } from '../../worker/aside.js';
 import { yieldThread } from '../../worker/pause.js';
-import { encodeFrameHead, concatenate, encodeHead, encodeTail } from '../../worker/pixels.js';
+import { concatenate, encodeFrameHead, encodeHead, encodeTail } from '../../worker/pixels.js';
 import { formatPngName } from './data.js';
 import { type EncodeFrames, type EncodeItem, createTiming } from './video.js';
 import type { MaskSource, ObjectChoice } from '../../check/masks.js';
@@ -41,6 +41,7 @@ export interface EncodeImagesOptions {
 
 const LEGAL = ['style', 'format', 'objects', 'edges', 'frameRate', 'decoder', 'onProgress', 'signal'];
 
+/** Frames per second of masks without times. */
 const DEFAULT_FRAME_RATE = 25;
 
 /** Largest archive: ZIP without its 64-bit extension addresses 4 GiB; 16 MiB are left for the directory. */
@@ -147,7 +148,7 @@ async function* paintFrames(
     onProgress?.({ done: t, total: numFrames });
   }
   signal?.throwIfAborted();
-  if (t < numFrames) throw tooFewFrames(t, numFrames);
+  if (t < numFrames) throw createTooFewError(t, numFrames);
 }
 
 async function* writeArchive(

@@ -1,21 +1,21 @@
 // Masks as PNG files, in archives of one clip or of several.
 
-import { checkFlag, checkOptions, describe, illegal, checkWholeNumber } from '../../check/errors.js';
+import { checkFlag, checkOptions, checkWholeNumber, describe, illegal } from '../../check/errors.js';
 import {
   MAX_LABEL,
-  computeFrameRate,
   checkMasks,
-  selectLabels,
   computeDurations,
+  computeFrameRate,
   getEnd,
   getFirstFrame,
-  readLabels,
   getTimes,
+  readLabels,
+  selectLabels,
 } from '../../check/masks.js';
-import { type LabelColors, toColorFunction, parseColor } from '../../draw/palette.js';
+import { type LabelColors, parseColor, toColorFunction } from '../../draw/palette.js';
 import { VERSION } from '../../parameters.js';
 import { Encoder } from '../../text.js';
-import { runTask, encodePng } from '../../worker/aside.js';
+import { encodePng, runTask } from '../../worker/aside.js';
 import { yieldThread } from '../../worker/pause.js';
 import { formatPngName } from './data.js';
 import type { MaskSource, ObjectChoice } from '../../check/masks.js';

@@ -1,7 +1,7 @@
 // Prompts for models that follow an object, such as SAM 2: the frame that shows the object best, its box, points and mask.
 
 import { checkOptions } from '../../check/errors.js';
-import { checkMasks, selectLabels, getFirstFrame, readLabels, getTimes } from '../../check/masks.js';
+import { checkMasks, getFirstFrame, getTimes, readLabels, selectLabels } from '../../check/masks.js';
 import { Prompts } from '../../decoder.js';
 import { VERSION } from '../../parameters.js';
 import { platform } from '../../platform.js';

@@ -1,6 +1,6 @@
 // Encoding quality of videos, and an estimate of their size.
 
-import { checkNumber, checkOptions, illegal, checkWholeNumber } from '../../check/errors.js';
+import { checkNumber, checkOptions, checkWholeNumber, illegal } from '../../check/errors.js';
 
 export type Codec = 'vp9' | 'vp8' | 'av1' | 'avc';
 

@@ -6,11 +6,11 @@ import {
   type MaskSource,
   type ObjectChoice,
   checkMasks,
-  selectLabels,
-  readLabels,
   getTimes,
+  readLabels,
+  selectLabels,
 } from '../../check/masks.js';
-import { objectTable as writeTable, objectRows } from '../../decoder.js';
+import { objectRows, objectTable as writeTable } from '../../decoder.js';
 import { platform } from '../../platform.js';
 import { callDecoder } from '../../worker/decode.js';
 import type { WasmSource } from '../../check/options.js';

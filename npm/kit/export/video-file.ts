@@ -111,6 +111,7 @@ function createNoEncoderError({ format, alpha }: VideoPlan, width: number, heigh
 // encoded here and not by the muxer's library, because that splits frames in a worker that it creates from text, which a
 // strict content security policy forbids.
 
+/** Codec strings of WebCodecs: VP9 of profile 0, level 5.1, 8 bits; VP8 has no levels. */
 const CODEC_STRING = { vp9: 'vp09.00.51.08', vp8: 'vp8' };
 
 /** Most frames from one key frame to the next: two seconds at 25 frames per second. */

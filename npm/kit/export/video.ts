@@ -2,19 +2,19 @@
 
 import {
   TraceCutError,
+  checkChoice,
   checkFlag,
   checkNumber,
   checkOptions,
   illegal,
   isIterable,
-  checkChoice,
 } from '../../check/errors.js';
-import { type MaskSource, type ObjectChoice, checkMasks, selectLabels, getEnd, getTimes } from '../../check/masks.js';
-import { LEGAL_BACKDROPS, type Backdrop, isBackdrop } from '../../draw/cutout.js';
+import { type MaskSource, type ObjectChoice, checkMasks, getEnd, getTimes, selectLabels } from '../../check/masks.js';
+import { type Backdrop, LEGAL_BACKDROPS, isBackdrop } from '../../draw/cutout.js';
 import { type LabelColors, SCREEN_GREEN } from '../../draw/palette.js';
 import { type MaskEdges, checkEdges } from '../edit/adjust.js';
 import { prefetch } from '../edit/prefetch.js';
-import { tooFewFrames } from '../edit/at-size.js';
+import { createTooFewError } from '../edit/at-size.js';
 import { yieldThread } from '../../worker/pause.js';
 import { QUALITIES, type VideoQuality } from './quality.js';
 import { type SoundOptions, checkSound } from './sound.js';
@@ -101,6 +101,7 @@ const LEGAL = [
 
 const STYLES = ['overlay', 'cutout', 'masks', 'alpha'] as const;
 
+/** Frames per second of masks without times. */
 const DEFAULT_FRAME_RATE = 25;
 
 /**
@@ -144,7 +145,7 @@ export async function encodeVideo(
       t += 1;
       onProgress?.({ done: t, total: masks.numFrames });
     }
-    if (t < masks.numFrames) throw tooFewFrames(t, masks.numFrames);
+    if (t < masks.numFrames) throw createTooFewError(t, masks.numFrames);
     signal?.throwIfAborted();
     return await file!.finish();
   } catch (error) {
