@@ -1,4 +1,4 @@
-// What is drawn over frames: trajectories, superpixels, maps, cut-out objects. `drawLabels` is in the root entry.
+// Drawing over frames: trajectories, superpixels, maps, cut-out objects. `drawLabels` is in the root entry.
 
 export { fitFrame } from './draw/canvas.js';
 export { drawCutout } from './draw/cutout.js';
@@ -8,7 +8,7 @@ export { CUT_RED, SCREEN_GREEN, flowColor, heatColor, objectColor, objectShape }
 export { EDGE_STYLES, drawSuperpixels } from './draw/superpixels.js';
 export { drawTrajectories } from './draw/trajectories.js';
 
-export type { CutoutMask, DrawCutoutOptions, Ground } from './draw/cutout.js';
+export type { Backdrop, CutoutMask, DrawCutoutOptions } from './draw/cutout.js';
 export type {
   DrawBoundariesOptions,
   DrawDiscontinuitiesOptions,

@@ -1,26 +1,26 @@
-// Masks as files besides those of the root entry, as data, and what is known of a video before it is made.
+// Further exports of masks as files and data, and estimates of a video before it is made.
 
-import { part } from './places.js';
+import { loadPart } from './places.js';
 
 export { labelMaps, labelsNpy } from './kit/export/data.js';
 export { estimateVideoSize } from './kit/export/quality.js';
 export { soundInfo } from './kit/export/sound.js';
 
-// These are loaded when they are first called.
+// These are loaded on their first call.
 export const cocoRle: typeof import('./kit/export/coco.js').cocoRle = async (...args) =>
-  (await part(import('./kit/export/coco.js'))).cocoRle(...args);
+  (await loadPart(import('./kit/export/coco.js'))).cocoRle(...args);
 export const fromCocoRle: typeof import('./kit/export/coco.js').fromCocoRle = async (...args) =>
-  (await part(import('./kit/export/coco.js'))).fromCocoRle(...args);
+  (await loadPart(import('./kit/export/coco.js'))).fromCocoRle(...args);
 export const objectTable: typeof import('./kit/export/table.js').objectTable = async (...args) =>
-  (await part(import('./kit/export/table.js'))).objectTable(...args);
+  (await loadPart(import('./kit/export/table.js'))).objectTable(...args);
 export const objectTableCsv: typeof import('./kit/export/table.js').objectTableCsv = async (...args) =>
-  (await part(import('./kit/export/table.js'))).objectTableCsv(...args);
+  (await loadPart(import('./kit/export/table.js'))).objectTableCsv(...args);
 export const prompts: typeof import('./kit/export/prompts.js').prompts = async (...args) =>
-  (await part(import('./kit/export/prompts.js'))).prompts(...args);
+  (await loadPart(import('./kit/export/prompts.js'))).prompts(...args);
 export const clipsZip: typeof import('./kit/export/masks.js').clipsZip = async (...args) =>
-  (await part(import('./kit/export/masks.js'))).clipsZip(...args);
+  (await loadPart(import('./kit/export/masks.js'))).clipsZip(...args);
 export const encodeImages: typeof import('./kit/export/images.js').encodeImages = async (...args) =>
-  (await part(import('./kit/export/images.js'))).encodeImages(...args);
+  (await loadPart(import('./kit/export/images.js'))).encodeImages(...args);
 
 export type { CocoAnnotation, CocoImage, CocoMasks, CocoOptions, CocoRle } from './kit/export/coco.js';
 export type { LabelMaps } from './kit/export/data.js';

@@ -11,32 +11,32 @@
  */
 
 import { PARAMETERS, type Parameter, VERSION } from './parameters.js';
-import { part } from './places.js';
+import { loadPart } from './places.js';
 
 export { VideoSegmentation, segmentVideo } from './video/segment.js';
 export { Session, createSession } from './session/session.js';
 export { drawLabels } from './draw/labels.js';
 
-// These are loaded when they are first called.
+// These are loaded on their first call.
 export const masksZip: typeof import('./kit/export/masks.js').masksZip = async (...args) =>
-  (await part(import('./kit/export/masks.js'))).masksZip(...args);
+  (await loadPart(import('./kit/export/masks.js'))).masksZip(...args);
 export const encodeVideo: typeof import('./kit/export/video.js').encodeVideo = async (...args) =>
-  (await part(import('./kit/export/video.js'))).encodeVideo(...args);
+  (await loadPart(import('./kit/export/video.js'))).encodeVideo(...args);
 export const maskPng: typeof import('./kit/export/masks.js').maskPng = async (...args) =>
-  (await part(import('./kit/export/masks.js'))).maskPng(...args);
-export const segmentEach: typeof import('./video/each.js').segmentEach = async function* (...args) {
-  yield* (await part(import('./video/each.js'))).segmentEach(...args);
+  (await loadPart(import('./kit/export/masks.js'))).maskPng(...args);
+export const segmentEach: typeof import('./video/queue.js').segmentEach = async function* (...args) {
+  yield* (await loadPart(import('./video/queue.js'))).segmentEach(...args);
 };
-export const readFrames: typeof import('./video/listed.js').readFrames = async function* (...args) {
-  yield* (await part(import('./video/listed.js'))).readFrames(...args);
+export const readFrames: typeof import('./video/frame-list.js').readFrames = async function* (...args) {
+  yield* (await loadPart(import('./video/frame-list.js'))).readFrames(...args);
 };
 export const videoStrip: typeof import('./video/strip.js').videoStrip = async function* (...args) {
-  yield* (await part(import('./video/strip.js'))).videoStrip(...args);
+  yield* (await loadPart(import('./video/strip.js'))).videoStrip(...args);
 };
 
 export { previewMasks } from './video/segment.js';
 export { videoFrames, videoInfo } from './video/source.js';
-export { sortFiles } from './video/kind.js';
+export { sortFiles } from './video/file-kind.js';
 export { fitSize } from './video/pixels.js';
 export { Clip, synthClip } from './stages/clip.js';
 export { searchReport } from './session/report.js';
@@ -49,7 +49,7 @@ export { configure } from './places.js';
 /** The package's version. */
 export const version = VERSION;
 
-/** All parameters with their meaning, kind, range and default, in the order of the stages. */
+/** Returns all parameters with their meaning, kind, range and default, in the order of the stages. */
 export function parameters(): Parameter[] {
   return PARAMETERS.map((parameter) => ({ ...parameter }));
 }
@@ -68,7 +68,7 @@ export type { Parameter, ParameterOptions } from './parameters.js';
 export type { Places, WorkerSource } from './places.js';
 export type { FlowField, Progress, Stage } from './session/engine.js';
 export type { Place, Stroke, TrajectoryInput } from './session/inputs.js';
-export type { ObjectList, SearchReport, Searched, VideoObject } from './session/report.js';
+export type { ObjectList, SearchInput, SearchReport, VideoObject } from './session/report.js';
 export type {
   Background,
   ClusterList,
@@ -89,11 +89,11 @@ export type {
 export type { RunOptions } from './session/session.js';
 export type { ClipOptions } from './stages/clip.js';
 export type { BoundaryMap, Superpixels } from './stages/image.js';
-export type { EachOptions, EachProgress, QueuedClip, SegmentedClip } from './video/each.js';
-export type { SortedFile } from './video/kind.js';
-export type { FrameAtTime, FrameFile, ListedFrame } from './video/listed.js';
+export type { EachOptions, EachProgress, QueuedClip, SegmentedClip } from './video/queue.js';
+export type { SortedFile } from './video/file-kind.js';
+export type { FrameAtTime, FrameFile, ListedFrame } from './video/frame-list.js';
 export type { Damage, TakeOptions, VideoInfo } from './video/reader.js';
-export type { ClipTrajectories, Shot, Truncated } from './video/result.js';
+export type { ClipTrajectories, Shot, Truncation } from './video/result.js';
 export type { VideoOptions, VideoProgress, WindowOptions } from './video/segment.js';
 export type { DecodedFrame, VideoSource } from './video/source.js';
 export type { StripCount, StripOptions } from './video/strip.js';

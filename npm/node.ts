@@ -1,6 +1,6 @@
 /**
- * TraceCut in Node: the same interface as in browsers, and readers of streams and files; the work runs in-process, in
- * slices, and on threads beside it, or with `worker: true` off the calling thread altogether.
+ * TraceCut in Node: the same interface as in browsers, and readers of streams and files. The work runs in-process, in
+ * slices, with threads beside it, or with `worker: true` off the calling thread altogether.
  * @module
  */
 

@@ -1,94 +1,89 @@
-// Where the package's own files are when they are not beside its modules, and what is said where they are not found.
+// Locations of the package's own files that are not beside its modules, and the errors if they are not found.
 
-import { TraceCutError, checkedOptions } from './check/errors.js';
+import { TraceCutError, checkOptions } from './check/errors.js';
 import { type WasmSource, checkWorker } from './check/options.js';
 
-/** Where workers come from: the address of `worker.bundle.js`, or a function that starts one. */
+/** Source of workers: the address of `worker.bundle.js`, or a function that starts one. */
 export type WorkerSource = URL | string | (() => Worker);
 
-/** Where the package's files are, for calls that do not say so themselves. */
+/** Locations of the package's files, for calls that do not give them. */
 export interface Places {
   /** `tracecut_bg.wasm`, which every session needs. */
   wasm?: WasmSource;
-  /**
-   * `decoder_bg.wasm`, which reads PNG and JPEG files, enlarges masks and makes COCO's run lengths and tables of them.
-   */
+  /** `decoder_bg.wasm`, which decodes PNG and JPEG, enlarges masks and converts them to COCO run lengths and tables. */
   decoder?: WasmSource;
-  /** `worker.bundle.js`, in browsers (Node has threads of its own); false for none. */
+  /** `worker.bundle.js`, in browsers (Node has threads of its own); false for no workers. */
   worker?: WorkerSource | boolean;
 }
 
-/**
- * What was said, and how: the build with the files inside gives functions, so that nothing is unpacked before it is
- * wanted.
- */
+/** The configured locations. The build with the files inside sets functions, so that nothing is unpacked before its use. */
 export const places: { wasm?: unknown; decoder?: unknown; worker?: WorkerSource | boolean } = {};
 
 /**
- * Says where the package's files are, once for all calls that come after: for tools that do not carry them along. What is
- * not named stays as it is; `undefined` means beside the package's modules again.
+ * Sets the locations of the package's files for all later calls, for tools that do not copy them. Files that are not named
+ * keep their location; `undefined` means beside the package's modules again.
  *
  * ```js
  * configure({ wasm: '/tracecut_bg.wasm', decoder: '/decoder_bg.wasm', worker: '/worker.bundle.js' });
  * ```
  */
-export function configure(where: Places) {
-  const given = checkedOptions(where, ['wasm', 'decoder', 'worker']);
-  if (given.worker !== undefined) checkWorker(given.worker);
-  Object.assign(places, given);
+export function configure(locations: Places) {
+  const checked = checkOptions(locations, ['wasm', 'decoder', 'worker']);
+  if (checked.worker !== undefined) checkWorker(checked.worker);
+  Object.assign(places, checked);
 }
 
-/** What is said of each file, by the option that says where it is. */
+/** Names of the files, by the option that locates them. */
 const FILES = { wasm: 'tracecut_bg.wasm', decoder: 'decoder_bg.wasm', worker: 'worker.bundle.js' };
 
-/** The way out where a file is not found. */
-export function wayOut(name: keyof typeof FILES) {
+/** Returns advice for a file that was not found. */
+export function getMissingFileHint(name: keyof typeof FILES) {
   const file = FILES[name];
   return `If your bundler leaves it out, serve a copy of tracecut/dist/${file} and say where: configure({ ${name}: '/${file}' }); or use tracecut/inline`;
 }
 
-/** An address that is made from the module's own, which scripts that are no modules do not know. */
-export function known(name: keyof typeof FILES, make: () => URL, advice: string = wayOut(name)) {
+/** Returns an address computed from the module's own, which scripts that are no modules do not have. */
+export function resolveFile(name: keyof typeof FILES, make: () => URL, advice: string = getMissingFileHint(name)) {
   try {
     return make();
   } catch (cause) {
-    const words = `a script that is no module (IIFE or CommonJS) cannot know where ${FILES[name]} is. ${advice}`;
-    throw new TraceCutError('wasm-load', words, { cause });
+    const message = `a script that is no module (IIFE or CommonJS) cannot know where ${FILES[name]} is. ${advice}`;
+    throw new TraceCutError('wasm-load', message, { cause });
   }
 }
 
 /**
- * A worker from its address. Browsers start none from another origin, such as a CDN's, but let one of the page's own
- * import it from there.
+ * Starts a worker from its address. Browsers start none from another origin, such as a CDN, but allow a worker of the
+ * page's own origin to import one from there.
  */
-export function workerAt(address: URL | string): Worker {
+export function startWorkerAt(address: URL | string): Worker {
   try {
     return new Worker(address, { type: 'module' });
   } catch {
-    return importing(new URL(address, globalThis.location?.href));
+    return startImporter(new URL(address, globalThis.location?.href));
   }
 }
 
-const foreign = new Map<string, string>();
+const importers = new Map<string, string>();
 
-/** A worker of the page's own that imports one from elsewhere. */
-export function importing({ href }: URL) {
-  const text = foreign.get(href) ?? URL.createObjectURL(blobOf(`import ${JSON.stringify(href)};`));
-  foreign.set(href, text);
-  return new Worker(text, { type: 'module' });
+/** Starts a worker of the page's own origin that imports another one. */
+export function startImporter({ href }: URL) {
+  const importer = importers.get(href) ?? URL.createObjectURL(createScriptBlob(`import ${JSON.stringify(href)};`));
+  importers.set(href, importer);
+  return new Worker(importer, { type: 'module' });
 }
 
-export function blobOf(script: string) {
+export function createScriptBlob(script: string) {
   return new Blob([script], { type: 'text/javascript' });
 }
 
-/** A part of the package that is loaded when it is first needed. */
-export async function part<T>(loading: Promise<T>): Promise<T> {
+/** Loads a part of the package on its first use. */
+export async function loadPart<T>(loading: Promise<T>): Promise<T> {
   try {
     return await loading;
   } catch (cause) {
     if (cause instanceof TraceCutError) throw cause;
-    const words = `a module of the package could not be loaded: ${cause}. Service workers load none later: use tracecut/inline`;
-    throw new TraceCutError('wasm-load', words, { cause });
+    const message = `a module of the package could not be loaded: ${cause}. Service workers load none later: use tracecut/inline`;
+    throw new TraceCutError('wasm-load', message, { cause });
   }
 }

@@ -1,8 +1,8 @@
-// What differs between browsers and Node: where wasm files come from, and how workers start. These are the browser's ways;
-// the entries for Node put theirs in their place.
+// Differences between browsers and Node: loading of wasm files and starting of workers. These are the functions for
+// browsers; the entries for Node replace them.
 
 import { TraceCutError, illegal, typeTag } from './check/errors.js';
-import { type WorkerSource, importing, known, places, wayOut, workerAt } from './places.js';
+import { type WorkerSource, getMissingFileHint, places, resolveFile, startImporter, startWorkerAt } from './places.js';
 import type { WasmSource } from './check/options.js';
 import type { HelperWorker } from './worker/helpers.js';
 
@@ -16,42 +16,44 @@ export interface Platform {
   loadModule: (source?: WasmSource) => Promise<WebAssembly.Module>;
   loadDecoder: (source?: WasmSource) => Promise<WebAssembly.Module>;
   startWorker: (() => Worker) | undefined;
-  /** Whether work stays on the calling thread where nobody asks for a worker. */
+  /** True if work stays on the calling thread by default. */
   inProcess?: boolean;
   startAside?: (() => Worker) | undefined;
-  /** Where sessions run on the calling thread: a worker that helps one. */
+  /** Starts a helper of a session on the calling thread. */
   startHelper?: (data: HelperData) => HelperWorker;
-  /** As many threads as the machine runs at once, where known. */
+  /** Returns the number of threads that the machine runs at once, if known. */
   cores: () => number | undefined;
 }
 
-// Bundlers look for these very expressions, and for the workers'.
+// Bundlers search for these exact expressions, and for the ones that start workers.
 const packagedFile = () => new URL('./tracecut_bg.wasm', import.meta.url);
 const packagedDecoder = () => new URL('./decoder_bg.wasm', import.meta.url);
 
 export let platform: Platform = {
-  loadModule: loader('wasm', loadModule, async () => loadModule(known('wasm', packagedFile), wayOut('wasm'))),
-  loadDecoder: loader('decoder', loadModule, async () =>
-    loadModule(known('decoder', packagedDecoder), wayOut('decoder')),
+  loadModule: createLoader('wasm', loadModule, async () =>
+    loadModule(resolveFile('wasm', packagedFile), getMissingFileHint('wasm')),
+  ),
+  loadDecoder: createLoader('decoder', loadModule, async () =>
+    loadModule(resolveFile('decoder', packagedDecoder), getMissingFileHint('decoder')),
   ),
   get startWorker() {
     return typeof Worker === 'undefined' ? undefined : startWorker;
   },
   get startAside() {
-    return typeof Worker === 'undefined' ? undefined : asideStarter();
+    return typeof Worker === 'undefined' ? undefined : getAsideStarter();
   },
   cores: () => globalThis.navigator?.hardwareConcurrency,
 };
 
-export function setPlatform(other: Platform) {
-  platform = other;
+export function setPlatform(replacement: Platform) {
+  platform = replacement;
 }
 
 function startWorker() {
   try {
     return new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
   } catch {
-    return importing(known('worker', () => new URL('worker.js', packagedFile())));
+    return startImporter(resolveFile('worker', () => new URL('worker.js', packagedFile())));
   }
 }
 
@@ -59,48 +61,45 @@ function startAside() {
   try {
     return new Worker(new URL('./aside-worker.js', import.meta.url), { type: 'module' });
   } catch {
-    return importing(known('worker', () => new URL('aside/worker.js', packagedFile())));
+    return startImporter(resolveFile('worker', () => new URL('aside/worker.js', packagedFile())));
   }
 }
 
-/** How the worker for what is done aside starts. */
-function asideStarter() {
+/** Returns a function that starts the worker for long tasks; undefined if there is none. */
+function getAsideStarter() {
   const { worker = true } = places;
   if (worker === false) return undefined;
-  return worker === true ? startAside : from(worker);
+  return worker === true ? startAside : toStarter(worker);
 }
 
-/**
- * How workers start, as a call's option says, or `configure`, or the package; nothing where the work stays in this
- * thread.
- */
-export function workerStarter(worker: boolean | WorkerSource | undefined): (() => Worker) | undefined {
-  const asked = worker ?? (platform.inProcess ? false : places.worker);
-  if (asked === false) return undefined;
+/** Returns a function that starts workers, by a call's option, `configure` or the package; undefined without workers. */
+export function getWorkerStarter(worker: boolean | WorkerSource | undefined): (() => Worker) | undefined {
+  const choice = worker ?? (platform.inProcess ? false : places.worker);
+  if (choice === false) return undefined;
   if (!platform.startWorker) {
     if (worker === undefined) return undefined;
     const expected = 'false or nothing: this thread can start no module workers, so the work runs in it';
     throw illegal('unsupported', 'worker', worker, expected);
   }
-  if (platform.inProcess && isAddress(asked))
+  if (platform.inProcess && isAddress(choice))
     throw illegal('unsupported', 'worker', worker, 'true, false or nothing: threads of Node need no address');
-  const source = asked === true && !platform.inProcess ? places.worker : asked;
-  return typeof source === 'boolean' || source === undefined ? platform.startWorker : from(source);
+  const source = choice === true && !platform.inProcess ? places.worker : choice;
+  return typeof source === 'boolean' || source === undefined ? platform.startWorker : toStarter(source);
 }
 
 const isAddress = (source: unknown) => typeof source === 'string' || source instanceof URL;
 
-function from(source: WorkerSource): () => Worker {
-  if (typeof source !== 'function') return () => workerAt(source);
+function toStarter(source: WorkerSource): () => Worker {
+  if (typeof source !== 'function') return () => startWorkerAt(source);
   return () => {
-    const made = source();
-    if (typeof made?.postMessage !== 'function') throw illegal('param', 'worker()', made, 'a Worker');
-    return made;
+    const worker = source();
+    if (typeof worker?.postMessage !== 'function') throw illegal('param', 'worker()', worker, 'a Worker');
+    return worker;
   };
 }
 
-/** Loads once, however often it is called; after a failure the next call tries again. */
-export function once<T>(load: () => Promise<T>): () => Promise<T> {
+/** Returns a function that loads once, however often it is called; after a failure the next call tries again. */
+export function loadOnce<T>(load: () => Promise<T>): () => Promise<T> {
   let loading: Promise<T> | undefined;
   return () => {
     loading ??= load();
@@ -109,13 +108,13 @@ export function once<T>(load: () => Promise<T>): () => Promise<T> {
   };
 }
 
-/** Loads what a call names, or what `configure` named, or what the package brings; the latter two once. */
-export function loader(
+/** Returns a loader: of the file that a call names, else of the configured one, else of the packaged; the latter two once. */
+export function createLoader(
   name: 'wasm' | 'decoder',
   load: (source: WasmSource) => Promise<WebAssembly.Module>,
   loadPackaged: () => Promise<WebAssembly.Module>,
 ): (source?: WasmSource) => Promise<WebAssembly.Module> {
-  const packaged = once(loadPackaged);
+  const packaged = loadOnce(loadPackaged);
   let last: unknown;
   let configured = packaged;
   return (source) => {
@@ -124,65 +123,65 @@ export function loader(
     if (place === undefined) return packaged();
     if (place !== last) {
       last = place;
-      configured = once(async () => load(typeof place === 'function' ? place() : place));
+      configured = loadOnce(async () => load(typeof place === 'function' ? place() : place));
     }
     return configured();
   };
 }
 
-/** The smallest module with a SIMD instruction in it. */
+/** A minimal module with a SIMD instruction. */
 const SIMD_PROBE = [
   0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11,
 ];
 
 /**
- * Compiles the wasm module from wherever it is.
- * @param hint what to do where it is not found
+ * Compiles the wasm module from any source.
+ * @param hint advice if it is not found
  */
 export async function loadModule(source: WasmSource, hint = ''): Promise<WebAssembly.Module> {
   if (typeof WebAssembly === 'undefined')
     throw new TraceCutError('unsupported', 'this JavaScript engine has no WebAssembly');
   if (source instanceof WebAssembly.Module || typeTag(source) === 'WebAssembly.Module') return source;
   if (typeof source === 'string' || source instanceof URL)
-    return fromResponse(await fetched(source, hint), String(source), hint);
-  if (typeTag(source) === 'Response') return fromResponse(source as Response, 'the response');
+    return compileResponse(await fetchModule(source, hint), String(source), hint);
+  if (typeTag(source) === 'Response') return compileResponse(source as Response, 'the response');
   if (typeTag(source) === 'ArrayBuffer' || ArrayBuffer.isView(source))
     return compile(source as BufferSource, 'the bytes given');
   throw illegal('param', 'wasm', source, 'a URL, a Response, bytes or a WebAssembly.Module');
 }
 
-async function fetched(url: string | URL, hint: string) {
+async function fetchModule(url: string | URL, hint: string) {
   try {
     return await fetch(url);
   } catch (cause) {
-    throw new TraceCutError('wasm-load', advised(`${url} could not be fetched: ${words(cause)}`, hint), { cause });
+    throw new TraceCutError('wasm-load', addHint(`${url} could not be fetched: ${getMessage(cause)}`, hint), { cause });
   }
 }
 
-async function fromResponse(response: Response, name: string, hint = '') {
+async function compileResponse(response: Response, name: string, hint = '') {
   if (!response.ok) {
-    const words = `${name} could not be fetched: the server answered ${response.status}`;
-    throw new TraceCutError('wasm-load', advised(words, hint));
+    const message = `${name} could not be fetched: the server answered ${response.status}`;
+    throw new TraceCutError('wasm-load', addHint(message, hint));
   }
-  let spare: Response | undefined;
+  let copy: Response | undefined;
   if (response.headers.get('Content-Type') === 'application/wasm' && !response.bodyUsed) {
-    spare = response.clone();
+    copy = response.clone();
     try {
       return await WebAssembly.compileStreaming(response);
     } catch {
-      // Compiled from its bytes, which says what is wrong.
+      // Compiled from its bytes below, with a better error message.
     }
   }
-  return compile(await bodyOf(spare ?? response, name, hint), name, hint);
+  return compile(await readBody(copy ?? response, name, hint), name, hint);
 }
 
-/** The bytes of an answer, unless the network goes while they come. */
-async function bodyOf(response: Response, name: string, hint: string) {
+/** Reads the bytes of a response; throws if the network fails meanwhile. */
+async function readBody(response: Response, name: string, hint: string) {
   try {
     return await response.arrayBuffer();
   } catch (cause) {
-    const said = `${name} came only in part: ${words(cause)}. Try again`;
-    throw new TraceCutError('wasm-load', advised(said, hint), { cause });
+    const message = `${name} came only in part: ${getMessage(cause)}. Try again`;
+    throw new TraceCutError('wasm-load', addHint(message, hint), { cause });
   }
 }
 
@@ -193,7 +192,7 @@ async function compile(bytes: BufferSource, name: string, hint = '') {
   if (view[0] === 0x3c) {
     const check =
       "check that the .wasm file is where the URL says (with Vite before 8, set optimizeDeps.exclude to ['tracecut'])";
-    throw new TraceCutError('wasm-load', advised(`${name} is a page of HTML, not WebAssembly: ${check}`, hint));
+    throw new TraceCutError('wasm-load', addHint(`${name} is a page of HTML, not WebAssembly: ${check}`, hint));
   }
   if (!WebAssembly.validate(new Uint8Array(SIMD_PROBE))) {
     throw new TraceCutError(
@@ -204,14 +203,14 @@ async function compile(bytes: BufferSource, name: string, hint = '') {
   try {
     return await WebAssembly.compile(bytes);
   } catch (cause) {
-    throw new TraceCutError('wasm-load', `${name} could not be compiled: ${words(cause)}`, { cause });
+    throw new TraceCutError('wasm-load', `${name} could not be compiled: ${getMessage(cause)}`, { cause });
   }
 }
 
-function advised(words: string, hint: string) {
-  return hint ? `${words}. ${hint}` : words;
+function addHint(message: string, hint: string) {
+  return hint ? `${message}. ${hint}` : message;
 }
 
-function words(error: unknown) {
+function getMessage(error: unknown) {
   return error instanceof Error ? error.message : String(error);
 }

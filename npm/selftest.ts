@@ -1,13 +1,13 @@
-// Whether this engine computes what every other does: a fixed program, its results hashed.
+// Checks that this engine computes the same as every other: runs a fixed program and hashes its results.
 
 import * as files from './export.js';
 import * as library from './index.js';
-import { type Selftest, type SelftestOptions, selftestOf } from './selftest/run.js';
+import { type Selftest, type SelftestOptions, runSelftest } from './selftest/run.js';
 import * as stages from './stages.js';
 
 /**
- * Runs a fixed program on made clips, some seconds long, hashes what comes of each part of the package, and compares
- * that with what every other engine and machine gives (docs/determinism.md).
+ * Runs a fixed program on synthetic clips, some seconds long, hashes the results of each part of the package, and
+ * compares the hashes with the hashes of every other engine and machine (docs/determinism.md).
  *
  * ```js
  * const { same, checks } = await selftest();
@@ -15,7 +15,7 @@ import * as stages from './stages.js';
  * ```
  */
 export function selftest(options?: SelftestOptions): Promise<Selftest> {
-  return selftestOf({ ...library, ...files, ...stages }, options);
+  return runSelftest({ ...library, ...files, ...stages }, options);
 }
 
 export type { Selftest, SelftestCheck, SelftestOptions } from './selftest/run.js';

@@ -1,6 +1,6 @@
 // Stages of the method without a session: flow, trajectories, boundaries and superpixels of images, and track files.
 
-import { part } from './places.js';
+import { loadPart } from './places.js';
 
 export {
   EdgeKind,
@@ -14,11 +14,11 @@ export {
 export { sceneMotion } from './session/report.js';
 export { tracksDat } from './session/report.js';
 
-// These are loaded when they are first called.
+// These are loaded on their first call.
 export const trajectories: typeof import('./stages/tracking.js').trajectories = async (...args) =>
-  (await part(import('./stages/tracking.js'))).trajectories(...args);
+  (await loadPart(import('./stages/tracking.js'))).trajectories(...args);
 export const fromTracksDat: typeof import('./stages/tracking.js').fromTracksDat = async (...args) =>
-  (await part(import('./stages/tracking.js'))).fromTracksDat(...args);
+  (await loadPart(import('./stages/tracking.js'))).fromTracksDat(...args);
 
 export type { LabelledTrajectories, SceneMotion, TracksToWrite } from './session/report.js';
 export type {

@@ -1,7 +1,7 @@
-// Text to UTF-8 and back. Engines have classes for it, but for some that tests run in, such as jsdom.
+// UTF-8 encoding and decoding. Most engines have classes for it, but not some that tests run in, such as jsdom.
 
-/** What the modules that wasm-bindgen made, and exports, ask of both. */
-class Plain {
+/** The methods that wasm-bindgen's modules and exports use. */
+class Utf8Codec {
   decode(bytes: Iterable<number> = []) {
     return decodeURIComponent(escape(String.fromCharCode(...bytes)));
   }
@@ -11,5 +11,5 @@ class Plain {
   }
 }
 
-export const Decoder = globalThis.TextDecoder ?? Plain;
-export const Encoder = globalThis.TextEncoder ?? Plain;
+export const Decoder = globalThis.TextDecoder ?? Utf8Codec;
+export const Encoder = globalThis.TextEncoder ?? Utf8Codec;

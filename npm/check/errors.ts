@@ -3,12 +3,12 @@
 import type { VideoResult } from '../video/result.js';
 
 /**
- * What a {@link TraceCutError} is about. From Rust: `frame-size`, `frame-bytes`, `frame-size-changed`,
- * `too-few-frames`, `too-large` (more than a parameter such as `clip.maxPixels` allows), `decode`, `param`, `data`,
- * `state`. From this layer: `unsupported` (the engine lacks something), `wasm-load` (the wasm file cannot be fetched or
- * compiled), `memory` (there is not enough of it; the session has given back its own), `poisoned` (the engine stopped on
- * an internal error), `closed`, `busy`. Of videos: `no-video` (nothing in it that could be shown), `codec` (it cannot be decoded here),
- * `truncated` (cut off or damaged), `no-frames` (none in the range), `fetch` (the address cannot be fetched).
+ * The kinds of {@link TraceCutError}. From Rust: `frame-size`, `frame-bytes`, `frame-size-changed`, `too-few-frames`,
+ * `too-large` (more than a parameter such as `clip.maxPixels` allows), `decode`, `param`, `data`, `state`. From this
+ * layer: `unsupported` (the engine lacks something), `wasm-load` (the wasm file cannot be fetched or compiled), `memory`
+ * (the session ran out of memory and has freed its own), `poisoned` (the engine stopped on an internal error), `closed`,
+ * `busy`. From videos: `no-video` (nothing in it can be shown), `codec` (it cannot be decoded here), `truncated` (cut
+ * off or damaged), `no-frames` (none in the range), `fetch` (the address cannot be fetched).
  */
 export type ErrorCode =
   | 'frame-size'
@@ -34,13 +34,13 @@ export type ErrorCode =
 
 /** An error with a stable `code` and a message that names the value and what is legal. */
 export class TraceCutError extends Error {
-  /** The result of the frames before the damage, where `collect` met it. */
+  /** The result of the frames before the damage, set by `collect`. */
   result: VideoResult | undefined;
 
   name = 'TraceCutError';
-  /** What it is about; the message may change, this does not. */
+  /** The kind of error. It is stable, unlike the message. */
   code: ErrorCode;
-  /** Number of whole frames before the damage (`truncated`); undefined where it is not known. */
+  /** Number of whole frames before the damage (`truncated`); undefined if unknown. */
   frames: number | undefined;
 
   constructor(code: ErrorCode, message: string, options?: { cause?: unknown; frames?: number }) {
@@ -50,26 +50,26 @@ export class TraceCutError extends Error {
   }
 }
 
-/** Throws an error that Rust returned, which has a code, as one of the package. */
+/** Rethrows an error that Rust returned, which has a code, as a `TraceCutError`. */
 export function throwIfRust(error: unknown) {
   if (error instanceof Error && 'code' in error && typeof error.code === 'string')
     throw new TraceCutError(error.code as ErrorCode, error.message);
 }
 
-/** The error of a value that is not legal. */
+/** Creates the error for an invalid value. */
 export function illegal(code: ErrorCode, name: string, value: unknown, expected: string) {
   return new TraceCutError(code, `${name} = ${describe(value)} (expected ${expected})`);
 }
 
-/** The error of what is larger than a parameter allows, in the words that Rust has for it. */
-export function tooLarge(actual: number, what: string, limit: number, name: string) {
+/** Creates the error for a value above a limit that a parameter sets, worded as in Rust. */
+export function tooLarge(actual: number, unit: string, limit: number, name: string) {
   return new TraceCutError(
     'too-large',
-    `${actual} ${what} (expected at most ${limit}; the parameter ${name} sets this limit)`,
+    `${actual} ${unit} (expected at most ${limit}; the parameter ${name} sets this limit)`,
   );
 }
 
-/** A value in a few words. */
+/** Describes a value briefly, for messages. */
 export function describe(value: unknown): string {
   if (typeof value === 'string') return value.length > 40 ? `"${value.slice(0, 40)}..."` : `"${value}"`;
   if (typeof value === 'function') return 'a function';
@@ -82,44 +82,44 @@ export function describe(value: unknown): string {
   return String(value);
 }
 
-/** The built-in type's name, also for objects of another realm: `Uint8Array`, `VideoFrame`, `Object`... */
+/** Returns the name of a built-in type, also for objects of another realm: `Uint8Array`, `VideoFrame`, `Object`... */
 export function typeTag(value: unknown) {
   return Object.prototype.toString.call(value).slice(8, -1);
 }
 
-/** An error that says which frame it is about, where that is known. */
-export function inFrame(error: unknown, { index, name }: { kind?: string; index?: number; name?: string }) {
+/** Adds the number or name of a frame to an error, if known. */
+export function withFrame(error: unknown, { index, name }: { kind?: string; index?: number; name?: string }) {
   if (!(error instanceof TraceCutError) || (index ?? name) === undefined) return error;
-  const words = index === undefined ? name : `frame ${index}${name ? ` (${name})` : ''}`;
-  return new TraceCutError(error.code, `${words}: ${error.message}`, { cause: error });
+  const where = index === undefined ? name : `frame ${index}${name ? ` (${name})` : ''}`;
+  return new TraceCutError(error.code, `${where}: ${error.message}`, { cause: error });
 }
 
 export function isPlainObject<T>(value: T): value is T & Record<string, unknown> {
   return typeof value === 'object' && value !== null && typeTag(value) === 'Object';
 }
 
-/** Refuses what is not a whole number in `min..=max`. */
-export function wholeNumber(code: ErrorCode, name: string, value: unknown, min: number, max: number): number {
+/** Returns the value; throws unless it is a whole number in `min..=max`. */
+export function checkWholeNumber(code: ErrorCode, name: string, value: unknown, min: number, max: number): number {
   if (typeof value !== 'number' || !Number.isInteger(value) || value < min || value > max) {
     throw illegal(code, name, value, `a whole number, ${min}..=${max}`);
   }
   return value;
 }
 
-/** Most pixels of a side of a frame or mask; Rust knows the same. */
+/** Most pixels along a side of a frame or mask. Rust has the same limit. */
 export const MAX_SIDE = 16384;
 
 /**
- * Refuses a size with a side that is not in `1..=MAX_SIDE`.
+ * Throws unless both sides of a size are in `1..=MAX_SIDE`.
  * @param prefix of `width` and `height` in the error
  */
 export function checkSides(code: ErrorCode, prefix: string, size: { width?: unknown; height?: unknown }) {
-  wholeNumber(code, `${prefix}width`, size.width, 1, MAX_SIDE);
-  wholeNumber(code, `${prefix}height`, size.height, 1, MAX_SIDE);
+  checkWholeNumber(code, `${prefix}width`, size.width, 1, MAX_SIDE);
+  checkWholeNumber(code, `${prefix}height`, size.height, 1, MAX_SIDE);
 }
 
-/** Refuses options that are no object, and names that are not known. */
-export function checkedOptions<T extends object>(options: T, legal: string[]): T {
+/** Returns the options; throws if they are no object or have unknown names. */
+export function checkOptions<T extends object>(options: T, legal: string[]): T {
   if (!isPlainObject(options)) throw illegal('param', 'options', options, `an object with ${legal.join(', ')}`);
   const stray = Object.keys(options).find((key) => !legal.includes(key));
   if (stray !== undefined)
@@ -127,19 +127,19 @@ export function checkedOptions<T extends object>(options: T, legal: string[]): T
   return options;
 }
 
-/** Refuses what is not true or false. */
+/** Throws unless the value is true or false. */
 export function checkFlag(name: string, value: unknown) {
   if (typeof value !== 'boolean')
     throw new TraceCutError('param', `${name} = ${describe(value)} (expected true or false)`);
 }
 
-/** Refuses numbers outside of a range. */
+/** Throws unless the value is a number in `min..=max`. */
 export function checkNumber(name: string, value: unknown, min: number, max: number) {
   if (typeof value !== 'number' || !(value >= min && value <= max))
     throw illegal('param', name, value, `a number, ${min}..=${max}`);
 }
 
-export function oneOf(name: string, value: unknown, legal: readonly string[]) {
+export function checkChoice(name: string, value: unknown, legal: readonly string[]) {
   if (!legal.includes(value as string))
     throw illegal('param', name, value, legal.map((word) => `'${word}'`).join(', '));
 }

@@ -1,62 +1,59 @@
-// What every export and drawing helper takes, and the checks that they share.
+// The interface of masks that all exports and drawing helpers accept, and the checks that they share.
 
-import { TraceCutError, checkSides, illegal, wholeNumber } from './errors.js';
+import { TraceCutError, checkSides, checkWholeNumber, illegal } from './errors.js';
 
 /**
- * Masks of a clip: a `Result`, a window or the whole of a segmented video, or an object of the caller's. `labels(t)`
- * holds a label for each pixel of frame `t`, row by row, 0 for the background and 1 to 255 for objects; `times` the
- * frames' times in seconds, ascending.
+ * Masks of a clip: a `Result`, a window or the whole of a segmented video, or your own object. `labels(t)` returns a
+ * label for each pixel of frame `t`, row by row, 0 for the background and 1 to 255 for objects.
  */
 export interface MaskSource {
-  /** In pixels. */
+  /** Pixels in a row. */
   width: number;
-  /** In pixels. */
+  /** Number of rows. */
   height: number;
-  /** How many there are. */
+  /** Number of frames. */
   numFrames: number;
-  /** Of frame `t`: a label for each pixel, row by row. */
+  /** Returns the label of each pixel of frame `t`, row by row. */
   labels: (t: number) => Uint8Array;
-  /** Stretches of frames without a cut. */
+  /** Ranges of frames without a cut. */
   shots?: readonly { first: number; last: number }[];
-  /** One for each frame, in seconds; null or absent where none are known. */
+  /** Frame times in seconds, ascending; null or absent if unknown. */
   times?: ArrayLike<number> | null;
-  /**
-   * Which of the clip's frames the first is, where the masks are a window of it; 0 if not given. Files and numbers of
-   * frames run on from there.
-   */
+  /** Number of the first frame in the clip, for masks of a window; 0 if not given. Files and frames are numbered from it. */
   firstFrame?: number;
-  /** When the last frame ends, in seconds; null or absent where that is not known. */
+  /** Time at which the last frame ends, in seconds; null or absent if unknown. */
   end?: number | null;
 }
 
-/** Which labels are meant: a list of them, or a function that says so of each. */
+/** Labels to include: a list of them, or a predicate. */
 export type ObjectChoice = Iterable<number> | ((label: number) => boolean);
 
-/** The highest label there can be. */
+/** Highest label. */
 export const MAX_LABEL = 255;
 
-const MAX_FRAMES = 10_000_000;
+/** Most frames of masks: longer clips are mistakes. */
+export const MAX_FRAMES = 10_000_000;
 
-/** Refuses what is no {@link MaskSource}. */
+/** Throws unless `masks` is a {@link MaskSource}. */
 export function checkMasks(masks: MaskSource) {
   if (typeof masks !== 'object' || masks === null || typeof masks.labels !== 'function') {
     throw illegal('data', 'masks', masks, 'a result, or an object {width, height, numFrames, labels(t)}');
   }
   checkSides('data', 'masks.', masks);
-  wholeNumber('data', 'masks.numFrames', masks.numFrames, 1, MAX_FRAMES);
+  checkWholeNumber('data', 'masks.numFrames', masks.numFrames, 1, MAX_FRAMES);
 }
 
-/** Which of the clip's frames the first one is. */
-export function firstOf({ firstFrame = 0 }: MaskSource): number {
-  return wholeNumber('data', 'masks.firstFrame', firstFrame, 0, MAX_FRAMES);
+/** Returns the number of the first frame in the clip. */
+export function getFirstFrame({ firstFrame = 0 }: MaskSource): number {
+  return checkWholeNumber('data', 'masks.firstFrame', firstFrame, 0, MAX_FRAMES);
 }
 
 /**
- * The labels of frame `t`, checked.
+ * Returns the labels of frame `t`, checked.
  * @param masks already checked
  */
-export function labelsOf(masks: MaskSource, t: number): Uint8Array {
-  wholeNumber('param', 't', t, 0, masks.numFrames - 1);
+export function readLabels(masks: MaskSource, t: number): Uint8Array {
+  checkWholeNumber('param', 't', t, 0, masks.numFrames - 1);
   const labels = masks.labels(t);
   const expected = `${masks.width} × ${masks.height} labels, 0..=${MAX_LABEL}`;
   if (!ArrayBuffer.isView(labels) && !Array.isArray(labels))
@@ -65,15 +62,18 @@ export function labelsOf(masks: MaskSource, t: number): Uint8Array {
   if (labels.length !== size)
     throw new TraceCutError('data', `masks.labels(${t}) has ${labels.length} labels (expected ${size})`);
   if (labels instanceof Uint8Array) return labels;
-  return Uint8Array.from(labels, (label, p) => wholeNumber('data', `masks.labels(${t})[${p}]`, label, 0, MAX_LABEL));
+  return Uint8Array.from(labels, (label, p) =>
+    checkWholeNumber('data', `masks.labels(${t})[${p}]`, label, 0, MAX_LABEL),
+  );
 }
 
 /**
- * The times of all frames in seconds: those of the masks, else those of a frame rate; null where neither is known.
+ * Returns the times of all frames in seconds: the times of the masks, or else those given by a frame rate; null if
+ * neither is known.
  * @param masks already checked
  * @param frameRate frames per second
  */
-export function timesOf(masks: MaskSource, frameRate?: number): Float64Array<ArrayBuffer> | null {
+export function getTimes(masks: MaskSource, frameRate?: number): Float64Array<ArrayBuffer> | null {
   if (frameRate !== undefined && !(typeof frameRate === 'number' && frameRate > 0 && frameRate <= 1000)) {
     throw illegal('param', 'frameRate', frameRate, 'frames per second, above 0, up to 1000');
   }
@@ -84,23 +84,22 @@ export function timesOf(masks: MaskSource, frameRate?: number): Float64Array<Arr
   if (times.length !== numFrames)
     throw new TraceCutError('data', `masks.times has ${times.length} times (expected ${numFrames}, one a frame)`);
   const seconds = Float64Array.from(times);
-  const wrong = seconds.findIndex((time, t) => !Number.isFinite(time) || (t > 0 && time <= Number(seconds[t - 1])));
-  if (wrong >= 0) throw illegal('data', `masks.times[${wrong}]`, seconds[wrong], 'seconds, ascending');
+  const badIndex = seconds.findIndex((time, t) => !Number.isFinite(time) || (t > 0 && time <= Number(seconds[t - 1])));
+  if (badIndex >= 0) throw illegal('data', `masks.times[${badIndex}]`, seconds[badIndex], 'seconds, ascending');
   return seconds;
 }
 
 /**
- * When the last frame ends: as the masks say, else it lasts as long as the one before; a single one as long as a frame
- * of the frame rate.
+ * Returns when the last frame ends, in seconds. If the masks do not say, it lasts as long as the frame before, and a
+ * single frame as long as a frame of the frame rate.
  * @param masks already checked
- * @param times as `timesOf` gives them
+ * @param times as returned by `getTimes`
  * @param frameRate frames per second
- * @returns in seconds
  */
-export function endOf({ end, times: own }: MaskSource, times: Float64Array, frameRate: number): number {
+export function getEnd({ end, times: maskTimes }: MaskSource, times: Float64Array, frameRate: number): number {
   const last = Number(times[times.length - 1]);
-  // A frame rate in the place of times says it all.
-  if (own && end !== undefined && end !== null) {
+  // Where the times come from a frame rate, `end` does not apply.
+  if (maskTimes && end !== undefined && end !== null) {
     if (!(Number.isFinite(end) && end > last)) throw illegal('data', 'masks.end', end, `seconds, above ${last}`);
     return end;
   }
@@ -108,29 +107,29 @@ export function endOf({ end, times: own }: MaskSource, times: Float64Array, fram
 }
 
 /**
- * Returns the average number of frames a second to a millionth, as times are sums of fractions; NaN for a single frame.
+ * Computes the average frame rate, rounded to a millionth as times are sums of fractions; NaN for a single frame.
  * @param duration seconds
  */
-export function averageRate(numFrames: number, duration: number) {
+export function computeFrameRate(numFrames: number, duration: number) {
   return numFrames > 1 ? Math.round((1e6 * numFrames) / duration) / 1e6 : NaN;
 }
 
-/** Returns for how long each frame is shown, in seconds: until the next one, the last until the end. */
-export function durationsOf(times: Float64Array, end: number): number[] {
+/** Computes how long each frame is shown, in seconds: until the next one, the last until the end. */
+export function computeDurations(times: Float64Array, end: number): number[] {
   return Array.from(times, (time, t) => (times[t + 1] ?? end) - time);
 }
 
 /**
- * Which labels are meant; all objects and not the background where nothing is said.
- * @returns 1 for each label that is
+ * Converts a choice of objects to flags; all objects but not the background if not given.
+ * @returns 1 for each selected label
  */
-export function chosenLabels(objects: ObjectChoice | undefined): Uint8Array {
-  const chosen = new Uint8Array(MAX_LABEL + 1);
-  if (objects === undefined) return chosen.fill(1, 1);
-  if (typeof objects === 'function') return chosen.map((_, label) => Number(Boolean(objects(label))));
+export function selectLabels(objects: ObjectChoice | undefined): Uint8Array {
+  const selected = new Uint8Array(MAX_LABEL + 1);
+  if (objects === undefined) return selected.fill(1, 1);
+  if (typeof objects === 'function') return selected.map((_, label) => Number(Boolean(objects(label))));
   if (typeof objects !== 'object' || objects === null || !(Symbol.iterator in objects)) {
     throw illegal('param', 'objects', objects, 'a list of labels, or a function of one');
   }
-  for (const label of objects) chosen[wholeNumber('param', 'objects', label, 0, MAX_LABEL)] = 1;
-  return chosen;
+  for (const label of objects) selected[checkWholeNumber('param', 'objects', label, 0, MAX_LABEL)] = 1;
+  return selected;
 }

@@ -1,43 +1,42 @@
 // The options of a session, checked.
 
-import { illegal, isPlainObject, wholeNumber } from './errors.js';
+import { checkWholeNumber, illegal, isPlainObject } from './errors.js';
 import type { ParameterOptions } from '../parameters.js';
 import type { WorkerSource } from '../places.js';
 
-/** Where the wasm file comes from, when not from beside the package. */
+/** Source of the wasm file, if it is not beside the package. */
 export type WasmSource = URL | string | Response | BufferSource | WebAssembly.Module;
 
 /** The options of a session that are no parameters of the method. */
 export interface SessionSettings {
   /**
-   * What the parameters are that are not given: `'fast'` takes half of the time and loses some of what is small or
-   * fast, `'paper'` makes masks as the paper does.
+   * Default parameters: `'fast'` takes half the time and loses some small or fast objects, `'paper'` computes masks as
+   * the paper does.
    */
   preset?: 'default' | 'fast' | 'paper';
-  /** Where the wasm file is, when not beside the package; `configure` says it for all calls. */
+  /** The wasm file, if it is not beside the package; `configure` sets it for all calls. */
   wasm?: WasmSource;
   /**
-   * Where the wasm file is that reads PNG and JPEG files and enlarges masks, when not beside the package; it is
-   * fetched when the first file is pushed.
+   * The wasm file that decodes PNG and JPEG and enlarges masks, if it is not beside the package. It is fetched when the
+   * first file is pushed.
    */
   decoder?: WasmSource;
   /**
-   * False to run a browser's session on the calling thread; in Node, which does so of itself, true to run it on a
-   * thread of its own, so that the calling one stays free; an address (of `worker.bundle.js`, one file) or a function
-   * that starts one says where the worker is.
+   * False to run a browser session on the calling thread. In Node, where that is the default, true runs it on a thread of
+   * its own. An address (of `worker.bundle.js`, one file) or a function that starts a worker sets its source.
    */
   worker?: boolean | WorkerSource;
   /**
-   * To work on, 1 to 64, each with some memory; results are the same for any number. If not given, all but one of the
-   * machine's, at most 8, and 1 with `worker: false`.
+   * Number of threads, 1 to 64, each with some memory; results do not depend on it. Defaults to all but one of the
+   * machine's, at most 8, or 1 with `worker: false`.
    */
   threads?: number;
 }
 
-/** Options of a session: the parameter tree, over a preset if there is one, and settings of this layer. */
+/** Options of a session: the parameter tree, on top of a preset, and settings of this layer. */
 export type SessionOptions = ParameterOptions & SessionSettings;
 
-export type SplitOptions = {
+export type EngineOptions = {
   wasm?: WasmSource;
   decoder?: WasmSource;
   worker?: boolean | WorkerSource;
@@ -46,24 +45,24 @@ export type SplitOptions = {
   parameters: Record<string, unknown>;
 };
 
-/** Most pixels of a frame where `clip.maxPixels` says nothing. */
+/** Most pixels of a frame if `clip.maxPixels` is not given. */
 export const MAX_PIXELS = 2 ** 26;
 
-/** Most threads that can be asked for. */
+/** Most threads of a session. */
 const MAX_THREADS = 64;
 
-/** Parameters are two levels deep; anything much deeper is a mistake, or an object that contains itself. */
+/** Parameters are two levels deep: anything much deeper is a mistake, or an object that contains itself. */
 const MAX_DEPTH = 4;
 
 /**
- * Separates this layer's settings from the parameters and copies the latter, leaving out what is `undefined`. Names,
- * types and ranges of parameters are checked in Rust; here only what cannot get that far is refused.
+ * Separates this layer's settings from the parameters and copies the latter without `undefined` values. Rust checks
+ * names, types and ranges of parameters; here only values that cannot be passed on are refused.
  */
-export function splitOptions(options: SessionOptions = {}): SplitOptions {
+export function splitOptions(options: SessionOptions = {}): EngineOptions {
   if (!isPlainObject(options)) throw illegal('param', 'options', options, 'an object such as {flow: {patchStride: 5}}');
   const { wasm, decoder, worker, threads, ...parameters } = options;
   if (worker !== undefined) checkWorker(worker);
-  if (threads !== undefined) wholeNumber('param', 'threads', threads, 1, MAX_THREADS);
+  if (threads !== undefined) checkWholeNumber('param', 'threads', threads, 1, MAX_THREADS);
   const maxPixels = parameters.clip?.maxPixels ?? MAX_PIXELS;
   return { wasm, decoder, worker, threads, maxPixels, parameters: copyTree(parameters, '', 0) };
 }
@@ -84,7 +83,7 @@ function copyTree(tree: Record<string, unknown>, prefix: string, depth: number):
   return copy;
 }
 
-/** Refuses what says nothing about workers. */
+/** Throws unless the value can be the option `worker`. */
 export function checkWorker(worker: unknown) {
   if (['boolean', 'function', 'string'].includes(typeof worker) || worker instanceof URL) return;
   throw illegal('param', 'worker', worker, 'true, false, an address or a function that starts one');

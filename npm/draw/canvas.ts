@@ -1,8 +1,8 @@
 /**
- * What the drawing helpers share. Their unit is one pixel of the input and their origin the upper left corner of the
- * first one, as a canvas has it: on a canvas of the frame's size a helper draws where `drawImage(frame, 0, 0)` does.
- * Positions in results are those of pixel centres, whole numbers for pixels themselves; {@link onPixelCentres} is the
- * one place where that half pixel is added.
+ * Canvas helpers shared by the drawing functions. Their unit is one pixel of the input and their origin the upper left
+ * corner of the first pixel, as on a canvas: on a canvas of the frame's size a helper draws where
+ * `drawImage(frame, 0, 0)` does. Positions in results refer to pixel centres, with whole numbers for pixels themselves;
+ * {@link drawOnPixelCentres} is the one place where that half pixel is added.
  */
 
 import { TraceCutError, illegal } from '../check/errors.js';
@@ -36,13 +36,13 @@ export type Context2D = Pick<
   | 'imageSmoothingEnabled'
 > & { readonly canvas: { width: number; height: number } };
 
-export type Scratch = CanvasImageSource & { width: number; height: number };
+type Scratch = CanvasImageSource & { width: number; height: number };
 
 /**
- * Scales a context so that a frame fills its canvas: the transform that the drawing helpers want on a canvas that is
- * not of the frame's size. Replaces the context's transform.
+ * Scales a context so that a frame fills its canvas: the transform that the drawing helpers need on a canvas that is not
+ * of the frame's size. Replaces the context's transform.
  * @param frame a result, or any object that has its size in pixels
- * @returns how many pixels of the frame one of the canvas covers: a line width times this looks the same at every size
+ * @returns pixels of the frame per pixel of the canvas: a line width times this looks the same at every size
  */
 export function fitFrame(
   context: Pick<CanvasRenderingContext2D, 'setTransform'> & { readonly canvas: { width: number; height: number } },
@@ -55,8 +55,8 @@ export function fitFrame(
   return 1 / Math.sqrt(x * y);
 }
 
-/** Draws and leaves the context's settings as they were. */
-export function asideFrom(context: Context2D, draw: () => void) {
+/** Calls `draw` and restores the context's state. */
+export function withSavedState(context: Context2D, draw: () => void) {
   if (typeof context?.save !== 'function' || typeof context.drawImage !== 'function')
     throw illegal('param', 'context', context, 'a 2D canvas context');
   context.save();
@@ -67,31 +67,32 @@ export function asideFrom(context: Context2D, draw: () => void) {
   }
 }
 
-/** As `asideFrom`, with the origin in the centre of the first pixel. */
-export function onPixelCentres(context: Context2D, draw: () => void) {
-  asideFrom(context, () => {
+/** Draws as `withSavedState`, with the origin in the centre of the first pixel. */
+export function drawOnPixelCentres(context: Context2D, draw: () => void) {
+  withSavedState(context, () => {
     context.translate(0.5, 0.5);
     draw();
   });
 }
 
 /**
- * A canvas to paint pixels on: where there is no `OffscreenCanvas`, one of the same make as the context's own.
- * @param read whether its pixels are to be read
+ * Creates a canvas to paint on, of the same class as the context's own if there is no `OffscreenCanvas`.
+ * @param read true if its pixels will be read
  */
-export function scratch(
+export function createScratch(
   context: Context2D,
   width: number,
   height: number,
   read = false,
 ): { canvas: Scratch; context: Context2D } {
-  const canvas = emptyCanvas(context, width, height);
-  const own = canvas.getContext('2d', read ? { willReadFrequently: true } : {}) as Context2D | null;
-  if (!own) throw new TraceCutError('unsupported', `there is no 2D canvas of ${width} × ${height} pixels to paint on`);
-  return { canvas: canvas as Scratch, context: own };
+  const canvas = createCanvas(context, width, height);
+  const scratchContext = canvas.getContext('2d', read ? { willReadFrequently: true } : {}) as Context2D | null;
+  if (!scratchContext)
+    throw new TraceCutError('unsupported', `cannot create a 2D canvas of ${width} × ${height} pixels`);
+  return { canvas: canvas as Scratch, context: scratchContext };
 }
 
-function emptyCanvas(
+function createCanvas(
   { canvas }: Context2D,
   width: number,
   height: number,
@@ -104,42 +105,42 @@ function emptyCanvas(
   } catch (cause) {
     throw new TraceCutError(
       'unsupported',
-      'this engine has no OffscreenCanvas to paint on, and the canvas given makes no others',
+      'this engine has no OffscreenCanvas, and the given canvas cannot create another',
       { cause },
     );
   }
 }
 
 /**
- * Paints pixels aside.
- * @param paint fills red, green, blue and alpha, byte by byte, or pixel by pixel with colours as `pack` makes them
+ * Paints pixels on a canvas of their own.
+ * @param paint fills red, green, blue and alpha, byte by byte, or pixel by pixel with colours packed by `packColor`
  */
-export function painted(
+export function paintPixels(
   context: Context2D,
   width: number,
   height: number,
   paint: (data: Uint8ClampedArray, packed: Uint32Array) => void,
 ): Scratch {
-  const aside = scratch(context, width, height);
-  const image = aside.context.createImageData(width, height);
+  const target = createScratch(context, width, height);
+  const image = target.context.createImageData(width, height);
   paint(image.data, new Uint32Array(image.data.buffer, image.data.byteOffset, width * height));
-  aside.context.putImageData(image, 0, 0);
-  return aside.canvas;
+  target.context.putImageData(image, 0, 0);
+  return target.canvas;
 }
 
 /**
- * A colour as four bytes in memory order.
+ * Packs a colour into four bytes in memory order.
  * @param alpha 255 if not given
  */
-export function pack([r = 0, g = 0, b = 0]: readonly number[], alpha = 255) {
+export function packColor([r = 0, g = 0, b = 0]: readonly number[], alpha = 255) {
   return Number(new Uint32Array(new Uint8ClampedArray([r, g, b, alpha]).buffer)[0]);
 }
 
-// Outlines of labelled regions by marching squares: straight lines between the middles of neighbouring pixels of
-// different labels, so that stairs become slopes. They stay open along the rim.
+// Outlines of labelled regions by marching squares: straight segments between the middles of neighbouring pixels of
+// different labels, so that stairs become slopes. Outlines stay open along the frame border.
 
-/** Middles of the sides of a square between four pixel centres, clockwise from the upper one. */
-const MIDDLES = [
+/** Middles of the sides of a square between four pixel centres, clockwise from the top. */
+const SIDE_MIDDLES = [
   [0.5, 0],
   [1, 0.5],
   [0.5, 1],
@@ -147,58 +148,67 @@ const MIDDLES = [
 ] as const;
 
 /**
+ * Traces the outlines of labels.
  * @param labels row by row
- * @param chosen 1 for each label that is to have an outline
- * @returns for each label its pieces, each as x0, y0, x1, y1; pixel centres have whole coordinates
+ * @param selected 1 for each label that gets an outline
+ * @returns for each label its segments, each as x0, y0, x1, y1; pixel centres have whole coordinates
  */
-export function outlines(labels: Uint8Array, width: number, height: number, chosen: Uint8Array): Map<number, number[]> {
-  const pieces = new Map<number, number[]>();
+export function traceOutlines(
+  labels: Uint8Array,
+  width: number,
+  height: number,
+  selected: Uint8Array,
+): Map<number, number[]> {
+  const segmentsByLabel = new Map<number, number[]>();
   for (let y = 0; y + 1 < height; y += 1) {
     for (let x = 0; x + 1 < width; x += 1) {
-      const at = y * width + x;
-      const a = Number(labels[at]);
-      const b = Number(labels[at + 1]);
-      const c = Number(labels[at + width + 1]);
-      const d = Number(labels[at + width]);
+      const index = y * width + x;
+      const a = Number(labels[index]);
+      const b = Number(labels[index + 1]);
+      const c = Number(labels[index + width + 1]);
+      const d = Number(labels[index + width]);
       if (a === b && b === c && c === d) continue;
       const corners = [a, b, c, d];
-      corners.forEach((own, k) => {
-        if (!chosen[own] || corners.indexOf(own) !== k) return;
-        const known = pieces.get(own) ?? [];
-        pieces.set(own, known);
+      corners.forEach((label, k) => {
+        if (!selected[label] || corners.indexOf(label) !== k) return;
+        const segments = segmentsByLabel.get(label) ?? [];
+        segmentsByLabel.set(label, segments);
         addSquare(
-          known,
+          segments,
           x,
           y,
-          corners.map((other) => other === own),
+          corners.map((corner) => corner === label),
         );
       });
     }
   }
-  return pieces;
+  return segmentsByLabel;
 }
 
 /**
  * @param x of the upper left pixel
  * @param inside clockwise from the upper left
  */
-function addSquare(pieces: number[], x: number, y: number, inside: boolean[]) {
-  const crossed = [0, 1, 2, 3].filter((side) => inside[side] !== inside[(side + 1) % 4]);
+function addSquare(segments: number[], x: number, y: number, inside: boolean[]) {
+  const crossedSides = [0, 1, 2, 3].filter((side) => inside[side] !== inside[(side + 1) % 4]);
   // Where two opposite corners are inside, each is cut off from the other.
-  if (crossed.length === 4 && !inside[0]) crossed.push(Number(crossed.shift()));
-  for (let k = 0; k < crossed.length; k += 2) {
-    const [from, to] = crossed.length === 4 ? [crossed[(k + 3) % 4], crossed[k]] : crossed;
-    const [[x0, y0], [x1, y1]] = [MIDDLES[Number(from)] ?? MIDDLES[0], MIDDLES[Number(to)] ?? MIDDLES[0]];
-    pieces.push(x + x0, y + y0, x + x1, y + y1);
+  if (crossedSides.length === 4 && !inside[0]) crossedSides.push(Number(crossedSides.shift()));
+  for (let k = 0; k < crossedSides.length; k += 2) {
+    const [from, to] = crossedSides.length === 4 ? [crossedSides[(k + 3) % 4], crossedSides[k]] : crossedSides;
+    const [[x0, y0], [x1, y1]] = [
+      SIDE_MIDDLES[Number(from)] ?? SIDE_MIDDLES[0],
+      SIDE_MIDDLES[Number(to)] ?? SIDE_MIDDLES[0],
+    ];
+    segments.push(x + x0, y + y0, x + x1, y + y1);
   }
 }
 
-/** Strokes pieces of lines in one go. */
-export function strokePieces(context: Context2D, pieces: ArrayLike<number>) {
+/** Strokes line segments in one path. */
+export function strokeSegments(context: Context2D, segments: ArrayLike<number>) {
   context.beginPath();
-  for (let k = 0; k < pieces.length; k += 4) {
-    context.moveTo(Number(pieces[k]), Number(pieces[k + 1]));
-    context.lineTo(Number(pieces[k + 2]), Number(pieces[k + 3]));
+  for (let k = 0; k < segments.length; k += 4) {
+    context.moveTo(Number(segments[k]), Number(segments[k + 1]));
+    context.lineTo(Number(segments[k + 2]), Number(segments[k + 3]));
   }
   context.stroke();
 }

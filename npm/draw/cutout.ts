@@ -1,37 +1,37 @@
-// Objects cut out of their frame, on another ground.
+// Objects cut out of their frame, on another backdrop.
 
-import { checkedOptions, illegal } from '../check/errors.js';
-import { type Context2D, asideFrom, scratch } from './canvas.js';
+import { checkOptions, illegal } from '../check/errors.js';
+import { type Context2D, createScratch, withSavedState } from './canvas.js';
 
 /**
- * What cut-out objects lie on: `transparent`, nothing; their own frame, `blurred` (out of focus), `desaturated` (without
- * its colours) or `dimmed` (dark, as beside a spotlight); any CSS colour; or a picture, which fills the frame and is cut
- * where it has another shape.
+ * A backdrop of cut-out objects: `transparent` for none; their own frame, `blurred`, `desaturated` (without colour) or
+ * `dimmed` (dark, as around a spotlight); any CSS colour; or a picture, which fills the frame and is cropped to its
+ * shape.
  */
-export type Ground = string | (CanvasImageSource & { width: number; height: number });
+export type Backdrop = string | (CanvasImageSource & { width: number; height: number });
 
-/** How opaque the objects are at each pixel, row by row, 0 to 255. */
+/** Opacity of the objects at each pixel, row by row, 0 to 255. */
 export type CutoutMask = { width: number; height: number; alpha: Uint8Array };
 
-/** How cut-out objects are drawn. */
+/** Options of `drawCutout`. */
 export interface DrawCutoutOptions {
-  /** What they lie on; `transparent` if not given. */
-  background?: Ground;
+  /** The backdrop; `transparent` if not given. */
+  background?: Backdrop;
 }
 
-/** Pixels of a frame that become one before it is enlarged again. */
-const BLUR = 16;
-/** What is left of the light of a frame that is dimmed. */
-const DIMMED = 0.35;
-/** Grounds that are made of the frame itself. */
-const OF_FRAME = ['blurred', 'desaturated', 'dimmed'];
-/** What a ground may be, in words. */
-export const GROUNDS = "'transparent', 'blurred', 'desaturated', 'dimmed', a CSS colour or a picture";
+/** Pixels of a frame of at most 480 pixels that are averaged to one before it is enlarged again; chosen by eye. */
+const BLUR_PX = 16;
+/** Brightness of a dimmed frame, of 1; chosen by eye. */
+const DIMMED_BRIGHTNESS = 0.35;
+/** Backdrops made from the frame itself. */
+const FRAME_BACKDROPS = ['blurred', 'desaturated', 'dimmed'];
+/** Legal backdrops, for messages. */
+export const LEGAL_BACKDROPS = "'transparent', 'blurred', 'desaturated', 'dimmed', a CSS colour or a picture";
 
 /**
- * Draws the objects of a frame alone, on a ground. The context's unit is one pixel of the mask, its origin the frame's
+ * Draws the objects of a frame alone, on a backdrop. The context's unit is one pixel of the mask, its origin the frame's
  * upper left corner (see `fitFrame`).
- * @param frame of any size: it fills the mask's
+ * @param frame of any size: it is scaled to the mask
  */
 export function drawCutout(
   context: Context2D,
@@ -39,10 +39,10 @@ export function drawCutout(
   mask: CutoutMask,
   options: DrawCutoutOptions = {},
 ) {
-  const { background = 'transparent' } = checkedOptions(options, ['background']);
+  const { background = 'transparent' } = checkOptions(options, ['background']);
   checkMask(mask);
-  asideFrom(context, () => {
-    drawGround(context, frame, mask, background);
+  withSavedState(context, () => {
+    drawBackdrop(context, frame, mask, background);
     const cutout = cutOut(context, frame, mask);
     if (cutout) context.drawImage(cutout.picture, cutout.x, cutout.y);
   });
@@ -50,43 +50,41 @@ export function drawCutout(
 
 /**
  * Cuts the objects out of a frame.
- * @param context any: the picture is of its make
- * @param frame of any size: it fills the mask's
- * @returns the objects in their box of the mask; null where there are none
+ * @param context any: the picture is a canvas of the same class
+ * @param frame of any size: it is scaled to the mask
+ * @returns the objects and the place of their box in the mask; null if there are none
  */
 function cutOut(
   context: Context2D,
   frame: CanvasImageSource,
   mask: CutoutMask,
 ): { picture: CanvasImageSource; x: number; y: number } | null {
-  const { width: across, height: down, alpha } = mask;
-  const box = boxOf(alpha, across, down);
+  const { width: fullWidth, height: fullHeight, alpha } = mask;
+  const box = findBox(alpha, fullWidth, fullHeight);
   if (!box) return null;
   const { x, y, width, height } = box;
-  const aside = scratch(context, width, height);
-  const shape = aside.context.createImageData(width, height);
+  const target = createScratch(context, width, height);
+  const shape = target.context.createImageData(width, height);
   for (let p = 0; p < width * height; p += 1)
-    shape.data[4 * p + 3] = Number(alpha[(y + Math.floor(p / width)) * across + x + (p % width)]);
-  aside.context.putImageData(shape, 0, 0);
-  aside.context.globalCompositeOperation = 'source-in';
-  aside.context.drawImage(frame, -x, -y, across, down);
-  return { picture: aside.canvas, x, y };
+    shape.data[4 * p + 3] = Number(alpha[(y + Math.floor(p / width)) * fullWidth + x + (p % width)]);
+  target.context.putImageData(shape, 0, 0);
+  target.context.globalCompositeOperation = 'source-in';
+  target.context.drawImage(frame, -x, -y, fullWidth, fullHeight);
+  return { picture: target.canvas, x, y };
 }
 
 /**
+ * Finds the box around all pixels that are not clear; null if all are.
  * @param alpha row by row
- * @param across pixels in a row
- * @param down rows
- * @returns what is not clear; null where all is
  */
-export function boxOf(
+export function findBox(
   alpha: Uint8Array,
-  across: number,
-  down: number,
+  width: number,
+  height: number,
 ): { x: number; y: number; width: number; height: number } | null {
-  let [left, right, top, bottom] = [across, -1, -1, -1];
-  for (let y = 0, p = 0; y < down; y += 1) {
-    for (let x = 0; x < across; x += 1, p += 1) {
+  let [left, right, top, bottom] = [width, -1, -1, -1];
+  for (let y = 0, p = 0; y < height; y += 1) {
+    for (let x = 0; x < width; x += 1, p += 1) {
       if (alpha[p] === 0) continue;
       if (x < left) left = x;
       if (x > right) right = x;
@@ -103,20 +101,20 @@ function checkMask(mask: CutoutMask) {
     throw illegal('data', 'mask', mask, 'an object {width, height, alpha} with a byte for each pixel');
 }
 
-export function drawGround(
+export function drawBackdrop(
   context: Context2D,
   frame: CanvasImageSource,
   { width, height }: { width: number; height: number },
-  background: Ground,
+  background: Backdrop,
 ) {
   if (background === 'transparent') return;
   if (background === 'blurred') {
     drawBlurred(context, frame, width, height);
   } else if (background === 'desaturated' || background === 'dimmed') {
     context.drawImage(frame, 0, 0, width, height);
-    // Grey has no saturation to give.
+    // Blending a grey with the mode `saturation` removes all colour.
     if (background === 'desaturated') context.globalCompositeOperation = 'saturation';
-    context.fillStyle = background === 'desaturated' ? '#808080' : `rgba(0, 0, 0, ${1 - DIMMED})`;
+    context.fillStyle = background === 'desaturated' ? '#808080' : `rgba(0, 0, 0, ${1 - DIMMED_BRIGHTNESS})`;
     context.fillRect(0, 0, width, height);
     context.globalCompositeOperation = 'source-over';
   } else if (typeof background === 'string') {
@@ -129,27 +127,27 @@ export function drawGround(
   }
 }
 
-/** Made small step by step, then large again: unlike a filter, all browsers can do it. */
+/** Reduces the frame step by step, then enlarges it: unlike a filter, all browsers can do it. */
 function drawBlurred(context: Context2D, frame: CanvasImageSource, width: number, height: number) {
-  const reduce = BLUR * Math.max(1, Math.max(width, height) / 480);
+  const reduce = BLUR_PX * Math.max(1, Math.max(width, height) / 480);
   let picture: CanvasImageSource = frame;
   for (const part of [4, 2, 1, 2]) {
-    const aside = scratch(context, Math.ceil((part * width) / reduce), Math.ceil((part * height) / reduce));
-    aside.context.imageSmoothingEnabled = true;
-    aside.context.drawImage(picture, 0, 0, aside.canvas.width, aside.canvas.height);
-    picture = aside.canvas;
+    const target = createScratch(context, Math.ceil((part * width) / reduce), Math.ceil((part * height) / reduce));
+    target.context.imageSmoothingEnabled = true;
+    target.context.drawImage(picture, 0, 0, target.canvas.width, target.canvas.height);
+    picture = target.canvas;
   }
   context.imageSmoothingEnabled = true;
   context.drawImage(picture, 0, 0, width, height);
 }
 
-/** Whether this names something that is made of the frame. */
-export function isOfFrame(background: Ground) {
-  return typeof background === 'string' && OF_FRAME.includes(background);
+/** Returns true for a backdrop made from the frame. */
+export function isFrameBackdrop(background: Backdrop) {
+  return typeof background === 'string' && FRAME_BACKDROPS.includes(background);
 }
 
-/** Whether this is a ground: a name, or a picture. Colours are not looked at. */
-export function isGround(background: unknown): background is Ground {
+/** Returns true for a name or a picture. Colours are not checked. */
+export function isBackdrop(background: unknown): background is Backdrop {
   if (typeof background === 'string') return true;
   const { width, height } = (background ?? {}) as { width?: unknown; height?: unknown };
   return Number(width) > 0 && Number(height) > 0;

@@ -1,19 +1,19 @@
-// Point trajectories on a canvas: where they are in a frame, and the last part of the way that they came.
+// Point trajectories on a canvas: their places in a frame, and the last part of their paths.
 
-import { checkFlag, checkNumber, checkedOptions, illegal, wholeNumber } from '../check/errors.js';
+import { checkFlag, checkNumber, checkOptions, checkWholeNumber, illegal } from '../check/errors.js';
 import { MAX_LABEL } from '../check/masks.js';
-import { type Context2D, onPixelCentres } from './canvas.js';
+import { type Context2D, drawOnPixelCentres } from './canvas.js';
 import { type Shape, objectColor, objectShape } from './palette.js';
 
 /**
- * What trajectories are drawn of: a result of a session, of a window or of a whole video, or the part of one that it
- * takes. The object of a trajectory is `trajectories.label` or else that of its cluster, numbered as in the masks;
- * without masks each cluster is taken for an object.
+ * Source of trajectories to draw: a result of a session, of a window or of a whole video, or the part of one that is
+ * used. The object of a trajectory is `trajectories.label`, or else the object of its cluster, numbered as in the masks;
+ * without masks each cluster counts as an object.
  */
 export interface TrajectorySource {
-  /** In pixels. */
+  /** Pixels in a row. */
   width: number;
-  /** In pixels. */
+  /** Number of rows. */
   height: number;
   numFrames: number;
   trajectories: {
@@ -29,43 +29,43 @@ export interface TrajectorySource {
 
 /** Options of `drawTrajectories`. */
 export interface DrawTrajectoriesOptions {
-  /** How many frames of its way are shown behind a point; 8 if not given. */
+  /** Frames of its path drawn behind a point; 8 if not given. */
   tail?: number;
-  /** Of the tail, in pixels of the input; 1.5 if not given. */
+  /** Width of the tail, in pixels of the input; 1.5 if not given. */
   width?: number;
-  /** Of the points, in pixels of the input; by their distance if not given. */
+  /** Radius of the points, in pixels of the input; by their distance if not given. */
   radius?: number;
-  /** A dark rim that keeps points legible on bright footage; true if not given. */
+  /** Draws a dark border that keeps points legible on bright footage; true if not given. */
   rim?: boolean;
   /**
-   * By object, with the background smaller and fainter, if not given; by cluster; a CSS colour for all, or of each
-   * trajectory.
+   * Colour by object, with a smaller and fainter background, if not given; by cluster; one CSS colour; or a CSS colour
+   * for each trajectory.
    */
   color?: 'object' | 'cluster' | string | ((trajectory: number) => string);
-  /** Of the points; with `color` by object or cluster their own, else discs, if not given. */
+  /** Shape of the points; if not given, the label's with `color` by object or cluster, else discs. */
   shape?: Shape | ((trajectory: number) => Shape);
-  /** Whose trajectories are drawn; all, the background's too, if not given. */
+  /** Objects whose trajectories are drawn; all, and the background, if not given. */
   objects?: Iterable<number> | ((object: number) => boolean);
-  /** Leaves out others. */
+  /** Further filter on trajectories. */
   which?: (trajectory: number) => boolean;
 }
 
-/** Trajectories that look alike. */
-export type Group = { color: string; shape: Shape; muted: boolean; ids: number[] };
+/** Trajectories drawn in the same style. */
+type StyleGroup = { color: string; shape: Shape; muted: boolean; ids: number[] };
 
 const LEGAL = ['tail', 'width', 'radius', 'rim', 'color', 'shape', 'objects', 'which'];
 
-/** The rim, and how far it goes beyond the point against the tail's width. */
-const RIM = { color: 'rgb(0 0 0 / 0.5)', share: 0.4 };
+/** Border of points; its width as a share of the tail's, chosen by eye. */
+const POINT_BORDER = { color: 'rgb(0 0 0 / 0.5)', share: 0.4 };
 
-/** The background's points and tails, so that objects stand out. */
+/** Radius, tail width and opacity of the background as shares of an object's, so that objects stand out; by eye. */
 const MUTED = { radius: 0.5, width: 0.55, strength: 0.45 };
 
-/** Opacity of a tail where it meets its point. */
-const STRENGTH = 0.9;
+/** Opacity of a tail at its point; chosen by eye. */
+const TAIL_OPACITY = 0.9;
 
-/** Radius of a point against the distance between points, and the least in pixels of the input. */
-const RADIUS = { share: 0.17, least: 1 };
+/** Radius of a point as a share of the distance between points, and its minimum in pixels of the input; by eye. */
+const RADIUS = { share: 0.17, minPx: 1 };
 
 /**
  * Draws the trajectories that are alive in frame `t`. The context's unit is one pixel of the input, its origin the
@@ -77,26 +77,26 @@ export function drawTrajectories(
   t: number,
   options: DrawTrajectoriesOptions = {},
 ) {
-  const { tail = 8, width = 1.5, rim = true } = checkedOptions(options, LEGAL);
-  wholeNumber('param', 'tail', tail, 0, 1_000_000);
+  const { tail = 8, width = 1.5, rim = true } = checkOptions(options, LEGAL);
+  checkWholeNumber('param', 'tail', tail, 0, 1_000_000);
   checkNumber('width', width, 0, 1000);
   checkFlag('rim', rim);
   const points = new FramePoints(result, t);
-  const { radius = Math.max(RADIUS.least, RADIUS.share * points.distance()) } = options;
+  const { radius = Math.max(RADIUS.minPx, RADIUS.share * points.distance()) } = options;
   checkNumber('radius', radius, 0, 1000);
-  const groups = grouped(points, options);
-  onPixelCentres(context, () => {
+  const groups = groupByStyle(points, options);
+  drawOnPixelCentres(context, () => {
     context.lineCap = 'round';
     for (const group of groups) drawTails(context, points, group, width, tail);
     for (const { ids, shape, color, muted } of groups) {
-      const own = muted ? MUTED.radius * radius : radius;
-      if (rim) fillPoints(context, points, ids, shape, RIM.color, own + RIM.share * width);
-      fillPoints(context, points, ids, shape, color, own);
+      const groupRadius = muted ? MUTED.radius * radius : radius;
+      if (rim) fillPoints(context, points, ids, shape, POINT_BORDER.color, groupRadius + POINT_BORDER.share * width);
+      fillPoints(context, points, ids, shape, color, groupRadius);
     }
   });
 }
 
-/** The trajectories alive in a frame. */
+/** The trajectories visible in a frame. */
 export class FramePoints {
   x: ArrayLike<number>;
   y: ArrayLike<number>;
@@ -119,21 +119,21 @@ export class FramePoints {
         'a result, or an object {width, height, numFrames, trajectories, clusters, objects}',
       );
     }
-    wholeNumber('param', 't', t, 0, result.numFrames - 1);
+    checkWholeNumber('param', 't', t, 0, result.numFrames - 1);
     this.x = result.trajectories.x;
     this.y = result.trajectories.y;
     this.ids = [];
     for (let i = 0; i < result.trajectories.count; i += 1) if (this.index(i, t) >= 0) this.ids.push(i);
   }
 
-  /** The place of a trajectory's point of frame `t` in `x` and `y`; -1 where it is not alive. */
+  /** Returns the index of a trajectory's point of frame `t` in `x` and `y`; -1 if it is not visible then. */
   index(i: number, t: number) {
     const { startFrame, offset } = this.result.trajectories;
     const age = t - Number(startFrame[i]);
     return age >= 0 && age < Number(offset[i + 1]) - Number(offset[i]) ? Number(offset[i]) + age : -1;
   }
 
-  /** The object that a trajectory belongs to. */
+  /** Returns the object of a trajectory. */
   object(i: number) {
     const { clusters, trajectories } = this.result;
     if (trajectories.label) return Number(trajectories.label[i]);
@@ -141,45 +141,50 @@ export class FramePoints {
     return clusters?.object ? Number(clusters.object[cluster]) : cluster;
   }
 
-  /** The cluster that a trajectory belongs to; its object where no clusters are known. */
+  /** Returns the cluster of a trajectory, or its object if no clusters are known. */
   cluster(i: number) {
     const { clusters, trajectories } = this.result;
     return Number((clusters ?? trajectories).label?.[i]);
   }
 
-  /** How far points lie apart, about, in pixels. */
+  /** Estimates the distance between points, in pixels. */
   distance() {
     return Math.sqrt((this.result.width * this.result.height) / Math.max(1, this.ids.length));
   }
 }
 
-/** Returns trajectories in groups: those of the background first, then by object. */
-function grouped(points: FramePoints, { color = 'object', shape, objects, which }: DrawTrajectoriesOptions): Group[] {
+/** Groups trajectories by style: the background first, then by object. */
+function groupByStyle(
+  points: FramePoints,
+  { color = 'object', shape, objects, which }: DrawTrajectoriesOptions,
+): StyleGroup[] {
   if (typeof color !== 'string' && typeof color !== 'function')
     throw illegal('param', 'color', color, "'object', 'cluster', a CSS colour, or a function of a trajectory");
-  const shown = choice(objects);
+  const isSelected = toObjectFilter(objects);
   const label = color === 'cluster' ? (i: number) => points.cluster(i) : (i: number) => points.object(i);
-  const own = color === 'object' || color === 'cluster';
-  const colorOf = own
-    ? (i: number) => objectColor(inPalette(label(i)))
+  const isByLabel = color === 'object' || color === 'cluster';
+  const getColor = isByLabel
+    ? (i: number) => objectColor(toPaletteLabel(label(i)))
     : typeof color === 'function'
       ? color
       : () => color;
-  const shapeOf =
-    typeof shape === 'function' ? shape : (i: number) => shape ?? (own ? objectShape(inPalette(label(i))) : 'disc');
-  const groups = new Map<string, Group & { first: number }>();
+  const getShape =
+    typeof shape === 'function'
+      ? shape
+      : (i: number) => shape ?? (isByLabel ? objectShape(toPaletteLabel(label(i))) : 'disc');
+  const groups = new Map<string, StyleGroup & { first: number }>();
   for (const i of points.ids) {
-    if (!shown(points.object(i)) || (which && !which(i))) continue;
-    const style = { color: colorOf(i), shape: shapeOf(i), muted: own && label(i) === 0 };
+    if (!isSelected(points.object(i)) || (which && !which(i))) continue;
+    const style = { color: getColor(i), shape: getShape(i), muted: isByLabel && label(i) === 0 };
     const key = `${style.color} ${style.shape} ${style.muted}`;
-    const known = groups.get(key) ?? { ...style, first: label(i), ids: [] };
-    groups.set(key, known);
-    known.ids.push(i);
+    const group = groups.get(key) ?? { ...style, first: label(i), ids: [] };
+    groups.set(key, group);
+    group.ids.push(i);
   }
   return [...groups.values()].sort((a, b) => a.first - b.first);
 }
 
-export function choice(
+export function toObjectFilter(
   objects: Iterable<number> | ((object: number) => boolean) | undefined,
 ): (object: number) => boolean {
   if (objects === undefined) return () => true;
@@ -187,29 +192,35 @@ export function choice(
   if (typeof objects !== 'object' || objects === null || !(Symbol.iterator in objects)) {
     throw illegal('param', 'objects', objects, 'a list of objects, or a function of one');
   }
-  const chosen = new Set(objects);
-  return (object) => chosen.has(object);
+  const selected = new Set(objects);
+  return (object) => selected.has(object);
 }
 
-/** There may be more clusters than colours. */
-function inPalette(label: number) {
+/** Maps a cluster to a label of the palette: there may be more clusters than colours. */
+function toPaletteLabel(label: number) {
   return label <= MAX_LABEL ? label : 1 + ((label - 1) % MAX_LABEL);
 }
 
-function drawTails(context: Context2D, points: FramePoints, { ids, color, muted }: Group, width: number, tail: number) {
+function drawTails(
+  context: Context2D,
+  points: FramePoints,
+  { ids, color, muted }: StyleGroup,
+  width: number,
+  tail: number,
+) {
   const { x, y, t } = points;
   const alpha = context.globalAlpha;
   context.strokeStyle = color;
   context.lineWidth = muted ? MUTED.width * width : width;
   // One path per age: each step back in time is a little fainter.
   for (let back = Math.min(tail, t); back >= 1; back -= 1) {
-    context.globalAlpha = alpha * (muted ? MUTED.strength : STRENGTH) * (1 - back / (tail + 1));
+    context.globalAlpha = alpha * (muted ? MUTED.strength : TAIL_OPACITY) * (1 - back / (tail + 1));
     context.beginPath();
     for (const i of ids) {
-      const from = points.index(i, t - back);
-      if (from < 0) continue;
-      context.moveTo(Number(x[from]), Number(y[from]));
-      context.lineTo(Number(x[from + 1]), Number(y[from + 1]));
+      const start = points.index(i, t - back);
+      if (start < 0) continue;
+      context.moveTo(Number(x[start]), Number(y[start]));
+      context.lineTo(Number(x[start + 1]), Number(y[start + 1]));
     }
     context.stroke();
   }
@@ -227,8 +238,8 @@ function fillPoints(
   context.fillStyle = color;
   context.beginPath();
   for (const i of ids) {
-    const at = points.index(i, points.t);
-    const [x, y] = [Number(points.x[at]), Number(points.y[at])];
+    const pointIndex = points.index(i, points.t);
+    const [x, y] = [Number(points.x[pointIndex]), Number(points.y[pointIndex])];
     if (shape === 'square') {
       context.rect(x - radius, y - radius, 2 * radius, 2 * radius);
     } else if (shape === 'diamond') {

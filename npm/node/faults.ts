@@ -1,16 +1,16 @@
-// The place of damage: which decoded picture is the first that must not be given. `cli/src/ffmpeg/faults.rs` finds the same.
+// Locates damage: the first decoded picture that must not be yielded. `cli/src/ffmpeg/faults.rs` does the same.
 
-import { type Track, picturesOf } from './listing.js';
-import type { Message, Shown } from './log.js';
+import { type Track, listShownPictures } from './listing.js';
+import type { Message, ShownPicture } from './log.js';
 
-/** Times that differ by less are the same, in seconds: far below the spacing of pictures, far above rounding. */
+/** Times that differ by less are equal, in seconds: far below the spacing of pictures, far above rounding. */
 const SAME_TIME_S = 1e-6;
 
-/** Steps between pictures that are longer by this factor than the one before may have lost pictures in them. */
-const LONG_STEP = 1.5;
+/** Factor from the step before; longer steps between pictures may have lost pictures in them. Chosen by eye. */
+const LONG_STEP_FACTOR = 1.5;
 
-/** Names of demuxers that cut packets out of a stream. */
-const STREAMS = ['mpegts', 'mpeg'];
+/** Demuxers that cut packets out of a stream. */
+const STREAM_DEMUXERS = ['mpegts', 'mpeg'];
 
 /**
  * Compares decoded pictures with the packets of the file. Four things are damage:
@@ -24,12 +24,12 @@ const STREAMS = ['mpegts', 'mpeg'];
  */
 export class FaultFinder {
   #packets;
-  /** In the order of display. */
+  /** Pictures in display order. */
   #listed;
   /** Pictures from one of these times on are damaged. */
   #damageTimes;
   #isCutOff;
-  /** Pictures later than this may be shown after lost ones, in seconds. */
+  /** Pictures later than this may follow lost ones, in seconds. */
   #jumpTime = Infinity;
   #numRead = 0;
   #numDecoded = 0;
@@ -44,15 +44,15 @@ export class FaultFinder {
   constructor(track: Track, demuxer: string) {
     const { packets } = track;
     this.#packets = packets;
-    this.#listed = picturesOf(track);
+    this.#listed = listShownPictures(track);
     // Where packets are cut out of a stream, each is complete, and takes over its mark, when the next begins.
-    const late = STREAMS.includes(demuxer) ? 1 : 0;
-    const torn = packets.flatMap(({ isCorrupt }, index) => (isCorrupt ? [index + late] : []));
-    this.#damageTimes = torn.flatMap((index) => packets[index]?.time ?? []);
-    this.#isCutOff = torn.includes(packets.length);
+    const late = STREAM_DEMUXERS.includes(demuxer) ? 1 : 0;
+    const corruptPackets = packets.flatMap(({ isCorrupt }, index) => (isCorrupt ? [index + late] : []));
+    this.#damageTimes = corruptPackets.flatMap((index) => packets[index]?.time ?? []);
+    this.#isCutOff = corruptPackets.includes(packets.length);
   }
 
-  /** Takes a message in the order of the log. */
+  /** Processes a message; messages come in the order of the log. */
   take(message: Message) {
     if (message.kind === 'packet-read') this.#numRead += 1;
     if (message.kind === 'decoded') this.#numDecoded += 1;
@@ -62,7 +62,7 @@ export class FaultFinder {
   }
 
   #takeReadingFailure(isEnd: boolean) {
-    // ffmpeg looks through the first packets before it gives one. A place among them is not known.
+    // ffmpeg probes the first packets before it reports one. A place among them is unknown.
     if (this.#numRead === 0 && !isEnd) return;
     const place = this.#numRead || this.#packets.length;
     const later = this.#packets.slice(place).flatMap(({ isShown, time }) => (isShown ? (time ?? []) : []));
@@ -74,28 +74,28 @@ export class FaultFinder {
     this.#jumpTime = Math.min(this.#jumpTime, nextDecoding);
   }
 
-  /** Returns true if the next picture is whole, and so are all that should have come before it. */
-  isWhole({ index, time }: Shown) {
+  /** Returns true if the next picture is whole, and no picture before it is missing. */
+  isWhole({ index, time }: ShownPicture) {
     if (this.#faulty.has(index)) return false;
     if (time === null) return true;
     const last = this.#lastTime;
     if (last === null) return !this.#damageTimes.some((damage) => Math.abs(damage - time) < SAME_TIME_S);
     const from = last + SAME_TIME_S;
-    if (time > this.#jumpTime + SAME_TIME_S && time - last > LONG_STEP * this.#lastStep) return false;
+    if (time > this.#jumpTime + SAME_TIME_S && time - last > LONG_STEP_FACTOR * this.#lastStep) return false;
     return !this.#isDamagedBetween(from, time + SAME_TIME_S) && !this.#isMissingBetween(from, time - SAME_TIME_S);
   }
 
-  /** Notes that a picture is given. */
-  give({ time }: Shown) {
+  /** Records that a picture is yielded. */
+  record({ time }: ShownPicture) {
     if (time === null) return;
-    if (this.#lastTime === null) this.#numBeforeFirst = this.#numBefore(time - SAME_TIME_S);
+    if (this.#lastTime === null) this.#numBeforeFirst = this.#countBefore(time - SAME_TIME_S);
     else this.#lastStep = time - this.#lastTime;
     this.#lastTime = time;
   }
 
-  /** Returns the seconds that the picture at a time is shown; null where the file does not say. */
-  durationAt(time: number | null) {
-    const picture = time === null ? undefined : this.#listed[this.#numBefore(time - SAME_TIME_S)];
+  /** Returns how long the picture at a time is shown, in seconds; null if the file does not say. */
+  getDuration(time: number | null) {
+    const picture = time === null ? undefined : this.#listed[this.#countBefore(time - SAME_TIME_S)];
     return picture && Math.abs(picture.time - Number(time)) < SAME_TIME_S && picture.duration > 0
       ? picture.duration
       : null;
@@ -116,11 +116,11 @@ export class FaultFinder {
   /** Returns true if a listed time has no picture because its packet could not be decoded. */
   #isMissingBetween(from: number, to: number) {
     if (this.#numFailed <= this.#numBeforeFirst) return false;
-    const next = this.#listed[this.#numBefore(from)];
+    const next = this.#listed[this.#countBefore(from)];
     return next !== undefined && next.time <= to;
   }
 
-  #numBefore(time: number) {
+  #countBefore(time: number) {
     let [low, high] = [0, this.#listed.length];
     while (low < high) {
       const middle = (low + high) >> 1;

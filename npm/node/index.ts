@@ -1,10 +1,10 @@
-// `tracecut` in Node: the same as in browsers, and folders are read by their paths.
+// `tracecut` in Node: as in browsers, and folders can be read by path.
 
 import { readFile, readdir } from 'node:fs/promises';
 import { basename, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { TraceCutError } from '../check/errors.js';
-import { type FrameFile, frameNames, readFrames as framesOfFiles } from '../video/listed.js';
+import { type FrameFile, readFrames as framesOfFiles, sortFrameNames } from '../video/frame-list.js';
 import './platform.js';
 
 export * from '../index.js';
@@ -16,11 +16,11 @@ export async function* readFrames(folder: string | URL | Iterable<File>): AsyncG
     return;
   }
   const path = typeof folder === 'string' ? folder : fileURLToPath(folder);
-  for (const name of frameNames(await filesIn(path), `the folder ${basename(path)}`))
+  for (const name of sortFrameNames(await listFiles(path), `the folder ${basename(path)}`))
     yield { frame: new Uint8Array(await readFile(join(path, name))), name };
 }
 
-async function filesIn(path: string) {
+async function listFiles(path: string) {
   try {
     const entries = await readdir(path, { withFileTypes: true });
     return entries.filter((entry) => !entry.isDirectory()).map(({ name }) => name);

@@ -1,10 +1,10 @@
-// A list of the packets in a file's video tracks (`-f framecrc`), and the choice of a track.
+// Lists the packets in a file's video tracks (`-f framecrc`), and chooses a track.
 
 import { type TimeBase, toSeconds } from './log.js';
 
 /**
- * A packet, which as a rule holds one picture: its times of decoding and of display in seconds, null where it has none, and
- * how long its picture is shown, 0 where the file does not say. It is shown unless an edit list leaves it out.
+ * A packet, which usually holds one picture: its decoding and display times in seconds, null if it has none, and how long
+ * its picture is shown, 0 if the file does not say. It is shown unless an edit list drops it.
  */
 export type Packet = {
   decodingTime: number | null;
@@ -15,24 +15,21 @@ export type Packet = {
 };
 
 /**
- * A video track that is no attached picture: its place among those (`0:V:position`), and its packets in the order of the
- * file.
+ * A video track that is no attached picture: its index among those (`0:V:position`), and its packets in file order.
  */
 export type Track = { position: number; codec: string; numPixels: number; packets: Packet[] };
 
-/** A picture that a packet holds; its duration is 0 where the file does not say. */
+/** A picture of a packet; its duration is 0 if the file does not say. */
 export type ListedPicture = { time: number; duration: number };
 
-/**
- * Share of a duration by which steps between pictures may differ from it and be the same, for times in whole milliseconds.
- */
+/** Relative tolerance within which steps between pictures are equal, for times in whole milliseconds. */
 const STEP_TOLERANCE = 0.25;
-/** What ffmpeg prints as the time of a packet without one. */
+/** Printed by ffmpeg as the time of a packet without one. */
 const NO_TIME = '-9223372036854775808';
 /** `AV_PKT_FLAG_CORRUPT`: the packet is not whole. */
-const CORRUPT = 2;
-/** `AV_PKT_FLAG_DISCARD`: the packet is needed for decoding, but an edit list leaves its picture out. */
-const DISCARD = 4;
+const CORRUPT_FLAG = 2;
+/** `AV_PKT_FLAG_DISCARD`: the packet is needed for decoding, but an edit list drops its picture. */
+const DISCARD_FLAG = 4;
 
 /** Reads the tracks in a list. */
 export async function readTracks(list: AsyncIterable<Uint8Array>): Promise<Track[]> {
@@ -52,11 +49,11 @@ class ListReader {
 
   readLine(line: string) {
     const [, name, position, text = ''] = /^#(\w+) (\d+): (.*)/.exec(line) ?? [];
-    if (name) this.#readFact(name, Number(position), text);
+    if (name) this.#readHeader(name, Number(position), text);
     else if (!line.startsWith('#')) this.#readPacket(line.split(',').map((word) => word.trim()));
   }
 
-  #readFact(name: string, position: number, text: string) {
+  #readHeader(name: string, position: number, text: string) {
     const [first, second] = text.split(/[/x]/).map(Number);
     const numbers = { numerator: Number(first), denominator: Number(second) };
     if (name === 'tb') this.tracks[position] = { position, timeBase: numbers, codec: '', numPixels: 0, packets: [] };
@@ -65,7 +62,7 @@ class ListReader {
     if (track && name === 'dimensions') track.numPixels = Number(first) * Number(second);
   }
 
-  /** @param words track, decoding time, presentation time, duration, bytes, checksum, and perhaps `F=0x2` */
+  /** @param words track, decoding time, presentation time, duration, bytes, checksum, and optionally `F=0x2` */
   #readPacket([position, dts, pts, duration, , , ...more]: string[]) {
     const track = this.tracks[Number(position)];
     if (!track) return;
@@ -74,26 +71,26 @@ class ListReader {
       decodingTime: dts === NO_TIME ? null : toSeconds(Number(dts), track.timeBase),
       time: pts === NO_TIME ? null : toSeconds(Number(pts), track.timeBase),
       duration: toSeconds(Math.max(0, Number(duration)), track.timeBase),
-      isCorrupt: (flags & CORRUPT) !== 0,
-      isShown: (flags & DISCARD) === 0,
+      isCorrupt: (flags & CORRUPT_FLAG) !== 0,
+      isShown: (flags & DISCARD_FLAG) === 0,
     });
   }
 }
 
 const endsBeforeStart = ({ time, duration }: Packet) => time !== null && time < 0 && time + duration <= 0;
 
-/** Returns the number of pictures that are shown. */
-export function numPicturesOf({ packets }: Track) {
+/** Returns the number of shown pictures. */
+export function countPictures({ packets }: Track) {
   return packets.filter((packet) => packet.isShown && !endsBeforeStart(packet)).length;
 }
 
 /**
- * Returns the pictures whose time is known, in the order of display.
+ * Returns the pictures whose time is known, in display order.
  *
- * ffmpeg 5 and 6 make up a duration of packets, the average of the track, where an MP4 file tells it by decoding times only.
- * One that all packets have, while the pictures are not so far apart, counts as unknown.
+ * If an MP4 file has durations only in its decoding times, ffmpeg 5 and 6 give all packets the average of the track. A
+ * duration that all packets share, although the pictures are not evenly spaced, counts as unknown.
  */
-export function picturesOf({ packets }: Track): ListedPicture[] {
+export function listShownPictures({ packets }: Track): ListedPicture[] {
   const pictures = packets
     .flatMap(({ time, duration, isShown }) => (isShown && time !== null ? [{ time, duration }] : []))
     .sort((a, b) => a.time - b.time);
@@ -102,22 +99,22 @@ export function picturesOf({ packets }: Track): ListedPicture[] {
     const next = pictures[k + 1];
     return !next || Math.abs(next.time - time - average) <= STEP_TOLERANCE * average;
   });
-  const isMadeUp = !isSteady && pictures.every(({ duration }) => duration === average);
-  return isMadeUp ? pictures.map(({ time }) => ({ time, duration: 0 })) : pictures;
+  const isInvented = !isSteady && pictures.every(({ duration }) => duration === average);
+  return isInvented ? pictures.map(({ time }) => ({ time, duration: 0 })) : pictures;
 }
 
 /**
- * Chooses the track of a clip: the first default one of several pictures, else the largest of several pictures, else one of
- * a single picture.
- * @param defaults says of each whether it is a default one
+ * Chooses the track of a clip: the first default track with several pictures, else the largest with several pictures,
+ * else the largest with one.
+ * @param defaults true for each default track
  */
 export function chooseTrack(tracks: readonly Track[], defaults: readonly boolean[]): Track | undefined {
-  const clips = tracks.filter((track) => numPicturesOf(track) > 1);
-  const standard = clips.find(({ position }) => defaults[position]);
-  return standard ?? largest(clips) ?? largest(tracks.filter(({ packets }) => packets.length > 0));
+  const clips = tracks.filter((track) => countPictures(track) > 1);
+  const preferred = clips.find(({ position }) => defaults[position]);
+  return preferred ?? findLargest(clips) ?? findLargest(tracks.filter(({ packets }) => packets.length > 0));
 }
 
-function largest(tracks: readonly Track[]) {
+function findLargest(tracks: readonly Track[]) {
   return tracks.reduce(
     (best: Track | undefined, track) => (best && best.numPixels >= track.numPixels ? best : track),
     undefined,

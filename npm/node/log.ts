@@ -1,7 +1,7 @@
-// Messages that ffmpeg logs while it decodes (`-loglevel level+info -debug_ts`, filter `showinfo`).
+// Parses the messages that ffmpeg logs while it decodes (`-loglevel level+info -debug_ts`, filter `showinfo`).
 //
-// Checked with ffmpeg 5.1 and 9. Its threads write at once: one may begin a message on the line of another, but the words
-// looked for here are never torn. `cli/src/ffmpeg/log.rs` reads the same.
+// Checked with ffmpeg 5.1 and 9. Its threads write at once: one may begin a message on another's line, but the words
+// searched for here are never split. `cli/src/ffmpeg/log.rs` does the same.
 
 /** A unit of time in seconds, as a fraction. */
 export type TimeBase = { numerator: number; denominator: number };
@@ -9,10 +9,10 @@ export type TimeBase = { numerator: number; denominator: number };
 export const toSeconds = (ticks: number, { numerator, denominator }: TimeBase) => (ticks * numerator) / denominator;
 
 /**
- * A picture as the filters give it, next on standard output: its number, its time in seconds (null where the file has none)
- * and its size in pixels.
+ * A filtered picture, next on standard output: its number, its time in seconds (null if the file has none) and its size
+ * in pixels.
  */
-export type Shown = {
+export type ShownPicture = {
   kind: 'shown';
   index: number;
   time: number | null;
@@ -22,15 +22,16 @@ export type Shown = {
 };
 
 /**
- * A message that tells something of the pictures. `reading-failed` is about the file, and `isEnd` if its words say that it
- * ended too early; `decoding-failed` is about a packet; `faulty` comes before the `decoded` of the same picture.
+ * A message about the pictures. `reading-failed` concerns the file, and `isEnd` says that it ended too early;
+ * `decoding-failed` concerns a packet; `faulty` precedes the `decoded` of the same picture.
  */
 export type Message =
-  | Shown
+  | ShownPicture
   | { kind: 'packet-read' | 'decoding-failed' | 'faulty' | 'decoded' | 'no-decoder' | 'unknown-option' }
   | { kind: 'reading-failed'; isEnd: boolean };
 
-const WORDS: [words: string, message: Message][] = [
+/** Texts that identify messages. */
+const MESSAGES: [text: string, message: Message][] = [
   ['demuxer -> ', { kind: 'packet-read' }],
   ['decoder -> ', { kind: 'decoded' }],
   ['corrupt decoded frame', { kind: 'faulty' }],
@@ -42,11 +43,11 @@ const WORDS: [words: string, message: Message][] = [
   ['Unrecognized option', { kind: 'unknown-option' }],
 ];
 
-/** Words of demuxers that have come to a wrong place of the file before its end. */
+/** Messages of demuxers that reached a wrong place of the file before its end. */
 const IS_END = /ended prematurely|partial file|exceeds containing master element|invalid as first byte of an EBML/;
-/** Begins the messages of the demuxer from ffmpeg 7 on. */
-const DEMUXER = '[in#0';
-const SHOWN = /\[Parsed_showinfo\S* @ \S+\] \[info\] n: *(\d+) pts: *(\S+) .*? s:(\d+)x(\d+) .*?iskey:(\d)/g;
+/** Prefix of the demuxer's messages from ffmpeg 7 on. */
+const DEMUXER_PREFIX = '[in#0';
+const SHOWN_PICTURE = /\[Parsed_showinfo\S* @ \S+\] \[info\] n: *(\d+) pts: *(\S+) .*? s:(\d+)x(\d+) .*?iskey:(\d)/g;
 const TIME_BASE = /\[Parsed_showinfo\S* @ \S+\] \[info\] config in time_base: (\d+)\/(\d+)/;
 
 /** Reads the log line by line. */
@@ -54,44 +55,49 @@ export class LogReader {
   #demuxers;
   #timeBase: TimeBase | null = null;
 
-  /** @param demuxer what ffmpeg calls the format of the file */
+  /** @param demuxer ffmpeg's name of the file format */
   constructor(demuxer: string) {
     // ffmpeg 5 and 6 call the demuxer by its name.
-    this.#demuxers = [DEMUXER, `[${demuxer} @`];
+    this.#demuxers = [DEMUXER_PREFIX, `[${demuxer} @`];
   }
 
   /** Returns the messages of a line in their order. */
   readLine(line: string): Message[] {
     const [, numerator, denominator] = TIME_BASE.exec(line) ?? [];
     if (numerator) this.#timeBase = { numerator: Number(numerator), denominator: Number(denominator) };
-    const found: { at: number; message: Message }[] = WORDS.flatMap(([words, message]) =>
-      placesOf(words, line).map((at) => ({ at, message })),
+    const messages: { position: number; message: Message }[] = MESSAGES.flatMap(([text, message]) =>
+      findAll(text, line).map((position) => ({ position, message })),
     );
-    found.push(...this.#readingFailures(line), ...this.#shown(line));
-    return found.sort((a, b) => a.at - b.at).map(({ message }) => message);
+    messages.push(...this.#findReadingFailures(line), ...this.#findShownPictures(line));
+    return messages.sort((a, b) => a.position - b.position).map(({ message }) => message);
   }
 
-  #readingFailures(line: string): { at: number; message: Message }[] {
-    const places = this.#demuxers.flatMap((name) => placesOf(name, line)).filter((at) => isError(line.slice(at)));
+  #findReadingFailures(line: string): { position: number; message: Message }[] {
+    const places = this.#demuxers
+      .flatMap((name) => findAll(name, line))
+      .filter((position) => isErrorMessage(line.slice(position)));
     if (line.startsWith('[error] file:')) places.push(0);
-    return places.map((at) => ({ at, message: { kind: 'reading-failed', isEnd: IS_END.test(line) } }));
+    return places.map((position) => ({ position, message: { kind: 'reading-failed', isEnd: IS_END.test(line) } }));
   }
 
-  #shown(line: string): { at: number; message: Message }[] {
-    return [...line.matchAll(SHOWN)].map(({ index: at = 0, 1: index, 2: pts, 3: width, 4: height, 5: key }) => {
-      const ticks = Number(pts);
-      const time = Number.isNaN(ticks) || !this.#timeBase ? null : toSeconds(ticks, this.#timeBase);
-      const size = { width: Number(width), height: Number(height) };
-      return { at, message: { kind: 'shown', index: Number(index), time, ...size, isKey: key === '1' } };
-    });
+  #findShownPictures(line: string): { position: number; message: Message }[] {
+    return [...line.matchAll(SHOWN_PICTURE)].map(
+      ({ index: position = 0, 1: index, 2: pts, 3: width, 4: height, 5: key }) => {
+        const ticks = Number(pts);
+        const time = Number.isNaN(ticks) || !this.#timeBase ? null : toSeconds(ticks, this.#timeBase);
+        const size = { width: Number(width), height: Number(height) };
+        return { position, message: { kind: 'shown', index: Number(index), time, ...size, isKey: key === '1' } };
+      },
+    );
   }
 }
 
-function placesOf(words: string, line: string) {
+function findAll(text: string, line: string) {
   const places = [];
-  for (let at = line.indexOf(words); at >= 0; at = line.indexOf(words, at + 1)) places.push(at);
+  for (let position = line.indexOf(text); position >= 0; position = line.indexOf(text, position + 1))
+    places.push(position);
   return places;
 }
 
 /** Returns true for `[name @ 0x12] [error] …`. */
-const isError = (message: string) => /^[^\]]*\] \[(?:error|fatal)\]/.test(message);
+const isErrorMessage = (message: string) => /^[^\]]*\] \[(?:error|fatal)\]/.test(message);

@@ -1,23 +1,23 @@
-// What Node has in the place of browsers' ways: files from the disk, and work on the calling thread, with threads beside
-// it where they help.
+// Platform functions for Node instead of the browser's: files from the disk, and work on the calling thread, with helper
+// threads.
 
 import { existsSync } from 'node:fs';
 import { readFile } from 'node:fs/promises';
 import { availableParallelism } from 'node:os';
 import { type MessagePort, type Transferable, Worker } from 'node:worker_threads';
 import { TraceCutError } from '../check/errors.js';
-import { known } from '../places.js';
-import { type HelperData, type Platform, loadModule, loader, setPlatform } from '../platform.js';
+import { resolveFile } from '../places.js';
+import { type HelperData, type Platform, createLoader, loadModule, setPlatform } from '../platform.js';
 import type { WasmSource } from '../check/options.js';
 import type { HelperWorker } from '../worker/helpers.js';
 
-// Bundlers that carry files along look for these very expressions.
+// Bundlers that copy assets search for these exact expressions.
 const packagedFile = () => new URL('../tracecut_bg.wasm', import.meta.url);
 const packagedDecoder = () => new URL('../decoder_bg.wasm', import.meta.url);
 
 setPlatform({
-  loadModule: loader('wasm', load, () => readPackaged('wasm', 'tracecut_bg.wasm', packagedFile)),
-  loadDecoder: loader('decoder', load, () => readPackaged('decoder', 'decoder_bg.wasm', packagedDecoder)),
+  loadModule: createLoader('wasm', load, () => readPackaged('wasm', 'tracecut_bg.wasm', packagedFile)),
+  loadDecoder: createLoader('decoder', load, () => readPackaged('decoder', 'decoder_bg.wasm', packagedDecoder)),
   startWorker: startThread,
   inProcess: true,
   startHelper,
@@ -29,10 +29,10 @@ function startHelper(data: HelperData): HelperWorker {
   const worker = new Worker(new URL('./worker.js', import.meta.url), {
     workerData: data,
     transferList: [port],
-    // Those of the process may be for its script alone, as `--input-type` is.
+    // The process's own options may be for its script alone, as `--input-type` is.
     execArgv: [],
   });
-  // A session that nobody closed keeps no process alive.
+  // A session that was never closed must not keep the process alive.
   worker.unref();
   return {
     watch(onLost) {
@@ -49,20 +49,20 @@ function load(source: WasmSource) {
 }
 
 /**
- * A file beside this module. Where a bundler gives an address of its own in its place, as webpack does, it is looked for
+ * Reads a file beside this module. If a bundler such as webpack replaced its address by one of its own, it is searched for
  * where this module was when it was bundled.
  */
 async function readPackaged(name: 'wasm' | 'decoder', file: string, make: () => URL) {
-  const url = known(name, make, wayOut(name, file));
-  const here = import.meta.url;
+  const url = resolveFile(name, make, getBundlerHint(name, file));
+  const moduleUrl = import.meta.url;
   const candidates = url.href.startsWith('file:') ? [new URL(url.href)] : [];
-  candidates.push(new URL(`../${file}`, here));
-  const found = candidates.find((candidate) => existsSync(candidate)) ?? candidates[0];
-  return readModule(found!, wayOut(name, file));
+  candidates.push(new URL(`../${file}`, moduleUrl));
+  const existing = candidates.find((candidate) => existsSync(candidate)) ?? candidates[0];
+  return readModule(existing!, getBundlerHint(name, file));
 }
 
-/** The way out where a bundler has left a file behind. */
-function wayOut(name: string, file: string) {
+/** Returns advice for a file that a bundler left behind. */
+function getBundlerHint(name: string, file: string) {
   return `If your bundler leaves it out, keep the package out of the bundle (external: ['tracecut'], serverExternalPackages: ['tracecut']), or copy tracecut/dist/${file} and say where: configure({ ${name}: 'path/of/${file}' })`;
 }
 
@@ -71,26 +71,26 @@ async function readModule(place: URL | string, hint?: string) {
     return await loadModule(await readFile(place));
   } catch (cause) {
     if (cause instanceof TraceCutError) throw cause;
-    const words = `${place instanceof URL ? place.href : place} could not be read: ${String(cause)}`;
-    throw new TraceCutError('wasm-load', hint ? `${words}. ${hint}` : words, { cause });
+    const message = `${place instanceof URL ? place.href : place} could not be read: ${String(cause)}`;
+    throw new TraceCutError('wasm-load', hint ? `${message}. ${hint}` : message, { cause });
   }
 }
 
 type Listener = (event: { data?: unknown; message?: string; preventDefault?: () => void }) => void;
 
 /**
- * Starts a thread that serves a session, or helps one. It keeps the process alive only while something is asked of it:
- * a session that nobody closed does not.
+ * Starts a thread that serves or helps a session. It keeps the process alive only while a request is pending, so a session
+ * that was never closed does not.
  */
 function startThread(): globalThis.Worker {
   return new Thread() as unknown as globalThis.Worker;
 }
 
 class Thread {
-  // Options of the process may be for its script alone, as `--input-type` is.
+  // The process's own options may be for its script alone, as `--input-type` is.
   #worker = new Worker(new URL('./worker.js', import.meta.url), { execArgv: [] });
   #unanswered = 0;
-  #ended = false;
+  #isTerminated = false;
 
   constructor() {
     this.#worker.unref();
@@ -110,7 +110,7 @@ class Thread {
   }
 
   terminate() {
-    this.#ended = true;
+    this.#isTerminated = true;
     void this.#worker.terminate();
   }
 
@@ -125,7 +125,7 @@ class Thread {
   #onError(listener: Listener) {
     this.#worker.on('error', (error) => listener({ message: String(error) }));
     this.#worker.on('exit', (code) => {
-      if (!this.#ended) listener({ message: `the thread ended with code ${code}` });
+      if (!this.#isTerminated) listener({ message: `the thread ended with code ${code}` });
     });
   }
 }

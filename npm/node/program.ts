@@ -1,5 +1,5 @@
 #!/usr/bin/env node
-// `npx tracecut`: what the npm package has as a program. Clips are segmented by the one of the crate `tracecut-cli`.
+// `npx tracecut`: the program of the npm package. Clips are segmented by the program of the crate `tracecut-cli`.
 
 import { version } from '../node.js';
 import { selftest } from './selftest.js';
@@ -14,8 +14,8 @@ Clips are segmented on the command line by the program of the crate tracecut-cli
 
 const REPORT = 'please report this machine and this list at https://github.com/tracecut/tracecut/issues';
 
-/** Prints each hash and whether it is the expected one. */
-async function test() {
+/** Prints each hash and compares it with the expected one. */
+async function runSelftest() {
   console.log(`tracecut ${version} in Node ${process.versions.node} on ${process.platform} ${process.arch}`);
   const onCheck = ({ name, what, hash, expected, same }: SelftestCheck) =>
     console.log(`${name.padEnd(16)} ${hash}  ${same ? 'same' : `DIFFERENT from ${expected}`}  (${what})`);
@@ -27,7 +27,7 @@ async function test() {
 }
 
 const [command, ...others] = process.argv.slice(2);
-if (command === 'selftest' && others.length === 0) await test();
+if (command === 'selftest' && others.length === 0) await runSelftest();
 else if (command === '--version' || command === '-V') console.log(version);
 else if (command === undefined || command === '--help' || command === '-h') console.log(USAGE);
 else {

@@ -1,16 +1,16 @@
 // Frames from streams of uncompressed video.
 
-import { TraceCutError, checkSides, checkedOptions, illegal, tooLarge, wholeNumber } from '../check/errors.js';
+import { TraceCutError, checkOptions, checkSides, checkWholeNumber, illegal, tooLarge } from '../check/errors.js';
 import { MAX_PIXELS } from '../check/options.js';
 import type { PixelFrame } from '../worker/frames.js';
 
 /**
- * A stream of bytes: one of Node such as `process.stdin` or `createReadStream(path)`, a `ReadableStream`, or any other
- * sequence of pieces.
+ * A stream of bytes: a Node stream such as `process.stdin` or `createReadStream(path)`, a `ReadableStream`, or any other
+ * sequence of chunks.
  */
 export type ByteSource = AsyncIterable<Uint8Array> | Iterable<Uint8Array>;
 
-/** A frame that a program of its own decoded: its pixels, its number, and when and how long it is shown, in seconds. */
+/** A frame decoded by another program: its pixels, its number, and its time and duration in seconds. */
 export type FileFrame = {
   readonly frame: PixelFrame;
   readonly index: number;
@@ -18,29 +18,27 @@ export type FileFrame = {
   readonly duration: number;
 };
 
-/** The layout of a raw stream, which has frames one after the other. */
+/** Layout of a raw stream, a sequence of frames. */
 export interface RawOptions {
-  /** Of a frame in pixels. */
+  /** Width of a frame in pixels. */
   width: number;
-  /** Of a frame in pixels. */
+  /** Height of a frame in pixels. */
   height: number;
-  /** Of a frame, called as ffmpeg's `-pix_fmt`. */
+  /** Pixel format of a frame, named as ffmpeg's `-pix_fmt`. */
   format: 'rgba' | 'bgra' | 'rgb24' | 'bgr24' | 'gray';
-  /** In frames per second; 25 if not given. */
+  /** Frames per second; 25 if not given. */
   frameRate?: number;
-  /**
-   * Most pixels of a frame, 1 to 2^28; 2^26 if not given. Larger ones are refused (`too-large`) before memory is taken.
-   */
+  /** Most pixels of a frame, 1 to 2^28; 2^26 if not given. Larger frames are refused (`too-large`) before allocation. */
   maxPixels?: number;
 }
 
-/** The bytes of a pixel: their number, and the places of red, green and blue. */
+/** Layout of a pixel: its number of bytes, and the offsets of red, green and blue. */
 export type PixelLayout = { bytes: number; red: number; green: number; blue: number };
 
-/** Largest legal `maxPixels`, as of `clip.maxPixels`. */
-const MOST_PIXELS = 2 ** 28;
-/** Memory that is taken for a frame before its bytes have come. */
-const FIRST_BYTES = 2 ** 20;
+/** Largest legal `maxPixels`, as for `clip.maxPixels`. */
+const MAX_MAX_PIXELS = 2 ** 28;
+/** Bytes allocated for a frame before its bytes have arrived. */
+const INITIAL_BYTES = 2 ** 20;
 
 export const RGB24: PixelLayout = { bytes: 3, red: 0, green: 1, blue: 2 };
 
@@ -64,14 +62,14 @@ export async function* framesOfRaw(
   source: ByteSource,
   options: RawOptions,
 ): AsyncGenerator<FileFrame, void, undefined> {
-  const { width, height, layout, frameRate } = checkedFormat(options);
+  const { width, height, layout, frameRate } = checkFormat(options);
   const reader = new ByteReader(source);
   try {
     for (let index = 0; ; index += 1) {
       const bytes = await reader.read(layout.bytes * width * height);
       if (bytes === null) return;
       if (bytes.length < layout.bytes * width * height)
-        throw cutOff(index, bytes.length, layout.bytes * width * height);
+        throw createCutError(index, bytes.length, layout.bytes * width * height);
       const frame = { data: toRgba(bytes, layout), width, height };
       yield { frame, index, time: index / frameRate, duration: 1 / frameRate };
     }
@@ -80,9 +78,9 @@ export async function* framesOfRaw(
   }
 }
 
-function checkedFormat(options: RawOptions) {
+function checkFormat(options: RawOptions) {
   const legal = ['width', 'height', 'format', 'frameRate', 'maxPixels'];
-  const { width, height, format, frameRate = 25, maxPixels } = checkedOptions(options, legal);
+  const { width, height, format, frameRate = 25, maxPixels } = checkOptions(options, legal);
   checkSize(width, height, maxPixels);
   const layout = RAW_FORMATS.get(format);
   if (!layout) throw illegal('param', 'format', format, [...RAW_FORMATS.keys()].join(', '));
@@ -91,19 +89,19 @@ function checkedFormat(options: RawOptions) {
   return { width, height, layout, frameRate };
 }
 
-/** Refuses a frame size before memory is taken for it. */
+/** Throws if a frame is too large, before memory is allocated for it. */
 export function checkSize(width: number, height: number, maxPixels: number = MAX_PIXELS) {
-  wholeNumber('param', 'maxPixels', maxPixels, 1, MOST_PIXELS);
+  checkWholeNumber('param', 'maxPixels', maxPixels, 1, MAX_MAX_PIXELS);
   checkSides('frame-size', '', { width, height });
   if (width * height > maxPixels) throw tooLarge(width * height, 'pixels in a frame', maxPixels, 'maxPixels');
 }
 
-function cutOff(index: number, length: number, expected: number) {
-  const words = `frame ${index} of the stream has ${length} bytes (expected ${expected})`;
-  return new TraceCutError('truncated', words, { frames: index });
+function createCutError(index: number, length: number, expected: number) {
+  const message = `frame ${index} of the stream has ${length} bytes (expected ${expected})`;
+  return new TraceCutError('truncated', message, { frames: index });
 }
 
-/** Returns the pixels as RGBA, opaque. */
+/** Converts pixels to opaque RGBA. */
 export function toRgba(bytes: Uint8Array, { bytes: step, red, green, blue }: PixelLayout) {
   const data = new Uint8Array((4 * bytes.length) / step).fill(255);
   for (let to = 0, from = 0; to < data.length; to += 4, from += step) {
@@ -114,25 +112,25 @@ export function toRgba(bytes: Uint8Array, { bytes: step, red, green, blue }: Pix
   return new Uint8ClampedArray(data.buffer);
 }
 
-/** Puts pieces of any length together. */
+/** Reads a stream in pieces of any length. */
 export class ByteReader {
-  #pieces;
-  #piece: Uint8Array = new Uint8Array();
-  #used = 0;
+  #chunks;
+  #chunk: Uint8Array = new Uint8Array();
+  #offset = 0;
 
   constructor(source: ByteSource) {
     if (typeof source !== 'object' || source === null || !(Symbol.asyncIterator in source || Symbol.iterator in source))
       throw illegal('data', 'source', source, 'a stream of bytes');
-    this.#pieces = Symbol.asyncIterator in source ? source[Symbol.asyncIterator]() : source[Symbol.iterator]();
+    this.#chunks = Symbol.asyncIterator in source ? source[Symbol.asyncIterator]() : source[Symbol.iterator]();
   }
 
-  /** Reads `length` bytes, fewer where the stream ends before them, null where it has ended. */
+  /** Reads `length` bytes, fewer if the stream ends before, null if it has ended. */
   async read(length: number): Promise<Uint8Array | null> {
-    // As much memory as there are bytes, whatever size was claimed.
-    let bytes = new Uint8Array(Math.min(length, FIRST_BYTES));
+    // Memory grows with the bytes that arrive, whatever size was claimed.
+    let bytes = new Uint8Array(Math.min(length, INITIAL_BYTES));
     let count = 0;
     while (count < length && (await this.#fetch())) {
-      const part = this.#piece.subarray(this.#used, this.#used + length - count);
+      const part = this.#chunk.subarray(this.#offset, this.#offset + length - count);
       if (count + part.length > bytes.length) {
         const before = bytes;
         bytes = new Uint8Array(Math.min(length, 2 * (count + part.length)));
@@ -140,24 +138,24 @@ export class ByteReader {
       }
       bytes.set(part, count);
       count += part.length;
-      this.#used += part.length;
+      this.#offset += part.length;
     }
     return count === 0 ? null : bytes.subarray(0, count);
   }
 
-  /** Returns false at the end of the stream; otherwise some bytes are at hand. */
+  /** Fetches the next chunk if the present one is used up; returns false at the end of the stream. */
   async #fetch() {
-    while (this.#used >= this.#piece.length) {
-      const { value, done } = await this.#pieces.next();
+    while (this.#offset >= this.#chunk.length) {
+      const { value, done } = await this.#chunks.next();
       if (done) return false;
       if (!(value instanceof Uint8Array)) throw illegal('data', 'a piece of the stream', value, 'a Uint8Array');
-      [this.#piece, this.#used] = [value, 0];
+      [this.#chunk, this.#offset] = [value, 0];
     }
     return true;
   }
 
-  /** Gives up the rest of the stream. */
+  /** Cancels the stream. */
   async close() {
-    await this.#pieces.return?.();
+    await this.#chunks.return?.();
   }
 }

@@ -1,4 +1,4 @@
-// A thread of Node: it serves a session (`worker: true`), or helps one. Started by `createSession` there.
+// A Node thread that serves (`worker: true`) or helps a session; started by `createSession`.
 
 import { type MessagePort, parentPort, workerData } from 'node:worker_threads';
 import { help, serve } from '../worker/serve.js';

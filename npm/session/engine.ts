@@ -1,12 +1,12 @@
-// A session in this thread: one queue of calls, and a run that steps in slices so that the thread stays responsive.
+// Runs a session in this thread: a queue of calls, and a run that steps in slices so that the thread stays responsive.
 
 import { type Crew, Pool } from '../worker/helpers.js';
-import { type Instance, end, guarded, instance } from '../worker/instance.js';
-import { breath } from '../worker/pause.js';
-import { type Answer, type Arguments, type RequestName, lineOf } from './requests.js';
+import { type Instance, callInstance, release, startInstance } from '../worker/instance.js';
+import { yieldThread } from '../worker/pause.js';
+import { type Answer, type Arguments, type RequestName, getRequestSpec } from './requests.js';
 import type { BoundaryMap, Superpixels } from '../stages/image.js';
 import type { Session } from '../tracecut.js';
-import type { Areas } from './report.js';
+import type { ObjectAreas } from './report.js';
 import type {
   Background,
   ClusterList,
@@ -20,12 +20,12 @@ import type {
   TrajectoryList,
 } from './result.js';
 
-/** Most time between two chances for messages, in milliseconds; one step may take longer. */
+/** Most time between two pauses for messages; one step may take longer. */
 const SLICE_MS = 30;
-/** Most steps between two such chances, where the clock stands still. */
+/** Most steps between two pauses, in case the clock stands still. */
 const SLICE_STEPS = 16;
 
-/** The stages of a run, in their order. */
+/** Stages of a run, in order. */
 export type Stage =
   | 'flow'
   | 'trajectories'
@@ -40,18 +40,17 @@ export type Stage =
   | 'masks';
 
 /**
- * How far a run is: `done` of `total` steps of a stage. `done` only grows, `total` stays; steps differ in how long they
- * take.
+ * Progress of a run: `done` of `total` steps of a stage. `done` only grows, `total` is constant; steps differ in duration.
  */
 export type Progress = { readonly stage: Stage; readonly done: number; readonly total: number };
 
 export type OnProgress = (progress: Progress) => void;
 
 /**
- * What a session holds: `corrections` is the number in force, `memoryBytes` the linear memory of its wasm instance,
- * which never shrinks.
+ * State of a session: `corrections` is the number in force, `memoryBytes` the linear memory of its wasm instance, which
+ * never shrinks.
  */
-export type Info = {
+export type SessionInfo = {
   numFrames: number;
   width: number;
   height: number;
@@ -62,8 +61,8 @@ export type Info = {
 };
 
 /**
- * Where each pixel goes from one frame to the next, in input pixels, row by row: `u` to the right, `v` down. `width` ×
- * `height` is the size that frames are processed at.
+ * Motion of each pixel from one frame to the next, in input pixels, row by row: `u` to the right, `v` down. `width` ×
+ * `height` is the working size.
  */
 export type FlowField = {
   readonly width: number;
@@ -72,9 +71,9 @@ export type FlowField = {
   readonly v: Float32Array<ArrayBuffer>;
 };
 
-/** Everything that a finished run leaves, as flat arrays. */
+/** All results of a finished run, as flat arrays. */
 export interface RawResult {
-  info: Info;
+  info: SessionInfo;
   seconds: Partial<Record<Stage, number>>;
   trajectories: TrajectoryList;
   clusters: ClusterList & ClusterObjects;
@@ -85,8 +84,8 @@ export interface RawResult {
   saliency: SaliencyTable | null;
   /** Null without frames. */
   components: ComponentTable | null;
-  /** Of the objects; null without masks. */
-  areas: Areas[] | null;
+  /** Areas of the objects; null without masks. */
+  areas: ObjectAreas[] | null;
   /** The masks of all frames, one after the other. */
   labels: Uint8Array<ArrayBuffer> | null;
 }
@@ -97,16 +96,13 @@ export type RawBackground = Omit<Background, 'scaleX' | 'scaleY'>;
 export type RawSaliencyMap = Omit<SaliencyMap, 'scaleX' | 'scaleY'>;
 export type RawConfidenceMap = Omit<ConfidenceMap, 'scaleX' | 'scaleY'>;
 
-/**
- * What the public session needs of an engine, in this thread or in a worker. `run` resolves to `null` when it saw the
- * abort.
- */
+/** An engine of a session, in this thread or in a worker. `run` resolves to `null` when it was aborted. */
 export interface Engine {
   request: <N extends RequestName>(name: N, ...args: Arguments<N>) => Promise<Answer<N>>;
   run: (onProgress: OnProgress, signal: AbortSignal) => Promise<RawResult | null>;
-  /** As `run`, no further than the trajectories. */
+  /** Runs until the end of the trajectories. */
   track: (onProgress: OnProgress, signal: AbortSignal) => Promise<TrajectoryList | null>;
-  /** No further window comes: helpers have nothing left to do. */
+  /** Releases the helpers, as no further window follows. */
   rest: () => void;
   close: () => void;
 }
@@ -115,26 +111,26 @@ export async function createLocalEngine(
   module: WebAssembly.Module,
   parameters: Record<string, unknown>,
 ): Promise<LocalEngine> {
-  const owner = await instance(module);
+  const owner = await startInstance(module);
   return new LocalEngine(
     owner,
-    guarded(owner, (glue) => new glue.Session(parameters)),
+    callInstance(owner, (glue) => new glue.Session(parameters)),
   );
 }
 
 export class LocalEngine implements Engine {
   #owner;
-  /** None once it is closed: it would keep the instance's memory. */
+  /** Undefined once closed, as it would keep the instance's memory. */
   #session: Session | undefined;
-  #last: Promise<unknown> = Promise.resolve();
+  #queue: Promise<unknown> = Promise.resolve();
   #seconds: Partial<Record<Stage, number>> = {};
-  #inShots = false;
-  /** When the last step ended, in milliseconds. */
-  #clock = 0;
-  #closed = false;
-  /** Helpers that work on pieces of the run. */
+  #isWindowed = false;
+  /** Time at which the last step ended, in milliseconds. */
+  #lastStepEnd = 0;
+  #isClosed = false;
+  /** Distributes jobs of the run to helpers. */
   pool = new Pool();
-  /** Who starts them, where that is done in this thread. */
+  /** Starts the helpers, if this thread does. */
   crew: Crew | undefined;
 
   constructor(owner: Instance, session: Session) {
@@ -143,47 +139,47 @@ export class LocalEngine implements Engine {
   }
 
   request<N extends RequestName>(name: N, ...args: Arguments<N>): Promise<Answer<N>> {
-    const { work, restarts } = lineOf(name);
+    const { work: createCall, restarts } = getRequestSpec(name);
     if (name === 'push' || name === 'pushInShot') this.crew?.muster();
-    this.#inShots ||= name === 'pushInShot';
-    return this.#inOrder(async () => {
-      const call = await work(...args);
+    this.#isWindowed ||= name === 'pushInShot';
+    return this.#enqueue(async () => {
+      const call = await createCall(...args);
       if (restarts) this.#seconds = {};
       const answer = this.#call(call);
-      // Flow can be worked on while frames are still coming.
+      // Flow can be computed while frames are still arriving.
       this.#call((session) => this.pool.exchange(session));
       return answer;
     });
   }
 
   run(onProgress: OnProgress, signal: AbortSignal) {
-    return this.#work(onProgress, signal, undefined, (session) => this.#result(session));
+    return this.#stepUntil(onProgress, signal, undefined, (session) => this.#collectResult(session));
   }
 
   track(onProgress: OnProgress, signal: AbortSignal) {
-    return this.#work(onProgress, signal, 'trajectories', (session) => session.trajectories());
+    return this.#stepUntil(onProgress, signal, 'trajectories', (session) => session.trajectories());
   }
 
   /** Steps to the end, or to the end of a stage. */
-  #work<T>(
+  #stepUntil<T>(
     onProgress: OnProgress,
     signal: AbortSignal,
     last: Stage | undefined,
-    answer: (session: Session) => T,
+    getResult: (session: Session) => T,
   ): Promise<T | null> {
-    return this.#inOrder(async () => {
-      this.#clock = performance.now();
+    return this.#enqueue(async () => {
+      this.#lastStepEnd = performance.now();
       const wake = () => this.pool.wake();
       signal.addEventListener('abort', wake);
       try {
-        while (!signal.aborted && !this.#closed) {
-          const state = this.#slice(onProgress, last);
+        while (!signal.aborted && !this.#isClosed) {
+          const state = this.#runSlice(onProgress, last);
           if (state === 'done') {
-            // Helpers have nothing left to do, unless there is another window.
-            if (!this.#inShots) this.crew?.rest();
-            return this.#call(answer);
+            // Helpers have nothing left to do, unless another window follows.
+            if (!this.#isWindowed) this.crew?.rest();
+            return this.#call(getResult);
           }
-          await (state === 'waiting' ? this.pool.next() : macrotask());
+          await (state === 'waiting' ? this.pool.next() : nextTask());
         }
       } finally {
         signal.removeEventListener('abort', wake);
@@ -193,42 +189,42 @@ export class LocalEngine implements Engine {
   }
 
   rest() {
-    this.#inShots = false;
+    this.#isWindowed = false;
     this.crew?.rest();
   }
 
   close() {
-    this.#closed = true;
+    this.#isClosed = true;
     this.pool.close();
     this.crew?.dismiss();
-    this.#inOrder(async () => {
+    this.#enqueue(async () => {
       this.#session = undefined;
-      end(this.#owner, 'session');
+      release(this.#owner, 'session');
     });
   }
 
   /**
-   * Steps until the slice is over, until nothing is left to do, or until nothing can be done before a helper is back.
-   * Reports the last step of each stage and of the slice.
-   * @param until the stage that is the last one, if not all are wanted
+   * Steps until the slice is over, nothing is left to do, or the next step waits for a helper. Reports the last step of
+   * each stage and of the slice.
+   * @param until the last stage, if not all are needed
    */
-  #slice(onProgress: OnProgress, until: Stage | undefined): 'more' | 'waiting' | 'done' {
+  #runSlice(onProgress: OnProgress, until: Stage | undefined): 'more' | 'waiting' | 'done' {
     const began = performance.now();
     let last: Progress | undefined;
     for (let steps = 1; ; steps += 1) {
-      const pause = this.#call((session) => this.#help(session));
+      const pause = this.#call((session) => this.#exchangeJobs(session));
       if (!pause) {
         const progress = this.#call((session) => session.step()) as Progress | undefined;
         if (last && progress?.stage !== last.stage) onProgress(last);
         if (!progress) return 'done';
-        this.#count(progress.stage);
+        this.#addTime(progress.stage);
         last = progress;
         if (progress.stage === until && progress.done === progress.total) {
           onProgress(last);
           return 'done';
         }
       }
-      if (pause || steps >= SLICE_STEPS || isOver(began)) {
+      if (pause || steps >= SLICE_STEPS || isSliceOver(began)) {
         if (last) onProgress(last);
         return pause ?? 'more';
       }
@@ -236,31 +232,31 @@ export class LocalEngine implements Engine {
   }
 
   /**
-   * Exchanges pieces with the helpers. While the next step waits for one of them, a piece is made here instead of it;
-   * where there is none, nothing can be done but wait.
+   * Exchanges jobs with the helpers. While the next step waits for one of them, another job is done here; if there is
+   * none, nothing can be done but wait.
    */
-  #help(session: Session): 'more' | 'waiting' | undefined {
+  #exchangeJobs(session: Session): 'more' | 'waiting' | undefined {
     this.pool.exchange(session);
     if (!this.pool.busy || !session.awaits()) return undefined;
     return session.makePiece(this.pool.ahead) ? 'more' : 'waiting';
   }
 
-  /** What went by since the last step counts for this one. */
-  #count(stage: Stage) {
+  /** Adds the time since the last step to the step's stage. */
+  #addTime(stage: Stage) {
     const now = performance.now();
-    this.#seconds[stage] = (this.#seconds[stage] ?? 0) + Math.max(0, now - this.#clock) / 1000;
-    this.#clock = now;
+    this.#seconds[stage] = (this.#seconds[stage] ?? 0) + Math.max(0, now - this.#lastStepEnd) / 1000;
+    this.#lastStepEnd = now;
   }
 
-  #result(session: Session): RawResult {
+  #collectResult(session: Session): RawResult {
     const info = session.info();
-    const found = session.objects() ?? null;
-    const masks = found && allMasks(session, info, found.labels);
+    const objects = session.objects() ?? null;
+    const masks = objects && collectMasks(session, info, objects.labels);
     return {
       info,
       seconds: { ...this.#seconds },
       trajectories: session.trajectories(),
-      clusters: { ...session.clusters(), object: found && found.ofCluster },
+      clusters: { ...session.clusters(), object: objects && objects.ofCluster },
       thresholdClusters: session.thresholdClusters(),
       embedding: session.embedding(),
       edges: session.edges(),
@@ -273,25 +269,25 @@ export class LocalEngine implements Engine {
 
   #call<T>(call: (session: Session) => T): T {
     try {
-      return guarded(this.#owner, () => call(this.#session!));
+      return callInstance(this.#owner, () => call(this.#session!));
     } finally {
       // It would keep the memory of an instance that has ended.
       if (!this.#owner.glue) this.#session = undefined;
     }
   }
 
-  /** Runs `work` when everything before it is over, however that ended. */
-  #inOrder<T>(work: () => Promise<T>): Promise<T> {
-    const mine = this.#last.then(work);
-    this.#last = mine.catch(() => {});
-    return mine;
+  /** Runs `work` after all earlier work has ended, even with an error. */
+  #enqueue<T>(work: () => Promise<T>): Promise<T> {
+    const result = this.#queue.then(work);
+    this.#queue = result.catch(() => {});
+    return result;
   }
 }
 
-/** The masks of all frames, one after the other, and how many pixels each object has in each. */
-function allMasks(session: Session, { numFrames, width, height }: Info, known: Uint8Array) {
+/** Collects the masks of all frames, one after the other, and the number of pixels of each object in each frame. */
+function collectMasks(session: Session, { numFrames, width, height }: SessionInfo, objectLabels: Uint8Array) {
   const labels = new Uint8Array(numFrames * width * height);
-  const areas = Array.from(known, (label) => ({ label, areas: new Uint32Array(numFrames) }));
+  const areas = Array.from(objectLabels, (label) => ({ label, areas: new Uint32Array(numFrames) }));
   for (let t = 0; t < numFrames; t += 1) {
     const mask = session.labels(t);
     labels.set(mask, t * width * height);
@@ -302,32 +298,32 @@ function allMasks(session: Session, { numFrames, width, height }: Info, known: U
   return { labels, areas };
 }
 
-/** Whether a slice is over; one during which the clock was put back is. */
-function isOver(began: number) {
-  const past = performance.now() - began;
-  return past < 0 || past >= SLICE_MS;
+/** Returns true if a slice is over, or the clock was set back during it. */
+function isSliceOver(began: number) {
+  const elapsed = performance.now() - began;
+  return elapsed < 0 || elapsed >= SLICE_MS;
 }
 
-let nextTask: (() => Promise<void>) | undefined;
+let waitForTask: (() => Promise<void>) | undefined;
 
-/** Lets waiting messages and events in. `setTimeout` would do, but browsers make nested ones wait 4 ms. */
-function macrotask() {
-  nextTask ??= taskSource();
-  return nextTask();
+/** Lets waiting messages and events in. Browsers delay nested calls of `setTimeout` by 4 ms. */
+function nextTask() {
+  waitForTask ??= createTaskSource();
+  return waitForTask();
 }
 
-function taskSource() {
+function createTaskSource() {
   if (typeof setImmediate === 'function') return () => new Promise<void>((resolve) => setImmediate(resolve));
-  return globalThis.MessageChannel ? channelTask() : breath;
+  return globalThis.MessageChannel ? createChannelTask() : yieldThread;
 }
 
-function channelTask() {
+function createChannelTask() {
   const { port1, port2 } = new MessageChannel();
-  const waiting: (() => void)[] = [];
-  port1.onmessage = () => waiting.shift()?.();
+  const resolvers: (() => void)[] = [];
+  port1.onmessage = () => resolvers.shift()?.();
   return () =>
     new Promise<void>((resolve) => {
-      waiting.push(resolve);
+      resolvers.push(resolve);
       port2.postMessage(null);
     });
 }

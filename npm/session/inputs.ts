@@ -1,29 +1,29 @@
-// What a session is given besides frames, checked: trajectories of another tracker, and corrections.
+// Checks the inputs of a session other than frames: trajectories of another tracker, and corrections.
 
-import { checkSides, describe, illegal, isPlainObject, wholeNumber } from '../check/errors.js';
+import { checkSides, checkWholeNumber, describe, illegal, isPlainObject } from '../check/errors.js';
 import type { Session } from '../tracecut.js';
 
 /**
- * Trajectories of any tracker. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, one for
- * each of the consecutive frames from `startFrame[i]` on.
+ * Trajectories of any tracker. Trajectory `i` has the points `offset[i]` to `offset[i + 1]` of `x` and `y`, one for each of
+ * the consecutive frames from `startFrame[i]` on.
  */
 export interface TrajectoryInput {
   numFrames: number;
-  /** Of its frames in pixels. */
+  /** Width of the frames in pixels. */
   width: number;
-  /** Of its frames in pixels. */
+  /** Height of the frames in pixels. */
   height: number;
   /** The first frame of each trajectory. */
   startFrame: Uint32Array | readonly number[];
-  /** Where the points of each begin; one longer than `startFrame`. */
+  /** Index of the first point of each trajectory; one longer than `startFrame`. */
   offset: Uint32Array | readonly number[];
-  /** Of all points, in input pixels. */
+  /** Coordinates of all points to the right, in input pixels. */
   x: Float32Array | Float64Array | readonly number[];
-  /** Of all points, in input pixels. */
+  /** Coordinates of all points downwards, in input pixels. */
   y: Float32Array | Float64Array | readonly number[];
 }
 
-/** Trajectories on their way to the engine. */
+/** Trajectories for the engine. */
 export type RawTrajectories = {
   numFrames: number;
   width: number;
@@ -34,86 +34,84 @@ export type RawTrajectories = {
   y: Float32Array<ArrayBuffer>;
 };
 
+/** Most frames of trajectories. */
 const MAX_FRAMES = 1000000;
 const MAX_U32 = 4294967295;
 
-/** Checks types and copies; the law of the arrays themselves is checked in Rust. */
+/** Checks types and copies the arrays; Rust checks their contents. */
 export function toRawTrajectories(input: TrajectoryInput): RawTrajectories {
   if (!isPlainObject(input)) {
     throw illegal('data', 'trajectories', input, 'an object {numFrames, width, height, startFrame, offset, x, y}');
   }
-  wholeNumber('data', 'numFrames', input.numFrames, 1, MAX_FRAMES);
+  checkWholeNumber('data', 'numFrames', input.numFrames, 1, MAX_FRAMES);
   checkSides('frame-size', '', input);
   const { numFrames, width, height } = input;
   return {
     numFrames,
     width,
     height,
-    startFrame: wholeNumbers('startFrame', input.startFrame),
-    offset: wholeNumbers('offset', input.offset),
-    x: numbers('x', input.x),
-    y: numbers('y', input.y),
+    startFrame: toUint32Array('startFrame', input.startFrame),
+    offset: toUint32Array('offset', input.offset),
+    x: toFloat32Array('x', input.x),
+    y: toFloat32Array('y', input.y),
   };
 }
 
-function wholeNumbers(name: string, values: unknown) {
+function toUint32Array(name: string, values: unknown) {
   if (values instanceof Uint32Array) return new Uint32Array(values);
   if (!Array.isArray(values)) throw illegal('data', name, values, 'a Uint32Array');
-  values.forEach((value, i) => wholeNumber('data', `${name}[${i}]`, value, 0, MAX_U32));
+  values.forEach((value, i) => checkWholeNumber('data', `${name}[${i}]`, value, 0, MAX_U32));
   return new Uint32Array(values);
 }
 
-function numbers(name: string, values: unknown) {
+function toFloat32Array(name: string, values: unknown) {
   if (values instanceof Float32Array || values instanceof Float64Array) return new Float32Array(values);
   if (!Array.isArray(values)) throw illegal('data', name, values, 'a Float32Array');
-  const wrong = values.findIndex((value) => typeof value !== 'number');
-  if (wrong >= 0) throw illegal('data', `${name}[${wrong}]`, describe(values[wrong]), 'a number of pixels');
+  const badIndex = values.findIndex((value) => typeof value !== 'number');
+  if (badIndex >= 0) throw illegal('data', `${name}[${badIndex}]`, describe(values[badIndex]), 'a number of pixels');
   return new Float32Array(values);
 }
 
-/** A place in the clip. */
+/** A place in a clip. */
 export interface Place {
-  /** The frame, from 0. */
+  /** Frame number, from 0. */
   t: number;
-  /** In input pixels, pixel centres at whole numbers. */
+  /** Distance from the left in input pixels, pixel centres at whole numbers. */
   x: number;
-  /** In input pixels, down from the top. */
+  /** Distance from the top in input pixels. */
   y: number;
 }
 
 /** A line painted in a frame. Points may lie outside of the frame, but not all of them. */
 export interface Stroke {
-  /** The frame, from 0. */
+  /** Frame number, from 0. */
   t: number;
-  /**
-   * X0, y0, x1, y1 and so on along its middle, in input pixels, pixel centres at whole numbers; a single point is a
-   * dot.
-   */
+  /** X0, y0, x1, y1 and so on along its middle, in input pixels, pixel centres at whole numbers; one point is a dot. */
   points: ArrayLike<number>;
   /** Half the width of the brush, in input pixels. */
   radius: number;
 }
 
-/** A correction as the engine takes it. Stroke `k` has the points `offset[k]` to `offset[k + 1]`. */
+/** A correction for the engine. Stroke `k` has the points `offset[k]` to `offset[k + 1]`. */
 export type RawCorrection =
   | { kind: 'merge'; into: number; from: number }
   | { kind: 'split'; label: number; at: Place | null }
   | { kind: 'together' | 'apart'; t: Uint32Array; radius: Float32Array; offset: Uint32Array; points: Float32Array }
   | { kind: 'undo' };
 
-/** The clip that a correction is made for. */
+/** The part of a clip that checks of corrections need. */
 export type Clip = { numFrames: number };
 
-export function mergeOf(into: number, from: number): RawCorrection {
-  wholeNumber('param', 'a', into, 0, 255);
+export function toMerge(into: number, from: number): RawCorrection {
+  checkWholeNumber('param', 'a', into, 0, 255);
   if (from === 0) throw illegal('param', 'b', from, 'an object, 1..255: the background cannot be merged into one');
-  wholeNumber('param', 'b', from, 1, 255);
+  checkWholeNumber('param', 'b', from, 1, 255);
   if (into === from) throw illegal('param', 'b', from, 'another label than a');
   return { kind: 'merge', into, from };
 }
 
-export function splitOf(label: number, at: Place | undefined, clip: Clip): RawCorrection {
-  wholeNumber('param', 'label', label, 0, 255);
+export function toSplit(label: number, at: Place | undefined, clip: Clip): RawCorrection {
+  checkWholeNumber('param', 'label', label, 0, 255);
   if (at === undefined) {
     if (label === 0)
       throw illegal('param', 'label', label, 'an object, or the background with a place {t, x, y} of what is none');
@@ -121,21 +119,21 @@ export function splitOf(label: number, at: Place | undefined, clip: Clip): RawCo
   }
   if (typeof at !== 'object' || at === null) throw illegal('param', 'at', at, '{t, x, y}');
   const { t, x, y } = at;
-  wholeNumber('param', 'at.t', t, 0, Math.max(0, clip.numFrames - 1));
+  checkWholeNumber('param', 'at.t', t, 0, Math.max(0, clip.numFrames - 1));
   if (typeof x !== 'number' || typeof y !== 'number')
     throw illegal('param', 'at', at, '{t, x, y}, all of them numbers');
   return { kind: 'split', label, at: { t, x, y } };
 }
 
-/** Most strokes; the engine knows the same. */
-const MOST_STROKES = 255;
+/** Most strokes of a correction. The engine has the same limit. */
+const MAX_STROKES = 255;
 
-export function strokesOf(kind: 'together' | 'apart', strokes: readonly Stroke[], clip: Clip): RawCorrection {
+export function toStrokes(kind: 'together' | 'apart', strokes: readonly Stroke[], clip: Clip): RawCorrection {
   const least = kind === 'apart' ? 2 : 1;
-  if (!Array.isArray(strokes) || strokes.length < least || strokes.length > MOST_STROKES) {
-    throw illegal('param', 'strokes', strokes, `a list of ${least}..${MOST_STROKES} strokes {t, points, radius}`);
+  if (!Array.isArray(strokes) || strokes.length < least || strokes.length > MAX_STROKES) {
+    throw illegal('param', 'strokes', strokes, `a list of ${least}..${MAX_STROKES} strokes {t, points, radius}`);
   }
-  const lists = strokes.map((stroke, k) => strokePoints(stroke, `strokes[${k}]`, clip.numFrames));
+  const lists = strokes.map((stroke, k) => checkStroke(stroke, `strokes[${k}]`, clip.numFrames));
   const offset = [0];
   for (const points of lists) offset.push(offset.at(-1)! + points.length / 2);
   return {
@@ -147,17 +145,17 @@ export function strokesOf(kind: 'together' | 'apart', strokes: readonly Stroke[]
   };
 }
 
-/** Returns the points of a stroke. Refuses what would be something else as typed arrays; Rust checks the rest. */
-export function strokePoints(stroke: Stroke, name: string, numFrames: number) {
+/** Returns the points of a stroke. Throws for values that typed arrays would change; Rust checks the rest. */
+export function checkStroke(stroke: Stroke, name: string, numFrames: number) {
   if (typeof stroke !== 'object' || stroke === null)
     throw illegal('param', name, stroke, 'a stroke {t, points, radius}');
   const { t, points, radius } = stroke;
-  wholeNumber('param', `${name}.t`, t, 0, Math.max(0, numFrames - 1));
-  const all = Array.from(typeof points === 'object' && points !== null ? points : []);
-  if (all.length % 2 > 0 || ![radius, ...all].every((v) => typeof v === 'number')) {
+  checkWholeNumber('param', `${name}.t`, t, 0, Math.max(0, numFrames - 1));
+  const coordinates = Array.from(typeof points === 'object' && points !== null ? points : []);
+  if (coordinates.length % 2 > 0 || ![radius, ...coordinates].every((v) => typeof v === 'number')) {
     throw illegal('param', name, stroke, 'a radius and points x0, y0, x1, y1, ..., all of them numbers');
   }
-  return all;
+  return coordinates;
 }
 
 export function applyCorrection(session: Session, correction: RawCorrection) {

@@ -1,8 +1,8 @@
-// What can be asked of a session. The engine in this thread, the engine in a worker, the worker and what results ask later
-// are built from one table: a new question is a line in `Requests` and in `REQUESTS`, a method of the wasm session, and one
+// The requests of a session. The engine in this thread, the engine in a worker, the worker and later requests of results
+// are built from one table: a new request is a line in `Requests` and in `REQUESTS`, a method of the wasm session, and one
 // of `Session` (and of `Result`) with its description.
 //
-// A worker gets arguments and gives answers by transfer: their typed arrays must be nobody else's.
+// Arguments and answers are transferred to and from a worker, so their typed arrays must not be shared.
 
 import { TraceCutError } from '../check/errors.js';
 import { type Pixels, toPixels } from '../worker/decode.js';
@@ -13,119 +13,122 @@ import type { WindowFacts } from '../video/window.js';
 import type { RawFrame } from '../worker/frames.js';
 import type {
   FlowField,
-  Info,
   RawBackground,
   RawBoundaryMap,
   RawConfidenceMap,
   RawSaliencyMap,
   RawSuperpixels,
+  SessionInfo,
 } from './engine.js';
 import type { Explanation } from './result.js';
 
-/** Where a window lies in its clip. */
-export type Place = Pick<WindowFacts, 'index' | 'shot' | 'firstFrame' | 'settled'>;
+/** Place of a window in its clip. */
+export type WindowPlace = Pick<WindowFacts, 'index' | 'shot' | 'firstFrame' | 'settled'>;
 
-/** What is done with the wasm module's session. */
-export type Work<R> = (session: WasmSession) => R;
-
-/**
- * A request with arguments `A` and answer `R`; `work` says what its arguments mean to the session. With `restarts` the
- * seconds of the stages are counted from here on.
- */
-export type Line<A extends unknown[], R> = { work: (...args: A) => Work<R> | Promise<Work<R>>; restarts?: true };
+/** A call of the wasm module's session. */
+export type SessionCall<R> = (session: WasmSession) => R;
 
 /**
- * A request that results make too: `called` is what they call the answer when they cannot, `from` what must be there,
- * which is also when a session can answer first. `ofLabels` where it speaks of the labels in force, which a correction
- * changes.
+ * A request with arguments `A` and answer `R`; `work` converts the arguments to a call of the session. `restarts` resets
+ * the seconds of the stages.
  */
-export type ResultLine<A extends unknown[], R> = Line<A, R> & {
-  called: string;
-  from: 'frames' | 'saliency' | 'masks';
-  ofLabels?: true;
+export type RequestSpec<A extends unknown[], R> = {
+  work: (...args: A) => SessionCall<R> | Promise<SessionCall<R>>;
+  restarts?: true;
 };
 
-/** Such a request for a map of frame `t`, at the size that frames are processed at. */
-export type MapLine<R extends { width: number; height: number }> = ResultLine<[t: number], R>;
+/**
+ * A request that results make too: `noun` names the answer in errors, `needs` is the output that it needs, and the
+ * earliest time at which a session can answer. `byLabels` marks answers about the present labels, which a correction
+ * changes.
+ */
+export type ResultRequestSpec<A extends unknown[], R> = RequestSpec<A, R> & {
+  noun: string;
+  needs: 'frames' | 'saliency' | 'masks';
+  byLabels?: true;
+};
+
+/** A request of results for a map of frame `t`, at the working size. */
+export type MapRequestSpec<R extends { width: number; height: number }> = ResultRequestSpec<[t: number], R>;
 
 export interface Requests {
-  push: Line<[frame: RawFrame], Info>;
-  /** For clips taken window by window. */
-  pushInShot: Line<[frame: RawFrame], Info & { held: boolean }>;
-  /** Goes on to the next window. */
-  advance: Line<[overlap: number], Info>;
-  /** The windows' size, and what neighbours share. */
-  planWindows: Line<[window: number, overlap: number | undefined], Info>;
-  /** How many frames the next window shares; `left` are still to come. */
-  shared: Line<[left: number | undefined], number>;
-  /** `kept` are shared with the next of its shot. */
-  closeWindow: Line<[frames: number, kept: number | undefined], Place>;
-  setTrajectories: Line<[trajectories: RawTrajectories], Info>;
-  /** Decides; `run` then does what follows. */
-  correct: Line<[correction: RawCorrection], Info>;
-  clear: Line<[], Info>;
+  push: RequestSpec<[frame: RawFrame], SessionInfo>;
+  /** Adds a frame of a clip that is processed window by window. */
+  pushInShot: RequestSpec<[frame: RawFrame], SessionInfo & { held: boolean }>;
+  /** Continues with the next window. */
+  advance: RequestSpec<[overlap: number], SessionInfo>;
+  /** Sets the size of windows, and the number of frames that neighbours share. */
+  planWindows: RequestSpec<[window: number, overlap: number | undefined], SessionInfo>;
+  /** Returns the number of frames that the next window shares; `remaining` are still to come. */
+  shared: RequestSpec<[remaining: number | undefined], number>;
+  /** Ends a window, of which `overlap` frames are shared with the next one of its shot. */
+  closeWindow: RequestSpec<[frames: number, overlap: number | undefined], WindowPlace>;
+  setTrajectories: RequestSpec<[trajectories: RawTrajectories], SessionInfo>;
+  /** Registers a correction; `run` then applies it. */
+  correct: RequestSpec<[correction: RawCorrection], SessionInfo>;
+  clear: RequestSpec<[], SessionInfo>;
 
-  flow: Line<[t: number], FlowField>;
-  boundaries: MapLine<RawBoundaryMap>;
-  superpixels: MapLine<RawSuperpixels>;
-  background: MapLine<RawBackground>;
-  explain: ResultLine<[t: number, x: number, y: number], Explanation>;
-  confidence: MapLine<RawConfidenceMap>;
-  objectConfidence: ResultLine<[], Float32Array<ArrayBuffer>>;
-  saliencyMap: MapLine<RawSaliencyMap>;
+  flow: RequestSpec<[t: number], FlowField>;
+  boundaries: MapRequestSpec<RawBoundaryMap>;
+  superpixels: MapRequestSpec<RawSuperpixels>;
+  background: MapRequestSpec<RawBackground>;
+  explain: ResultRequestSpec<[t: number, x: number, y: number], Explanation>;
+  confidence: MapRequestSpec<RawConfidenceMap>;
+  objectConfidence: ResultRequestSpec<[], Float32Array<ArrayBuffer>>;
+  saliencyMap: MapRequestSpec<RawSaliencyMap>;
 
-  /** Of an image of its own, as those below. */
-  boundariesOf: Line<[image: RawFrame], RawBoundaryMap>;
-  superpixelsOf: Line<[image: RawFrame, count?: number], RawSuperpixels>;
-  flowOf: Line<[from: RawFrame, to: RawFrame], FlowField>;
-  discontinuitiesOf: Line<[image: RawFrame], ImageDiscontinuities>;
+  /** For a single image, as the following. */
+  boundariesOf: RequestSpec<[image: RawFrame], RawBoundaryMap>;
+  superpixelsOf: RequestSpec<[image: RawFrame, count?: number], RawSuperpixels>;
+  flowOf: RequestSpec<[from: RawFrame, to: RawFrame], FlowField>;
+  discontinuitiesOf: RequestSpec<[image: RawFrame], ImageDiscontinuities>;
 }
 
 export const REQUESTS: Requests = {
   push: {
-    work: withPixels((frame) => order((session) => session.pushRgba(frame.data, frame.width, frame.height))),
+    work: withPixels((frame) => change((session) => session.pushRgba(frame.data, frame.width, frame.height))),
   },
   pushInShot: {
     work: withPixels((frame) => (session) => {
       const held = session.pushInShot(frame.data, frame.width, frame.height);
-      return { ...session.info(), held };
+      return { ...session.info(), held: held };
     }),
   },
-  advance: { restarts: true, work: (overlap) => order((session) => session.advance(overlap)) },
-  planWindows: { work: (window, overlap) => order((session) => session.planWindows(window, overlap)) },
-  shared: { work: (left) => (session) => session.shared(left) },
+  advance: { restarts: true, work: (overlap) => change((session) => session.advance(overlap)) },
+  planWindows: { work: (window, overlap) => change((session) => session.planWindows(window, overlap)) },
+  shared: { work: (remaining) => (session) => session.shared(remaining) },
   closeWindow: {
-    work: (frames, kept) => (session) => {
-      const place = session.closeWindow(frames, kept);
+    work: (frames, overlap) => (session) => {
+      const place = session.closeWindow(frames, overlap);
       const [index, shot, firstFrame, from, to] = [...place] as [number, number, number, number, number];
       return { index, shot, firstFrame, settled: { from, to } };
     },
   },
   setTrajectories: {
     work: ({ numFrames, width, height, startFrame, offset, x, y }) =>
-      order((session) => session.setTrajectories(numFrames, width, height, startFrame, offset, x, y)),
+      change((session) => session.setTrajectories(numFrames, width, height, startFrame, offset, x, y)),
   },
-  correct: { work: (correction) => order((session) => applyCorrection(session, correction)) },
-  clear: { restarts: true, work: () => order((session) => session.clear()) },
+  correct: { work: (correction) => change((session) => applyCorrection(session, correction)) },
+  clear: { restarts: true, work: () => change((session) => session.clear()) },
 
   flow: { work: (t) => (session) => session.flow(t) },
-  boundaries: { called: 'boundaries', from: 'frames', work: (t) => (session) => session.boundaries(t) },
-  superpixels: { called: 'superpixels', from: 'masks', work: (t) => (session) => session.superpixels(t) },
-  background: { called: 'backgrounds', from: 'masks', work: (t) => (session) => session.background(t) },
+  boundaries: { noun: 'boundaries', needs: 'frames', work: (t) => (session) => session.boundaries(t) },
+  superpixels: { noun: 'superpixels', needs: 'masks', work: (t) => (session) => session.superpixels(t) },
+  background: { noun: 'backgrounds', needs: 'masks', work: (t) => (session) => session.background(t) },
   explain: {
-    called: 'explanations',
-    from: 'masks',
-    ofLabels: true,
+    noun: 'explanations',
+    needs: 'masks',
+    byLabels: true,
     work: (t, x, y) => (session) => session.explain(t, x, y),
   },
-  confidence: { called: 'confidences', from: 'masks', ofLabels: true, work: (t) => (session) => session.confidence(t) },
+  confidence: { noun: 'confidences', needs: 'masks', byLabels: true, work: (t) => (session) => session.confidence(t) },
   objectConfidence: {
-    called: 'confidences',
-    from: 'masks',
-    ofLabels: true,
+    noun: 'confidences',
+    needs: 'masks',
+    byLabels: true,
     work: () => (session) => session.objectConfidence() as Float32Array<ArrayBuffer>,
   },
-  saliencyMap: { called: 'saliency maps', from: 'saliency', work: (t) => (session) => session.saliencyMap(t) },
+  saliencyMap: { noun: 'saliency maps', needs: 'saliency', work: (t) => (session) => session.saliencyMap(t) },
 
   boundariesOf: {
     work: withPixels((image) => (session) => session.boundariesOf(image.data, image.width, image.height)),
@@ -149,31 +152,31 @@ export const REQUESTS: Requests = {
   },
 };
 
-/** The work of a request whose first argument is a frame: files are decoded before the session sees them. */
+/** Creates the call for a request whose first argument is a frame: files are decoded before the session gets them. */
 function withPixels<A extends unknown[], R>(
-  work: (pixels: Pixels, ...rest: A) => Work<R>,
-): (frame: RawFrame, ...rest: A) => Promise<Work<R>> {
+  work: (pixels: Pixels, ...rest: A) => SessionCall<R>,
+): (frame: RawFrame, ...rest: A) => Promise<SessionCall<R>> {
   return async (frame, ...rest) => work(await toPixels(frame), ...rest);
 }
 
-/** Work that changes the session; the answer is what it holds then. */
-function order(change: Work<void>): Work<Info> {
+/** Creates a call that changes the session; the answer is its new state. */
+function change(modify: SessionCall<void>): SessionCall<SessionInfo> {
   return (session) => {
-    change(session);
+    modify(session);
     return session.info();
   };
 }
 
 export type RequestName = keyof Requests;
-export type ResultName = { [N in RequestName]: Requests[N] extends { called: string } ? N : never }[RequestName];
-export type MapName = { [N in ResultName]: Requests[N] extends MapLine<infer _> ? N : never }[ResultName];
+export type ResultName = { [N in RequestName]: Requests[N] extends { noun: string } ? N : never }[RequestName];
+export type MapName = { [N in ResultName]: Requests[N] extends MapRequestSpec<infer _> ? N : never }[ResultName];
 export type Arguments<N extends RequestName> = Parameters<Requests[N]['work']>;
 export type Answer<N extends RequestName> = ReturnType<Awaited<ReturnType<Requests[N]['work']>>>;
 
-/** How results ask. */
+/** Sends a request of a result. */
 export type Ask = <N extends ResultName>(name: N, ...args: Arguments<N>) => Promise<Answer<N>>;
 
-/** The line of a request. */
-export function lineOf<N extends RequestName>(name: N): Line<Arguments<N>, Answer<N>> {
-  return REQUESTS[name] as Line<Arguments<N>, Answer<N>>;
+/** Returns the specification of a request. */
+export function getRequestSpec<N extends RequestName>(name: N): RequestSpec<Arguments<N>, Answer<N>> {
+  return REQUESTS[name] as RequestSpec<Arguments<N>, Answer<N>>;
 }

@@ -1,19 +1,18 @@
-// What a run has found: `Result`.
+// The results of a run: `Result`.
 
-import { TraceCutError, wholeNumber } from '../check/errors.js';
-import { type BoundaryMap, type Grid, type Superpixels, onGrid } from '../stages/image.js';
-import { objectList, tracksDat } from './report.js';
+import { TraceCutError, checkWholeNumber } from '../check/errors.js';
+import { type BoundaryMap, type Grid, type Superpixels, addScale } from '../stages/image.js';
+import { listObjects, tracksDat } from './report.js';
 import { type Answer, type Arguments, type Ask, type MapName, REQUESTS, type ResultName } from './requests.js';
 import { checkRuns, decodeRuns, encodeRuns } from './runs.js';
-import { opened, saved } from './saved.js';
+import { restoreFields, toSaved } from './serialize.js';
 import type { WindowFacts } from '../video/window.js';
-import type { Info, RawResult, Stage } from './engine.js';
+import type { RawResult, SessionInfo, Stage } from './engine.js';
 import type { ObjectList } from './report.js';
 
 /**
- * Point trajectories. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, in input pixels,
- * one for each of the consecutive frames from `startFrame[i]` on. `id[i]` is its number in the clip, which it keeps
- * from window to window.
+ * Point trajectories. Trajectory `i` has the points `offset[i]` to `offset[i + 1]` of `x` and `y`, in input pixels, one for
+ * each of the consecutive frames from `startFrame[i]` on. `id[i]` is its number in the clip, the same in all windows.
  */
 export type TrajectoryList = {
   readonly count: number;
@@ -36,7 +35,7 @@ export type EmbeddingTable = {
   readonly residual: number;
 };
 
-/** Neighbour pairs with their discontinuities, and which of them are Delaunay edges of which frame. */
+/** Neighbour pairs with their discontinuities, and the pairs that are Delaunay edges of each frame. */
 export type EdgeTable = {
   readonly i: Uint32Array;
   readonly j: Uint32Array;
@@ -49,15 +48,15 @@ export type EdgeTable = {
 export type Edges = { readonly i: Uint32Array; readonly j: Uint32Array; readonly d: Float32Array };
 
 /**
- * The object of each cluster: the label that it has in the masks, 0 for the background; null without masks. Several
- * clusters may be one object, or the background.
+ * The object of each cluster: its label in the masks, 0 for the background; null without masks. Several clusters may form
+ * one object, or the background.
  */
 export type ClusterObjects = { readonly object: Uint8Array | null };
 
 /**
- * How much each trajectory stands out against what surrounds it, 0 to 1: `ofPoints`, the greatest saliency of the
- * pixels that it went over (the paper's s), and `inContext`, the mean of that over the trajectories that move like it
- * (s̄). `foreground` is 1 where s̄ is above `saliency.threshold`, else 0.
+ * Saliency of each trajectory against its surroundings, 0 to 1: `ofPoints`, the greatest saliency of the pixels along it
+ * (the paper's s), and `inContext`, the mean of `ofPoints` over the trajectories that move like it (s̄). `foreground` is 1
+ * where s̄ exceeds `saliency.threshold`, else 0.
  */
 export type SaliencyTable = {
   readonly ofPoints: Float32Array;
@@ -66,31 +65,27 @@ export type SaliencyTable = {
 };
 
 /**
- * The connected pieces of the foreground: their number in each frame, and the piece of each trajectory point in its
- * frame (points as in `trajectories.x`), `0` to `count[t] - 1`. It is -1 for points that are in none: background, and
- * foreground too small to count.
+ * The connected components of the foreground: their number in each frame, and the component of each trajectory point in
+ * its frame (points as in `trajectories.x`), `0` to `count[t] - 1`. It is -1 for points of the background, and of
+ * foreground that is too small to count.
  */
 export type ComponentTable = { readonly count: Uint32Array; readonly ofPoint: Int32Array };
 
 /**
- * The scene of a frame without the objects, as RGBA bytes for `ImageData`: pixels of the background are the frame's own,
- * those behind objects come from the nearest frames that show them, as the camera moves. Alpha is 0 where none does,
- * else 255.
+ * The scene of a frame without the objects, as RGBA bytes for `ImageData`: background pixels are the frame's own, pixels
+ * behind objects come from the nearest frames that show them, following the camera. Alpha is 0 if none does, else 255.
  */
 export type Background = Grid & { readonly data: Uint8ClampedArray<ArrayBuffer> };
 
-/**
- * How likely the label of each pixel of a frame is right, in that the pixel is on an object or is not, 0 to 1, row by
- * row.
- */
+/** Probability for each pixel that it is correctly labelled as object or background, 0 to 1, row by row. */
 export type ConfidenceMap = Grid & { readonly confidence: Float32Array<ArrayBuffer> };
 
-/** How much each pixel of a frame stands out against its surroundings, 0 to 1, row by row. */
+/** Saliency of each pixel of a frame against its surroundings, 0 to 1, row by row. */
 export type SaliencyMap = Grid & { readonly saliency: Float32Array<ArrayBuffer> };
 
 /**
- * What a cluster would cost the superpixel, all else as it is: by its trajectories, by colours where no trajectory has a
- * say, by evidence from background and looks, by links to neighbours of other clusters, and where a stroke forbids it.
+ * Cost of a cluster for the superpixel, all else being equal: by its trajectories, by colours if no trajectory counts, by
+ * evidence from background and appearance, by links to neighbours of other clusters, and where a stroke forbids it.
  * `total` is the sum. `label` is the cluster's label in the masks, `votes` the number of its trajectories here.
  */
 export type LabelCost = {
@@ -106,8 +101,8 @@ export type LabelCost = {
 };
 
 /**
- * A superpixel that shares a border (same `t`) or is of the frame before or after, with `tracks` trajectories in common;
- * `cost` is what it costs to have another cluster than that one.
+ * A superpixel that shares a border (same `t`) or lies in the frame before or after, with `tracks` trajectories in common;
+ * `cost` is the cost of having another cluster than that one.
  */
 export type SuperpixelLink = {
   readonly t: number;
@@ -118,47 +113,44 @@ export type SuperpixelLink = {
 };
 
 /**
- * A trajectory in a superpixel, where it is in input pixels, and its cluster, -1 where that is not known. Strangers,
- * which move like nothing around them, count for all objects.
+ * A trajectory in a superpixel: its place in input pixels, and its cluster, -1 if unknown. A stranger, which moves unlike
+ * anything around it, counts for all objects.
  */
 export type Voter = { readonly x: number; readonly y: number; readonly cluster: number; readonly stranger: boolean };
 
 /**
- * Why a pixel has its label. Costs are in units of the energy, in whole steps of 1/65536, so that their sums are exact:
- * the difference of two totals is that of the energies which the cut compared.
+ * Explanation of a pixel's label. Costs are in units of the energy, in whole steps of 1/65536, so that their sums are
+ * exact: the difference of two totals is the difference of the energies which the cut compared.
  */
 export interface Explanation {
-  /** In the masks. */
+  /** Label in the masks. */
   label: number;
   /**
-   * What gave the pixel its label: its superpixel, the step after the cut that moves borders, or a stroke. The costs
-   * are those of the superpixel in any case.
+   * Origin of the label: the superpixel, the step after the cut that refines borders, or a stroke. The costs always refer
+   * to the superpixel.
    */
   source: 'superpixel' | 'border' | 'stroke';
-  /** Its number in the frame. */
+  /** Number of the superpixel in the frame. */
   superpixel: number;
-  /** That the cut gave the superpixel. */
+  /** Cluster of the superpixel. */
   cluster: number;
-  /** λ: how much the superpixel's trajectories count, 0 where none has a say. */
+  /** λ: weight of the superpixel's trajectories, 0 if none counts. */
   weight: number;
-  /**
-   * For an object here, negative against one: by the background, and by what objects and the ground near them look
-   * like.
-   */
+  /** Evidence for an object, or against one if negative: by the background, and by the appearance of objects and scene. */
   evidence: { readonly background: number; readonly looks: number };
-  /** Of each cluster. */
+  /** Costs of each cluster. */
   costs: readonly LabelCost[];
-  /** What binds the superpixel to others. */
+  /** Links to other superpixels. */
   links: readonly SuperpixelLink[];
-  /** The trajectories in it. */
+  /** Trajectories in the superpixel. */
   voters: readonly Voter[];
-  /** The trajectory of the result nearest to the pixel, -1 where there is none. */
+  /** Trajectory of the result nearest to the pixel, -1 if there is none. */
   nearest: number;
-  /** Its 8 greatest affinities, and to which trajectories. */
+  /** Its 8 greatest affinities, with the other trajectories. */
   affinities: readonly { readonly to: number; readonly affinity: number }[];
   /**
-   * The cheapest cluster of another label, what it costs more, and how many more trajectories of it here would make
-   * it as cheap (Infinity where no number would); null where there is no other label.
+   * The cheapest cluster of another label, its additional cost, and the number of further trajectories of it that would
+   * make it as cheap (Infinity if no number would); null without another label.
    */
   flip: { readonly cluster: number; readonly margin: number; readonly votes: number } | null;
   /**
@@ -174,7 +166,7 @@ export interface Explanation {
   } | null;
 }
 
-/** What a run found. */
+/** Results of a run. */
 export class Result {
   #ask;
 
@@ -196,15 +188,13 @@ export class Result {
   readonly seconds: Partial<Record<Stage, number>>;
   /** The objects of the masks; null without masks (`clip.dense` off, or no frames). */
   readonly objects: ObjectList | null;
-  /**
-   * How salient each trajectory is, and which are foreground; null for trajectories without frames, which have no flow.
-   */
+  /** Saliency of each trajectory, and the foreground; null for trajectories without frames, which have no flow. */
   readonly saliency: SaliencyTable | null;
-  /** The connected pieces of the foreground in each frame; null for trajectories without frames. */
+  /** Connected components of the foreground in each frame; null for trajectories without frames. */
   readonly components: ComponentTable | null;
-  /** The masks of all frames, one after the other; null where there are none. `labels(t)` copies one. */
+  /** Masks of all frames, one after the other; null without masks. `labels(t)` copies one. */
   readonly masks: Uint8Array<ArrayBuffer> | null;
-  /** The Delaunay edges of all frames; `edges(t)` gives those of one. */
+  /** Delaunay edges of all frames; `edges(t)` returns a frame's. */
   readonly edgeTable: EdgeTable;
 
   constructor(raw: RawResult, ask: Ask) {
@@ -216,7 +206,7 @@ export class Result {
     this.thresholdClusters = raw.thresholdClusters;
     this.embedding = raw.embedding;
     this.seconds = raw.seconds;
-    this.objects = raw.areas && objectList(raw.areas);
+    this.objects = raw.areas && listObjects(raw.areas);
     this.saliency = raw.saliency;
     this.components = raw.components;
     this.masks = raw.labels;
@@ -225,154 +215,148 @@ export class Result {
   }
 
   /**
-   * The mask of frame `t`, a copy: one byte for each input pixel, row by row; 0 is the background,
-   * other numbers are the labels of `objects`.
+   * Returns the mask of frame `t`, a copy: one byte for each input pixel, row by row; 0 is the background, other numbers
+   * are the labels of `objects`.
    */
   labels(t: number): Uint8Array<ArrayBuffer> {
-    wholeNumber('param', 't', t, 0, this.numFrames - 1);
-    if (!this.masks) throw without('masks', 'masks');
+    checkWholeNumber('param', 't', t, 0, this.numFrames - 1);
+    if (!this.masks) throw createMissingError('masks', 'masks');
     const size = this.width * this.height;
     return this.masks.slice(t * size, (t + 1) * size);
   }
 
   /**
-   * The Gabriel superpixels of frame `t`, at the size that frames are processed at. They are fetched from the session,
-   * which must still be open and hold the same clip.
+   * Returns the Gabriel superpixels of frame `t`, at the working size. They are requested from the session, which must
+   * still be open and hold the same clip.
    */
   async superpixels(t: number): Promise<Superpixels> {
-    return this.#map('superpixels', t);
+    return this.#requestMap('superpixels', t);
   }
 
   /**
-   * The scene of frame `t` without the objects, at the size that frames are processed at. The session makes it at each
-   * call, by its masks of that time; it must still be open and hold the same clip.
+   * Returns the scene of frame `t` without the objects, at the working size. The session computes it at each call from
+   * its present masks; it must still be open and hold the same clip.
    */
   async background(t: number): Promise<Background> {
-    return this.#map('background', t);
+    return this.#requestMap('background', t);
   }
 
   /**
-   * The boundary probability of frame `t`, at the size that frames are processed at. The session computes it at each
-   * call; it must still be open and hold the same clip.
+   * Returns the boundary probability of frame `t`, at the working size. The session computes it at each call; it must
+   * still be open and hold the same clip.
    */
   async boundaries(t: number): Promise<BoundaryMap> {
-    return this.#map('boundaries', t);
+    return this.#requestMap('boundaries', t);
   }
 
   /**
-   * How salient each pixel of frame `t` is, at the size that frames are processed at; the last frame is seen through
-   * the flow that leads to it. The session computes it at each call; it must still be open and hold the same clip.
+   * Returns the saliency of each pixel of frame `t`, at the working size; the last frame's is computed from the flow that
+   * leads to it. The session computes it at each call; it must still be open and hold the same clip.
    */
   async saliencyMap(t: number): Promise<SaliencyMap> {
-    return this.#map('saliencyMap', t);
+    return this.#requestMap('saliencyMap', t);
   }
 
   /**
-   * How sure the labels of frame `t` are, at the size that frames are processed at (docs/confidence.md says how true
-   * that is). The session must still be open, and neither cleared nor corrected since.
+   * Returns the confidence in the labels of frame `t`, at the working size (docs/confidence.md measures how reliable it
+   * is). The session must still be open, and neither cleared nor corrected since.
    */
   async confidence(t: number): Promise<ConfidenceMap> {
-    return this.#map('confidence', t);
+    return this.#requestMap('confidence', t);
   }
 
-  /**
-   * The mean of `confidence` over the pixels of each label in all frames: that of the background, then that of each
-   * object by its label, 0 of a label without pixels.
-   */
+  /** Returns the mean of `confidence` over the pixels of each label in all frames, by label; 0 for labels without pixels. */
   async objectConfidence(): Promise<Float32Array<ArrayBuffer>> {
-    return this.#asked('objectConfidence');
+    return this.#request('objectConfidence');
   }
 
   /**
-   * Why the pixel `x`, `y` of frame `t`, counted from 0 in input pixels, has its label: what speaks for it, what
-   * against, and what would change it. Computed at each call; the session must still be open, and neither cleared nor
-   * corrected since.
+   * Explains the label of pixel `x`, `y` of frame `t`, counted from 0 in input pixels: the evidence for and against it, and
+   * what would change it. Computed at each call; the session must still be open, and neither cleared nor corrected since.
    */
   async explain(t: number, x: number, y: number): Promise<Explanation> {
-    wholeNumber('param', 'x', x, 0, this.width - 1);
-    wholeNumber('param', 'y', y, 0, this.height - 1);
-    wholeNumber('param', 't', t, 0, this.numFrames - 1);
-    return this.#asked('explain', t, x, y);
+    checkWholeNumber('param', 'x', x, 0, this.width - 1);
+    checkWholeNumber('param', 'y', y, 0, this.height - 1);
+    checkWholeNumber('param', 't', t, 0, this.numFrames - 1);
+    return this.#request('explain', t, x, y);
   }
 
-  async #map<N extends MapName>(name: N, ...place: Arguments<N>): Promise<Answer<N> & Grid> {
-    wholeNumber('param', 't', place[0], 0, this.numFrames - 1);
-    return onGrid(await this.#asked(name, ...place), this.width, this.height);
+  async #requestMap<N extends MapName>(name: N, ...place: Arguments<N>): Promise<Answer<N> & Grid> {
+    checkWholeNumber('param', 't', place[0], 0, this.numFrames - 1);
+    return addScale(await this.#request(name, ...place), this.width, this.height);
   }
 
-  async #asked<N extends ResultName>(name: N, ...args: Arguments<N>): Promise<Answer<N>> {
-    const { called, from } = REQUESTS[name];
-    const there = { frames: true, saliency: this.saliency, masks: this.masks };
-    if (!there[from]) throw without(called, from);
+  async #request<N extends ResultName>(name: N, ...args: Arguments<N>): Promise<Answer<N>> {
+    const { noun, needs: from } = REQUESTS[name];
+    const available = { frames: true, saliency: this.saliency, masks: this.masks };
+    if (!available[from]) throw createMissingError(noun, from);
     return this.#ask(name, ...args);
   }
 
-  /** The Delaunay edges of frame `t` with their discontinuities. */
+  /** Returns the Delaunay edges of frame `t` with their discontinuities. */
   edges(t: number): Edges {
-    wholeNumber('param', 't', t, 0, this.numFrames - 1);
+    checkWholeNumber('param', 't', t, 0, this.numFrames - 1);
     const { i, j, d, frameOffset, frameEdges } = this.edgeTable;
-    const chosen = frameEdges.subarray(frameOffset[t], frameOffset[t + 1]);
+    const edgesOfFrame = frameEdges.subarray(frameOffset[t], frameOffset[t + 1]);
     return {
-      i: Uint32Array.from(chosen, (edge) => i[edge]!),
-      j: Uint32Array.from(chosen, (edge) => j[edge]!),
-      d: Float32Array.from(chosen, (edge) => d[edge]!),
+      i: Uint32Array.from(edgesOfFrame, (edge) => i[edge]!),
+      j: Uint32Array.from(edgesOfFrame, (edge) => j[edge]!),
+      d: Float32Array.from(edgesOfFrame, (edge) => d[edge]!),
     };
   }
 
   /**
-   * All of it for `JSON.stringify`, compressed, each number to its last bit; `fromJSON` is the way back.
-   * `structuredClone`
-   * of a result gives its data too, as a plain object without methods, which `fromJSON` takes as well.
+   * Returns all data for `JSON.stringify`, compressed without loss; `fromJSON` restores them. `structuredClone` of a result
+   * returns its data as a plain object without methods, which `fromJSON` accepts too.
    */
   toJSON(): Record<string, unknown> {
-    return saved({ ...this, masks: this.masks && encodeRuns(this.masks) });
+    return toSaved({ ...this, masks: this.masks && encodeRuns(this.masks) });
   }
 
   /**
-   * A result that was saved. It has no session behind it: superpixels, boundaries, backgrounds and saliency maps are
-   * gone.
-   * @param json what `JSON.stringify` made, or that parsed, or what `structuredClone` gave
-   * @returns with code `data` where it is damaged, or another kind of result
+   * Restores a saved result. It has no session: superpixels, boundaries, backgrounds and saliency maps are unavailable.
+   * @param json from `JSON.stringify`, or that parsed, or from `structuredClone`
+   * @throws error `data` if it is damaged, or another kind of result
    */
   static fromJSON(json: string | object): Result {
-    return restored(json, ['trajectories', 'clusters', 'edgeTable'], (raw, ask) => new Result(raw, ask));
+    return restoreResult(json, ['trajectories', 'clusters', 'edgeTable'], (raw, ask) => new Result(raw, ask));
   }
 
   /**
-   * The trajectories as a track file of the Moseg benchmark: number of frames, number of tracks, then for each track
-   * its label and length and, line by line, `x y frame`.
+   * Formats the trajectories as a track file of the Moseg benchmark: number of frames, number of tracks, then for each
+   * track its label and length and, line by line, `x y frame`.
    */
   toTracksDat(): string {
     return tracksDat({ ...this.trajectories, numFrames: this.numFrames, label: this.clusters.label });
   }
 }
 
-/** @param from what it is made from, which is not there */
-function without(what: string, from: string) {
-  const dense = from === 'masks' ? ', and clip.dense = true' : '';
+/** @param source the missing data that it is computed from */
+function createMissingError(name: string, source: string) {
+  const dense = source === 'masks' ? ', and clip.dense = true' : '';
   const needs = `frames, not trajectories alone${dense}`;
-  return new TraceCutError('state', `this result has no ${what} (they need ${needs})`);
+  return new TraceCutError('state', `this result has no ${name} (they need ${needs})`);
 }
 
-/** A result as it is saved. */
+/** A saved result. */
 type SavedResult = Omit<RawResult, 'info' | 'edges' | 'areas' | 'labels'> &
-  Info &
+  SessionInfo &
   WindowFacts & { masks: Uint32Array | RawResult['labels']; edgeTable: EdgeTable; objects: RawResult['areas'] };
 
-export function restored<T>(
+export function restoreResult<T>(
   json: string | object,
   needed: string[],
-  make: (raw: RawResult, ask: Ask, facts: WindowFacts) => T,
+  create: (raw: RawResult, ask: Ask, facts: WindowFacts) => T,
 ): T {
-  const found = opened<SavedResult>(json, [...needed, 'masks']);
-  const { masks, edgeTable, ...facts } = found;
-  const size = facts.width * facts.height * wholeNumber('data', 'numFrames', facts.numFrames, 1, 2 ** 31);
+  const saved = restoreFields<SavedResult>(json, [...needed, 'masks']);
+  const { masks, edgeTable, ...facts } = saved;
+  const size = facts.width * facts.height * checkWholeNumber('data', 'numFrames', facts.numFrames, 1, 2 ** 31);
   const labels = masks instanceof Uint32Array ? decodeRuns(checkRuns('masks', masks, size)) : masks;
   if (labels && labels.length !== size)
     throw new TraceCutError('data', `the saved masks have ${labels.length} pixels (expected ${size})`);
-  return make({ ...facts, info: facts, edges: edgeTable, areas: facts.objects, labels }, noSession, facts);
+  return create({ ...facts, info: facts, edges: edgeTable, areas: facts.objects, labels }, rejectRequest, facts);
 }
 
-async function noSession<N extends ResultName>(name: N, ..._args: Arguments<N>): Promise<never> {
-  throw new TraceCutError('state', `a result that was saved has no ${REQUESTS[name].called}; a session keeps them`);
+async function rejectRequest<N extends ResultName>(name: N, ..._args: Arguments<N>): Promise<never> {
+  throw new TraceCutError('state', `a result that was saved has no ${REQUESTS[name].noun}; a session keeps them`);
 }

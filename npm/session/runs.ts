@@ -1,12 +1,14 @@
-// Run lengths: labels as runs of equal pixels, row by row. A run is a number of 32 bits, its label in the lowest 8, its length above.
+// Run lengths: labels as runs of equal pixels, row by row. A run is a 32-bit number with the label in the lowest 8 bits, the length above.
 
 import { TraceCutError, illegal } from '../check/errors.js';
 
 /** Labels of a frame as runs of equal pixels, row by row: the label in the lowest 8 bits, the length above. */
 export type Runs = Uint32Array<ArrayBuffer>;
 
+/** Bits of the label in a run. */
 const LABEL_BITS = 8;
 const NUM_LABELS = 2 ** LABEL_BITS;
+/** Longest run; longer ones are split. */
 const MAX_RUN = 2 ** (32 - LABEL_BITS) - 1;
 
 /**
@@ -27,14 +29,14 @@ export function encodeRuns(labels: ArrayLike<number>): Runs {
 
 /** Decodes runs to a label for each pixel. */
 export function decodeRuns(runs: Runs): Uint8Array<ArrayBuffer> {
-  const labels = new Uint8Array(numPixels(runs));
+  const labels = new Uint8Array(sumLengths(runs));
   forEachRun(runs, (label, from, to) => labels.fill(label, from, to));
   return labels;
 }
 
 /**
  * Calls `visit` with each run, in order.
- * @param visit gets the run's first pixel and the one after its last
+ * @param visit takes the label, the run's first pixel and the one after its last
  */
 export function forEachRun(runs: Runs, visit: (label: number, from: number, to: number) => void) {
   let from = 0;
@@ -46,29 +48,29 @@ export function forEachRun(runs: Runs, visit: (label: number, from: number, to: 
 }
 
 /**
- * Returns the number of pixels of each label.
+ * Counts the pixels of each label.
  * @returns 256 numbers
  */
-export function areasOf(runs: Runs): Uint32Array<ArrayBuffer> {
+export function countPixels(runs: Runs): Uint32Array<ArrayBuffer> {
   const areas = new Uint32Array(NUM_LABELS);
   forEachRun(runs, (label, from, to) => (areas[label] = Number(areas[label]) + to - from));
   return areas;
 }
 
-/** Refuses runs that do not cover a frame. */
+/** Throws unless the runs cover a frame. */
 export function checkRuns(name: string, runs: unknown, size: number): Runs {
   if (!(runs instanceof Uint32Array)) throw illegal('data', name, runs, 'runs of pixels, a Uint32Array');
-  const covered = numPixels(runs as Runs);
+  const covered = sumLengths(runs as Runs);
   if (covered !== size) throw new TraceCutError('data', `${name} covers ${covered} pixels (expected ${size})`);
   return runs as Runs;
 }
 
-/** Joins the runs of all frames, each after their number. */
+/** Concatenates the runs of all frames, each preceded by their number. */
 export function joinRuns(frames: readonly Runs[]) {
   return joinWords(frames.flatMap((runs) => [Uint32Array.of(runs.length), runs]));
 }
 
-/** Returns the runs of each frame, as `joinRuns` joined them. */
+/** Splits the runs of `joinRuns` by frame. */
 export function splitRuns(words: Uint32Array, numFrames: number): Runs[] {
   let end = 0;
   return Array.from({ length: numFrames }, () => {
@@ -88,6 +90,6 @@ export function joinWords(parts: readonly Uint32Array[]) {
   return words;
 }
 
-function numPixels(runs: Runs) {
+function sumLengths(runs: Runs) {
   return runs.reduce((sum, run) => sum + (run >>> LABEL_BITS), 0);
 }

@@ -1,24 +1,24 @@
-// One clip at a time: `Session` checks what it is given, runs, aborts and corrects; an engine does the work.
+// Processes one clip at a time: `Session` checks its inputs, runs, aborts and corrects; an engine does the work.
 
-import { TraceCutError, illegal, inFrame, wholeNumber } from '../check/errors.js';
+import { TraceCutError, checkWholeNumber, illegal, withFrame } from '../check/errors.js';
 import { type SessionOptions, splitOptions } from '../check/options.js';
-import { type BoundaryMap, type Grid, type Superpixels, onGrid } from '../stages/image.js';
+import { type BoundaryMap, type Grid, type Superpixels, addScale } from '../stages/image.js';
 import { type FrameSource, toRawFrame } from '../worker/frames.js';
 import { untilAborted } from '../worker/pause.js';
-import { decoderLoader, openEngine } from '../worker/remote.js';
-import { mergeOf, splitOf, strokesOf, toRawTrajectories } from './inputs.js';
-import { type Answer, type Arguments, type Ask, type MapName, REQUESTS, type ResultLine } from './requests.js';
+import { createDecoderLoader, openEngine } from '../worker/remote.js';
+import { toMerge, toRawTrajectories, toSplit, toStrokes } from './inputs.js';
+import { type Answer, type Arguments, type Ask, type MapName, REQUESTS, type ResultRequestSpec } from './requests.js';
 import { type Background, Result, type SaliencyMap } from './result.js';
-import type { Engine, FlowField, Info, OnProgress } from './engine.js';
+import type { Engine, FlowField, OnProgress, SessionInfo } from './engine.js';
 import type { Place, RawCorrection, Stroke, TrajectoryInput } from './inputs.js';
 
 /** Opens a session. */
 export async function createSession(options?: SessionOptions): Promise<Session> {
   const split = splitOptions(options);
-  return new Session(await openEngine(split), decoderLoader(split.decoder), split.maxPixels);
+  return new Session(await openEngine(split), createDecoderLoader(split.decoder), split.maxPixels);
 }
 
-const NOTHING: Info = {
+const EMPTY_INFO: SessionInfo = {
   numFrames: 0,
   width: 0,
   height: 0,
@@ -28,62 +28,63 @@ const NOTHING: Info = {
   memoryBytes: 0,
 };
 
-/** How a run or a correction reports and is stopped. */
+/** Options of a run or a correction. */
 export interface RunOptions {
-  /** Hears of each stage. */
+  /** Called for each stage. */
   onProgress?: OnProgress;
-  /** Ends the work: the promise rejects with its reason, and the session keeps what it has. */
+  /** Aborts the work: the promise rejects with its reason, and the session keeps its state. */
   signal?: AbortSignal;
 }
 
 /**
- * Closes the engines of sessions that were dropped without `close`: nothing else would end their workers. A run or a
- * push under way, and a result that may still ask, keep their session. Some engines, such as older workerd, never tell.
+ * Closes the engines of sessions that were dropped without `close`, as nothing else would end their workers. A pending run
+ * or push, and a result that may still send requests, keep their session. Some engines, such as older workerd, never report
+ * dropped objects.
  */
-const forgotten: FinalizationRegistry<Engine> | undefined =
+const droppedSessions: FinalizationRegistry<Engine> | undefined =
   typeof FinalizationRegistry === 'undefined'
     ? undefined
     : /* @__PURE__ */ new FinalizationRegistry((engine) => engine.close());
 
 /**
- * One clip on its way to labelled trajectories and masks. Made by `createSession`. Frames go in, `run` does the work,
- * results are plain arrays that stay when the session is closed; only superpixels, boundaries and saliency maps are
- * made and fetched when they are asked for.
+ * Computes labelled trajectories and masks of one clip. Created by `createSession`. `push` adds frames, `run` processes
+ * them, results are plain arrays that outlive the session; only superpixels, boundaries and saliency maps are computed on
+ * request.
  */
 export class Session {
   #engine;
-  #info = NOTHING;
+  #info = EMPTY_INFO;
   #closed = false;
-  /** Grows when the session is cleared. */
-  #clip = 0;
-  /** Grows with each correction. */
-  #corrected = 0;
-  /** Ends the present run early. */
+  /** Increased when the session is cleared. */
+  #clipNumber = 0;
+  /** Increased by each correction. */
+  #numCorrections = 0;
+  /** Aborts the present run. */
   #stopRun: ((reason: unknown) => void) | undefined;
 
-  /** Frames that are on their way or there. */
-  #pushed = 0;
+  /** Number of frames pushed, or being pushed. */
+  #numPushed = 0;
   #loadDecoder;
   #maxPixels;
-  /** Frames reach the engine in the order of the calls, however long each takes to copy. */
-  #copied: Promise<unknown> = Promise.resolve();
+  /** Keeps the frames in the order of the calls, however long copying takes. */
+  #lastCopy: Promise<unknown> = Promise.resolve();
 
-  /** @param info what the engine holds already */
+  /** @param info state of the engine */
   constructor(
     engine: Engine,
     loadDecoder: () => Promise<WebAssembly.Module>,
     maxPixels?: number,
-    info: Info = NOTHING,
+    info: SessionInfo = EMPTY_INFO,
   ) {
     this.#maxPixels = maxPixels;
     this.#engine = engine;
     this.#info = info;
-    this.#pushed = info.numFrames;
+    this.#numPushed = info.numFrames;
     this.#loadDecoder = loadDecoder;
-    forgotten?.register(this, engine, this);
+    droppedSessions?.register(this, engine, this);
   }
 
-  /** Frames pushed so far, or of the outside trajectories' clip. */
+  /** Number of frames pushed so far, or of the given trajectories' clip. */
   get numFrames() {
     return this.#info.numFrames;
   }
@@ -101,26 +102,26 @@ export class Session {
   /** Adds the next frame. All frames of a session have one size. */
   async push(frame: FrameSource): Promise<void> {
     this.#check('push');
-    const before = this.#copied;
+    const before = this.#lastCopy;
     const copying = toRawFrame(frame, this.#loadDecoder, this.#maxPixels);
-    this.#copied = Promise.allSettled([before, copying]);
+    this.#lastCopy = Promise.allSettled([before, copying]);
     await before;
     const raw = await copying;
     this.#check('push');
-    const index = this.#pushed;
-    this.#pushed += 1;
+    const index = this.#numPushed;
+    this.#numPushed += 1;
     try {
       this.#info = await this.#engine.request('push', raw);
     } catch (error) {
-      this.#pushed -= 1;
-      throw raw.kind === 'file' ? inFrame(error, { index, name: raw.name }) : error;
+      this.#numPushed -= 1;
+      throw raw.kind === 'file' ? withFrame(error, { index, name: raw.name }) : error;
     }
   }
 
   /**
-   * Uses the trajectories of any tracker in place of those that tracking would find. With frames pushed, before or
-   * after, as many as the trajectories have, `run` makes masks too, by the flow and the denser trajectories of this
-   * session; without frames it ends with the labels of these. Set again, they take the place of those before.
+   * Uses the trajectories of any tracker instead of tracking. If all frames of the trajectories are pushed too, before or
+   * after, `run` computes masks too, from the flow and the denser trajectories of this session; without frames it ends
+   * with the labels of these trajectories. A further call replaces them.
    */
   async setTrajectories(trajectories: TrajectoryInput): Promise<void> {
     this.#check('setTrajectories');
@@ -128,12 +129,12 @@ export class Session {
   }
 
   /**
-   * Does everything that is left to do. `onProgress` hears of each stage. When `signal` aborts, the promise rejects
-   * with its reason and the session keeps what it has: the next `run` goes on from there, to the same result.
+   * Runs all remaining work. `onProgress` is called for each stage. If `signal` aborts, the promise rejects with its reason
+   * and the session keeps its state: the next `run` continues from there, to the same result.
    */
   async run(options?: RunOptions): Promise<Result> {
     this.#check('run');
-    return this.#work(options);
+    return this.#process(options);
   }
 
   /** Number of corrections in force: those made and not undone. */
@@ -142,63 +143,61 @@ export class Session {
   }
 
   /**
-   * Makes object `b` a part of object `a`; with `a` = 0 it becomes background. Like every correction it needs the masks
-   * of a finished run, and gives a new result; earlier results stay as they are. Labels that it does not speak of keep
-   * their meaning and their pixels.
+   * Merges object `b` into object `a`; with `a` = 0 it becomes background. Like every correction this needs the masks of a
+   * finished run, and returns a new result; earlier results do not change. Other labels keep their meaning and their
+   * pixels.
    * @param a the label that stays, 0 to 255
    * @param b the label that goes, 1 to 255
    */
   async merge(a: number, b: number, options?: RunOptions): Promise<Result> {
     this.#check('merge');
-    return this.#work(options, mergeOf(a, b));
+    return this.#process(options, toMerge(a, b));
   }
 
   /**
-   * Parts an object in two: into the clusters that it consists of, or else where its motion and its extent are weakest.
-   * With `at`, the part there gets a new label, the lowest that is free; otherwise the smaller part does. `split(0,
-   * at)` makes an object of what is at a place of the background. Rejects with code `data` where there is nothing to
-   * part.
+   * Splits an object in two: into its clusters, or else where its motion and its extent are weakest. With `at`, the part at
+   * that place gets a new label, the lowest free one; otherwise the smaller part does. `split(0, at)` makes an object of the
+   * background at a place. Rejects with code `data` if nothing can be split.
    *
-   * If `signal` aborts, the correction stays in force: `run` finishes it, `undo` takes it back.
+   * If `signal` aborts, the correction stays in force: `run` finishes it, `undo` undoes it.
    * @param label 0 to 255
    */
   async split(label: number, at?: Place, options?: RunOptions): Promise<Result> {
     this.#check('split');
-    return this.#work(options, splitOf(label, at, this.#info));
+    return this.#process(options, toSplit(label, at, this.#info));
   }
 
   /**
-   * All that these strokes touch is one thing. The objects that they lie over to a good part become one, with the
-   * lowest label; what else is under them, such as a part of an object that was taken for background, joins it there
-   * and wherever its trajectories go. Under the middle of a stroke the mask has the label in any case.
+   * Joins everything under these strokes to one object. The objects that they largely cover get the lowest label of them;
+   * anything else under the strokes, such as a part of an object that was labelled background, joins it there and along its
+   * trajectories. Under the middle of a stroke the mask always has this label.
    * @param strokes 1 to 255, at least one over an object
    */
   async together(strokes: readonly Stroke[], options?: RunOptions): Promise<Result> {
     this.#check('together');
-    return this.#work(options, strokesOf('together', strokes, this.#info));
+    return this.#process(options, toStrokes('together', strokes, this.#info));
   }
 
   /**
-   * Each of these strokes is a thing of its own. Of strokes over one object, that with the larger part keeps its label,
-   * each other becomes a new object with the lowest label that is free; one that also lies over background is
-   * background. Between the strokes, trajectories go with the stroke that they are bound to more closely by motion and
-   * place.
+   * Makes each of these strokes an object of its own. Of strokes over one object, the one with the larger part keeps its
+   * label, each other gets the lowest free label; a stroke that also covers background becomes background. Trajectories
+   * between the strokes join the stroke that they are closest to in motion and place.
    * @param strokes 2 to 255
    */
   async apart(strokes: readonly Stroke[], options?: RunOptions): Promise<Result> {
     this.#check('apart');
-    return this.#work(options, strokesOf('apart', strokes, this.#info));
+    return this.#process(options, toStrokes('apart', strokes, this.#info));
   }
 
-  /** Takes the last correction back: masks, objects and clusters are again what they were before it. */
+  /** Undoes the last correction: masks, objects and clusters are as before it. */
   async undo(options?: RunOptions): Promise<Result> {
     this.#check('undo');
-    return this.#work(options, { kind: 'undo' });
+    return this.#process(options, { kind: 'undo' });
   }
 
-  /** Does everything that is left to do, after a correction if there is one. */
-  async #work(options?: RunOptions, correction?: RawCorrection): Promise<Result> {
-    const { onProgress, signal } = checkedRun(options);
+  /** Runs all remaining work, after a correction if there is one. */
+  async #process(options?: RunOptions, correction?: RawCorrection): Promise<Result> {
+    const { onProgress, signal } = checkRunOptions(options);
     signal?.throwIfAborted();
 
     const inner = new AbortController();
@@ -207,11 +206,11 @@ export class Session {
     const onAbort = () => stop(signal?.reason);
     signal?.addEventListener('abort', onAbort);
     try {
-      const report = guardedReport(onProgress, stop);
+      const report = wrapProgress(onProgress, stop);
       if (correction) await untilAborted(this.#apply(correction), inner.signal);
       const raw = await untilAborted(this.#engine.run(report, inner.signal), inner.signal);
       if (raw === null) throw new TraceCutError('closed', 'the session was closed');
-      return new Result(raw, this.#asker());
+      return new Result(raw, this.#createAsk());
     } finally {
       signal?.removeEventListener('abort', onAbort);
       this.#stopRun = undefined;
@@ -220,64 +219,61 @@ export class Session {
 
   async #apply(correction: RawCorrection) {
     this.#info = await this.#engine.request('correct', correction);
-    this.#corrected += 1;
+    this.#numCorrections += 1;
   }
 
-  /** Forward optical flow from frame `t` to `t + 1`, in input pixels, at the size that frames are processed at. */
+  /** Returns the forward optical flow from frame `t` to `t + 1`, in input pixels, at the working size. */
   async flow(t: number): Promise<FlowField> {
     this.#check('flow');
-    wholeNumber('param', 't', t, 0, Math.max(0, this.#info.numFrames - 2));
+    checkWholeNumber('param', 't', t, 0, Math.max(0, this.#info.numFrames - 2));
     return this.#engine.request('flow', t);
   }
 
-  /**
-   * The boundary probability of frame `t`, at the size that frames are processed at; computed at each call, before the
-   * run too.
-   */
+  /** Returns the boundary probability of frame `t`, at the working size; computed at each call, also before the run. */
   async boundaries(t: number): Promise<BoundaryMap> {
-    return this.#map('boundaries', t);
+    return this.#requestMap('boundaries', t);
   }
 
-  /** The Gabriel superpixels of frame `t`, at the size that frames are processed at. */
+  /** Returns the Gabriel superpixels of frame `t`, at the working size. */
   async superpixels(t: number): Promise<Superpixels> {
-    return this.#map('superpixels', t);
+    return this.#requestMap('superpixels', t);
   }
 
   /**
-   * The scene of frame `t` without the objects, at the size that frames are processed at; known once the masks of all
-   * frames are, and made at each call.
+   * Returns the scene of frame `t` without the objects, at the working size; available once the masks of all frames are,
+   * and computed at each call.
    */
   async background(t: number): Promise<Background> {
-    return this.#map('background', t);
+    return this.#requestMap('background', t);
   }
 
-  /**
-   * How salient each pixel of frame `t` is, at the size that frames are processed at; known once a run has got that
-   * far, and computed at each call.
-   */
+  /** Returns the saliency of each pixel of frame `t`, at the working size; available after that stage, computed at each call. */
   async saliencyMap(t: number): Promise<SaliencyMap> {
-    return this.#map('saliencyMap', t);
+    return this.#requestMap('saliencyMap', t);
   }
 
-  async #map<N extends MapName>(name: N, ...place: Arguments<N>): Promise<Answer<N> & Grid> {
+  async #requestMap<N extends MapName>(name: N, ...place: Arguments<N>): Promise<Answer<N> & Grid> {
     this.#check(name);
-    wholeNumber('param', 't', place[0], 0, Math.max(0, this.#info.numFrames - 1));
-    return onGrid(await this.#engine.request(name, ...place), this.#info.width, this.#info.height);
+    checkWholeNumber('param', 't', place[0], 0, Math.max(0, this.#info.numFrames - 1));
+    return addScale(await this.#engine.request(name, ...place), this.#info.width, this.#info.height);
   }
 
-  /** How a result asks for more later, as long as this session is open and holds the same clip. */
-  #asker(): Ask {
-    const [clip, corrected] = [this.#clip, this.#corrected];
+  /** Returns a function for later requests of a result, valid while this session is open and holds the same clip. */
+  #createAsk(): Ask {
+    const [clipNumber, numCorrections] = [this.#clipNumber, this.#numCorrections];
     return async (name, ...args) => {
-      const { called, ofLabels } = REQUESTS[name];
+      const { noun, byLabels: ofLabels } = REQUESTS[name];
       if (this.#closed)
         throw new TraceCutError(
           'closed',
-          `${called} of a result come from its session, which is closed; ask before closing it`,
+          `${noun} of a result come from its session, which is closed; request them before closing it`,
         );
-      const change = clip !== this.#clip ? 'cleared' : ofLabels && corrected !== this.#corrected && 'corrected';
+      const change =
+        clipNumber !== this.#clipNumber
+          ? 'cleared'
+          : ofLabels && numCorrections !== this.#numCorrections && 'corrected';
       if (change)
-        throw new TraceCutError('state', `${called} of a result come from its session, which was ${change} since`);
+        throw new TraceCutError('state', `${noun} of a result come from its session, which was ${change} since`);
       this.#check(name);
       return this.#engine.request(name, ...args);
     };
@@ -286,26 +282,26 @@ export class Session {
   /** Drops frames and results; parameters stay. The next clip may have another size. */
   async clear(): Promise<void> {
     this.#check('clear');
-    this.#clip += 1;
+    this.#clipNumber += 1;
     this.#info = await this.#engine.request('clear');
-    this.#pushed = 0;
+    this.#numPushed = 0;
   }
 
   /** Frees the session's memory. A run under way rejects with code `closed`; closing twice is fine. */
   close() {
     if (this.#closed) return;
     this.#closed = true;
-    forgotten?.unregister(this);
+    droppedSessions?.unregister(this);
     this.#stopRun?.(new TraceCutError('closed', 'the session was closed'));
     this.#engine.close();
   }
 
-  /** As `close`. */
+  /** Same as `close`. */
   free() {
     this.close();
   }
 
-  /** `using session = await createSession()` closes it (an engine without `Symbol.dispose` has no `using` either). */
+  /** Closes the session at the end of `using session = await createSession()`, in engines that have `using`. */
   [Symbol.dispose]() {
     this.close();
   }
@@ -317,7 +313,7 @@ export class Session {
   }
 }
 
-function checkedRun(options: RunOptions = {}): RunOptions {
+function checkRunOptions(options: RunOptions = {}): RunOptions {
   if (typeof options !== 'object' || options === null)
     throw illegal('param', 'options', options, 'an object {onProgress, signal}');
   const { onProgress, signal } = options;
@@ -328,15 +324,15 @@ function checkedRun(options: RunOptions = {}): RunOptions {
   return options;
 }
 
-/** `onProgress` is the caller's: an error in it ends the run and is what the run rejects with. */
-function guardedReport(onProgress: OnProgress | undefined, fail: (error: unknown) => void): OnProgress {
-  let over = false;
+/** Wraps the caller's `onProgress`: an error in it ends the run, which rejects with it. */
+function wrapProgress(onProgress: OnProgress | undefined, fail: (error: unknown) => void): OnProgress {
+  let hasFailed = false;
   return (progress) => {
-    if (over) return;
+    if (hasFailed) return;
     try {
       onProgress?.(progress);
     } catch (error) {
-      over = true;
+      hasFailed = true;
       fail(error);
     }
   };

@@ -1,43 +1,43 @@
-// Made clips with known masks: `synthClip`.
+// Synthetic clips with known masks: `synthClip`.
 
-import { illegal, isPlainObject, wholeNumber } from '../check/errors.js';
+import { checkWholeNumber, illegal, isPlainObject } from '../check/errors.js';
 import { platform } from '../platform.js';
-import { type Instance, end, guarded, instance } from '../worker/instance.js';
+import { type Instance, callInstance, release, startInstance } from '../worker/instance.js';
 import type { WasmSource } from '../check/options.js';
 import type { FlowField } from '../session/engine.js';
 import type { Scene } from '../tracecut.js';
 
 /** Options of `synthClip`. */
 export interface ClipOptions {
-  /** In pixels, 320 if not given. */
+  /** Width in pixels, 320 if not given. */
   width?: number;
-  /** In pixels, 180 if not given. */
+  /** Height in pixels, 180 if not given. */
   height?: number;
-  /** 30 if not given. */
+  /** Number of frames, 30 if not given. */
   frames?: number;
-  /** Another one gives other textures; 0 if not given. */
+  /** Seed of the textures; 0 if not given. */
   seed?: number;
-  /** Where the wasm file is, when not beside the package. */
+  /** The wasm file, if it is not beside the package. */
   wasm?: WasmSource;
 }
 
-/** Makes a clip of moving objects with known masks and known flow, on the calling thread. */
+/** Creates a synthetic clip of moving objects with known masks and flow, on the calling thread. */
 export async function synthClip(options?: ClipOptions): Promise<Clip> {
-  const given = options ?? {};
-  if (!isPlainObject(given))
+  const clipOptions = options ?? {};
+  if (!isPlainObject(clipOptions))
     throw illegal('param', 'options', options, 'an object such as {width: 320, height: 180, frames: 30}');
-  const { width = 320, height = 180, frames = 30, seed = 0, wasm, ...others } = given;
+  const { width = 320, height = 180, frames = 30, seed = 0, wasm, ...others } = clipOptions;
   const unknown = Object.keys(others)[0];
   if (unknown) throw illegal('param', unknown, others[unknown], 'width, height, frames or seed');
-  wholeNumber('param', 'width', width, 1, 4096);
-  wholeNumber('param', 'height', height, 1, 4096);
-  wholeNumber('param', 'frames', frames, 1, 10000);
-  wholeNumber('param', 'seed', seed, 0, 4294967295);
-  const owner = await instance(await platform.loadModule(wasm));
+  checkWholeNumber('param', 'width', width, 1, 4096);
+  checkWholeNumber('param', 'height', height, 1, 4096);
+  checkWholeNumber('param', 'frames', frames, 1, 10000);
+  checkWholeNumber('param', 'seed', seed, 0, 4294967295);
+  const owner = await startInstance(await platform.loadModule(wasm));
   return new Clip(owner, { width, height, frames, seed });
 }
 
-/** A clip made by rule, with known masks and known flow; made by `synthClip`. The same bytes everywhere. */
+/** A synthetic clip with known masks and flow; created by `synthClip`. The same bytes everywhere. */
 export class Clip {
   #owner;
   #scene: Scene | undefined;
@@ -56,52 +56,52 @@ export class Clip {
     { width, height, frames, seed }: { width: number; height: number; frames: number; seed: number },
   ) {
     this.#owner = owner;
-    this.#scene = guarded(owner, (glue) => new glue.Scene(width, height, frames, seed));
+    this.#scene = callInstance(owner, (glue) => new glue.Scene(width, height, frames, seed));
     this.width = width;
     this.height = height;
     this.numFrames = frames;
     this.numObjects = this.#call((scene) => scene.numObjects);
   }
 
-  /** Frame `t`: RGBA, opaque; can be pushed as it is. */
+  /** Returns frame `t`: opaque RGBA, can be pushed as it is. */
   frame(t: number): { data: Uint8ClampedArray<ArrayBuffer>; width: number; height: number } {
     this.#checkFrame(t);
     return this.#call((scene) => scene.frame(t));
   }
 
-  /** The object that each pixel of frame `t` belongs to; 0 is the background. */
+  /** Returns the object of each pixel of frame `t`; 0 is the background. */
   mask(t: number): Uint8Array<ArrayBuffer> {
     this.#checkFrame(t);
     return this.#call((scene) => scene.mask(t));
   }
 
-  /** The true motion from frame `t` to `t + 1`, in pixels. */
+  /** Returns the true motion from frame `t` to `t + 1`, in pixels. */
   flow(t: number): FlowField {
     this.#checkFrame(t);
     return this.#call((scene) => scene.flow(t));
   }
 
-  /** Frees the clip's memory; closing twice is fine. A clip that is forgotten is freed with the other garbage. */
+  /** Frees the clip's memory; closing twice is fine. A clip that is no longer referenced is garbage-collected. */
   close() {
     this.#scene = undefined;
-    end(this.#owner, 'clip');
+    release(this.#owner, 'clip');
   }
 
-  /** As `close`. */
+  /** Same as `close`. */
   free() {
     this.close();
   }
 
-  /** `using clip = await synthClip()` closes it (an engine without `Symbol.dispose` has no `using` either). */
+  /** Closes the clip at the end of `using clip = await synthClip()`, in engines that have `using`. */
   [Symbol.dispose]() {
     this.close();
   }
 
   #checkFrame(t: number) {
-    wholeNumber('param', 't', t, 0, this.numFrames - 1);
+    checkWholeNumber('param', 't', t, 0, this.numFrames - 1);
   }
 
   #call<T>(call: (scene: Scene) => T) {
-    return guarded(this.#owner, () => call(this.#scene!));
+    return callInstance(this.#owner, () => call(this.#scene!));
   }
 }

@@ -1,15 +1,15 @@
-// Boundary maps, superpixels and embedding discontinuities: their types, and the functions that make them of a single
+// Boundary maps, superpixels and embedding discontinuities: their types, and the functions that compute them for a single
 // image.
 
-import { illegal, isPlainObject, wholeNumber } from '../check/errors.js';
+import { checkWholeNumber, illegal, isPlainObject } from '../check/errors.js';
 import { type SessionOptions, splitOptions } from '../check/options.js';
 import { type FrameSource, toRawFrame } from '../worker/frames.js';
-import { decoderLoader, openEngine } from '../worker/remote.js';
+import { createDecoderLoader, openEngine } from '../worker/remote.js';
 import type { Engine, FlowField } from '../session/engine.js';
 
 /**
- * The grid that a map's pixels lie on. `width` × `height` is the size that the image was processed at; one of its
- * pixels covers `scaleX` × `scaleY` input pixels, so that its place `x` is `(x + 0.5) * scaleX - 0.5` in the input.
+ * Grid of a map's pixels. `width` × `height` is the working size, at which the image was processed; one of its pixels
+ * covers `scaleX` × `scaleY` input pixels, so that its place `x` is `(x + 0.5) * scaleX - 0.5` in the input.
  */
 export type Grid = {
   readonly width: number;
@@ -19,16 +19,15 @@ export type Grid = {
 };
 
 /**
- * How likely each pixel lies on a boundary between two things, 0 to 1, row by row: `pb`, and `thin`, the same on ridges
- * one pixel wide and 0 elsewhere.
+ * Probability for each pixel that it lies on a boundary between two objects, 0 to 1, row by row: `pb`, and `thin`, the
+ * same on ridges one pixel wide and 0 elsewhere.
  */
 export type BoundaryMap = Grid & { readonly pb: Float32Array<ArrayBuffer>; readonly thin: Float32Array<ArrayBuffer> };
 
 /**
- * Where the embedding of an image's pixels changes, 0 to 1, row by row: `discontinuity`, the root of the
- * discontinuities `d`; beside it `pb`, the boundary probability that the embedding comes from, `spectral`, the
- * gradients of its eigenvectors to compare with, and `combined`, the boundary probability by `pb` and `discontinuity`
- * together.
+ * Discontinuities in the embedding of an image's pixels, 0 to 1, row by row: `discontinuity`, the root of the
+ * discontinuities `d`; `pb`, the boundary probability from which the embedding is computed; `spectral`, the gradients of
+ * its eigenvectors for comparison; and `combined`, the boundary probability from `pb` and `discontinuity`.
  */
 export type ImageDiscontinuities = Grid & {
   readonly pb: Float32Array<ArrayBuffer>;
@@ -38,8 +37,8 @@ export type ImageDiscontinuities = Grid & {
 };
 
 /**
- * Which superpixels touch: `a < b`, the length of their common border in pixels of the grid, and the mean of `pb` along
- * it.
+ * Pairs of adjacent superpixels, `a < b`, with the length of their common border in pixels of the grid, and the mean of
+ * `pb` along it.
  */
 export type SuperpixelBorders = {
   readonly a: Uint32Array<ArrayBuffer>;
@@ -48,9 +47,7 @@ export type SuperpixelBorders = {
   readonly pb: Float32Array<ArrayBuffer>;
 };
 
-/**
- * The edges of the triangulation that the superpixels come from, in pixels of the grid, with their {@link EdgeKind}.
- */
+/** Edges of the triangulation from which the superpixels are built, in pixels of the grid, with their {@link EdgeKind}. */
 export type SuperpixelEdges = {
   readonly x0: Float32Array<ArrayBuffer>;
   readonly y0: Float32Array<ArrayBuffer>;
@@ -67,11 +64,11 @@ export type Superpixels = Grid & {
   readonly edges: SuperpixelEdges;
 };
 
-/** What an edge of the triangulation became; the values of `edges.kind`. */
+/** Kinds of edges of the triangulation; the values of `edges.kind`. */
 export const EdgeKind = Object.freeze({
-  /** A piece of a contour. */
+  /** Part of a contour. */
   Constraint: 0,
-  /** A piece of the image's frame. */
+  /** Part of the image border. */
   Frame: 1,
   /** A Delaunay edge that closes a gap between contours. */
   Gabriel: 2,
@@ -85,9 +82,9 @@ export const EdgeKind = Object.freeze({
  */
 export type ImageOptions = Pick<SessionOptions, 'contour' | 'superpixel' | 'wasm' | 'decoder' | 'worker'>;
 
-/** How many superpixels are wanted. */
+/** Limits the number of superpixels. */
 export interface SuperpixelCount {
-  /** They are joined across their weakest borders until this many are left; an image with few contours has fewer. */
+  /** Most superpixels: they are joined across their weakest borders; an image with few contours has fewer. */
   count?: number;
 }
 
@@ -109,12 +106,13 @@ export type ImageEngineOptions = Pick<
 /** Options of the flow between two images. */
 export type FlowOptions = Pick<SessionOptions, 'flow' | 'wasm' | 'decoder' | 'worker'>;
 
-const ALWAYS = ['wasm', 'decoder', 'worker'];
+const COMMON_OPTIONS = ['wasm', 'decoder', 'worker'];
+/** Most superpixels: as many as pixels of the largest image. */
 const MAX_COUNT = 2 ** 26;
 
 /**
- * Maps of single images, one after the other in one engine: what a function of this package does with one image, without
- * starting anew for each. Close it when it is no longer needed.
+ * Computes maps of single images, one after the other in one engine: the same as the functions of this package for one
+ * image, without starting an engine for each. Close it when it is no longer needed.
  */
 export class ImageEngine {
   #engine;
@@ -125,105 +123,102 @@ export class ImageEngine {
     this.#loadDecoder = loadDecoder;
   }
 
-  /** The boundary probability of an image, at its own size. */
+  /** Returns the boundary probability of an image, at its own size. */
   async boundaries(image: FrameSource): Promise<BoundaryMap> {
-    return unscaled(await this.#engine.request('boundariesOf', await this.#raw(image)));
+    return toUnscaledGrid(await this.#engine.request('boundariesOf', await this.#copy(image)));
   }
 
   /**
-   * The Gabriel superpixels of an image, at its own size.
+   * Returns the Gabriel superpixels of an image, at its own size.
    * @param options most superpixels, 1 to 2^26
    */
   async superpixels(image: FrameSource, { count }: { count?: number } = {}): Promise<Superpixels> {
-    if (count !== undefined) wholeNumber('param', 'count', count, 1, MAX_COUNT);
-    return unscaled(await this.#engine.request('superpixelsOf', await this.#raw(image), count));
+    if (count !== undefined) checkWholeNumber('param', 'count', count, 1, MAX_COUNT);
+    return toUnscaledGrid(await this.#engine.request('superpixelsOf', await this.#copy(image), count));
   }
 
-  /** Boundaries of an image by the discontinuities of its pixel embedding. */
+  /** Returns the boundaries of an image by the discontinuities of its pixel embedding. */
   async imageDiscontinuities(image: FrameSource): Promise<ImageDiscontinuities> {
-    return this.#engine.request('discontinuitiesOf', await this.#raw(image));
+    return this.#engine.request('discontinuitiesOf', await this.#copy(image));
   }
 
-  /** The optical flow from one image to another of the same size. */
+  /** Returns the optical flow from one image to another of the same size. */
   async flow(from: FrameSource, to: FrameSource): Promise<FlowField> {
-    return this.#engine.request('flowOf', await this.#raw(from), await this.#raw(to));
+    return this.#engine.request('flowOf', await this.#copy(from), await this.#copy(to));
   }
 
-  /** Ends the engine; what it still works on is rejected. */
+  /** Ends the engine; pending work rejects. */
   close() {
     this.#engine.close();
   }
 
-  #raw(image: FrameSource) {
+  #copy(image: FrameSource) {
     return toRawFrame(image, this.#loadDecoder);
   }
 }
 
-/**
- * Opens an engine for boundaries, superpixels, discontinuities and flow of many single images: all that starting costs is
- * paid once.
- */
+/** Opens an engine for boundaries, superpixels, discontinuities and flow of many single images, which starts only once. */
 export function createImageEngine(options?: ImageEngineOptions): Promise<ImageEngine> {
-  return opened(options, ['flow', 'contour', 'superpixel', 'still']);
+  return openImageEngine(options, ['flow', 'contour', 'superpixel', 'still']);
 }
 
-async function opened(options: ImageEngineOptions | undefined, groups: string[]) {
-  const split = splitOptions(checked(options, [...groups, ...ALWAYS]));
+async function openImageEngine(options: ImageEngineOptions | undefined, groups: string[]) {
+  const split = splitOptions(checkNames(options, [...groups, ...COMMON_OPTIONS]));
   const engine = await openEngine({ ...split, threads: 1 });
-  return new ImageEngine(engine, decoderLoader(split.decoder));
+  return new ImageEngine(engine, createDecoderLoader(split.decoder));
 }
 
-/** The boundary probability of a single image, at its own size. */
+/** Returns the boundary probability of a single image, at its own size. */
 export function boundaries(image: FrameSource, options?: ImageOptions): Promise<BoundaryMap> {
-  return askOnce(options, ['contour', 'superpixel'], (engine) => engine.boundaries(image));
+  return requestOnce(options, ['contour', 'superpixel'], (engine) => engine.boundaries(image));
 }
 
-/** The Gabriel superpixels of a single image, at its own size. */
+/** Returns the Gabriel superpixels of a single image, at its own size. */
 export async function superpixels(image: FrameSource, options?: SuperpixelOptions): Promise<Superpixels> {
-  const { count, ...others } = isPlainObject(options) ? options : { count: undefined };
-  const rest = isPlainObject(options) ? others : options;
-  return askOnce(rest, ['contour', 'superpixel'], (engine) => engine.superpixels(image, { count }));
+  const { count, ...engineOptions } = isPlainObject(options) ? options : { count: undefined };
+  const checkedOptions = isPlainObject(options) ? engineOptions : options;
+  return requestOnce(checkedOptions, ['contour', 'superpixel'], (engine) => engine.superpixels(image, { count }));
 }
 
 /**
- * Boundaries of a single image by the discontinuities of its pixel embedding, at its own size or reduced to
+ * Returns the boundaries of a single image by the discontinuities of its pixel embedding, at its own size or reduced to
  * `still.maxSide`.
  */
 export function imageDiscontinuities(
   image: FrameSource,
   options?: DiscontinuityOptions,
 ): Promise<ImageDiscontinuities> {
-  return askOnce(options, ['still'], (engine) => engine.imageDiscontinuities(image));
+  return requestOnce(options, ['still'], (engine) => engine.imageDiscontinuities(image));
 }
 
-/** The optical flow from one image to another of the same size, at that size: where each pixel goes. */
+/** Returns the optical flow from one image to another of the same size, at that size. */
 export function flow(from: FrameSource, to: FrameSource, options?: FlowOptions): Promise<FlowField> {
-  return askOnce(options, ['flow'], (engine) => engine.flow(from, to));
+  return requestOnce(options, ['flow'], (engine) => engine.flow(from, to));
 }
 
-/** Asks an engine one thing. */
-async function askOnce<T>(
+/** Opens an engine for one request. */
+async function requestOnce<T>(
   options: ImageEngineOptions | undefined,
   groups: string[],
-  question: (engine: ImageEngine) => Promise<T>,
+  request: (engine: ImageEngine) => Promise<T>,
 ): Promise<T> {
-  const engine = await opened(options, groups);
+  const engine = await openImageEngine(options, groups);
   try {
-    return await question(engine);
+    return await request(engine);
   } finally {
     engine.close();
   }
 }
 
-function checked(options: ImageEngineOptions | undefined, legal: string[]) {
+function checkNames(options: ImageEngineOptions | undefined, legal: string[]) {
   const stray = isPlainObject(options) && Object.keys(options).find((key) => !legal.includes(key));
   if (stray) throw illegal('param', stray, options[stray], legal.join(', '));
   return options;
 }
 
-const unscaled = <T extends { width: number; height: number }>(map: T) => onGrid(map, map.width, map.height);
+const toUnscaledGrid = <T extends { width: number; height: number }>(map: T) => addScale(map, map.width, map.height);
 
-/** The map with its grid's scale against an input of `width` × `height` pixels. */
-export function onGrid<T extends { width: number; height: number }>(map: T, width: number, height: number): T & Grid {
+/** Adds the scale of a map's grid relative to an input of `width` × `height` pixels. */
+export function addScale<T extends { width: number; height: number }>(map: T, width: number, height: number): T & Grid {
   return { ...map, scaleX: width / map.width, scaleY: height / map.height };
 }

@@ -1,38 +1,37 @@
-// Video files whose container is read here and whose frames WebCodecs decodes: each picture exactly once, with its own
-// time.
+// Reads the container of video files, whose frames WebCodecs decodes: each picture exactly once, with its own time.
 
 import { TraceCutError } from '../check/errors.js';
-import { averageRate } from '../check/masks.js';
-import { part } from '../places.js';
-import { type PictureList, decodedFrom, listPictures } from './decode.js';
-import { type ReadFrame, stretched } from './pixels.js';
+import { computeFrameRate } from '../check/masks.js';
+import { loadPart } from '../places.js';
+import { type PictureList, decodeFrom, listPictures } from './decode.js';
+import { type ReadFrame, stretchFrame } from './pixels.js';
 import type { Reader, TimedFrame } from './reader.js';
 import type { EncodedPacket, Input, InputVideoTrack, VideoSample } from 'mediabunny';
 
 export type Media = typeof import('../vendor/media.js');
 
-/** Retries of a lost connection, with a second between. */
+/** Retries of a lost connection, one second apart. */
 const RETRIES = 2;
 
-/** Largest difference between equal times, in seconds. */
-const SLACK = 1e-6;
+/** Largest difference between equal times, in seconds: far above rounding, far below the spacing of pictures. */
+const SAME_TIME_S = 1e-6;
 
-/** Key pictures at which decoding begins, at most: a tapped stream may begin with a broken one, which is no damage. */
-const MOST_TRIES = 5;
+/** Most key pictures at which decoding is tried: a captured stream may begin with a broken one, which is no damage. */
+const MAX_TRIES = 5;
 
-/** The error of data that ends too early. */
-const NO_MORE = new Error('no more data');
+/** Error of data that end too early. */
+const END_OF_DATA = new Error('no more data');
 
-/** Key packets are looked into: containers are often wrong about them. */
+/** Makes mediabunny inspect key packets, as containers are often wrong about them. */
 const VERIFIED = { verifyKeyPackets: true };
 
 /**
- * Opens a file's container; null when it is of no known kind.
- * @param isCut it goes on to its end, but there was more
+ * Opens a file's container; null if its format is unknown.
+ * @param isCut true if the file is the undamaged part of a longer one
  */
 export async function openDemuxed(source: Blob | URL, isCut = false): Promise<Reader | null> {
-  const media = await part(import('../vendor/media.js'));
-  const input = inputOf(media, source);
+  const media = await loadPart(import('../vendor/media.js'));
+  const input = createInput(media, source);
   try {
     if (!(await input.canRead())) {
       input.dispose();
@@ -40,23 +39,23 @@ export async function openDemuxed(source: Blob | URL, isCut = false): Promise<Re
     }
     const track = await chooseTrack(media, input);
     if (track) return new TrackReader(media, input, track, isCut);
-    throw await withoutVideo(media, input);
+    throw await createNoVideoError(media, input);
   } catch (error) {
     input.dispose();
-    throw readable(error, source);
+    throw toReadError(error, source);
   }
 }
 
-async function withoutVideo(media: Media, input: Input) {
+async function createNoVideoError(media: Media, input: Input) {
   const hasSound = (await input.getAudioTracks()).length > 0;
   const mayLackIndex = [media.MP4, media.QTFF].includes(await input.getFormat());
   if (hasSound || !mayLackIndex)
     return new TraceCutError('no-video', `the file has no video track${hasSound ? ', only sound' : ''}`);
-  const words = 'the file is cut off: the index, which MP4 files may have at their end, is missing';
-  return new TraceCutError('truncated', words, { frames: 0 });
+  const message = 'the file is cut off: the index, which MP4 files may have at their end, is missing';
+  return new TraceCutError('truncated', message, { frames: 0 });
 }
 
-function inputOf(media: Media, source: Blob | URL) {
+function createInput(media: Media, source: Blob | URL) {
   const handleUnhandledError = () => {};
   const getRetryDelay = (attempts: number) => (attempts > RETRIES ? null : 1);
   const isAddress = source instanceof URL;
@@ -64,22 +63,24 @@ function inputOf(media: Media, source: Blob | URL) {
     source: isAddress
       ? new media.UrlSource(source, { getRetryDelay, handleUnhandledError })
       : new media.BlobSource(source, { handleUnhandledError }),
-    // A playlist that is a file leads nowhere.
+    // A playlist in a file cannot be resolved.
     formats: isAddress ? media.ALL_FORMATS : media.ALL_FORMATS.filter((format) => format !== media.HLS),
   });
 }
 
 /**
- * Chooses the default track that has more than one picture, or else the largest that has, or else any: a track of one
- * picture is a cover.
+ * Chooses the default track that has more than one picture, else the largest that has, else any: a track of one picture is
+ * a cover.
  */
 async function chooseTrack(media: Media, input: Input) {
   const tracks = await input.getVideoTracks();
-  const moving = await filtered(tracks, (track) => isMoving(media, track));
-  const candidates = moving.length > 0 ? moving : tracks;
-  // A transport stream does not say which one is the default.
-  const tells = (await input.getFormat()) !== media.MPEG_TS;
-  const [preferred] = tells ? await filtered(candidates, async (track) => (await track.getDisposition()).default) : [];
+  const clips = await filterAsync(tracks, (track) => hasSeveralPictures(media, track));
+  const candidates = clips.length > 0 ? clips : tracks;
+  // A transport stream has no default track.
+  const hasDefaults = (await input.getFormat()) !== media.MPEG_TS;
+  const [preferred] = hasDefaults
+    ? await filterAsync(candidates, async (track) => (await track.getDisposition()).default)
+    : [];
   if (preferred) return preferred;
   const areas = await Promise.all(
     candidates.map(async (track) => (await track.getDisplayWidth()) * (await track.getDisplayHeight())),
@@ -87,18 +88,18 @@ async function chooseTrack(media: Media, input: Input) {
   return candidates[areas.indexOf(Math.max(...areas))];
 }
 
-async function filtered<T>(values: T[], test: (value: T) => Promise<boolean>) {
-  const passed = await Promise.all(values.map(test));
-  return values.filter((_, k) => passed[k]);
+async function filterAsync<T>(values: T[], test: (value: T) => Promise<boolean>) {
+  const results = await Promise.all(values.map(test));
+  return values.filter((_, k) => results[k]);
 }
 
-async function isMoving(media: Media, track: InputVideoTrack) {
+async function hasSeveralPictures(media: Media, track: InputVideoTrack) {
   const sink = new media.EncodedPacketSink(track);
   const first = await sink.getFirstPacket({ metadataOnly: true });
   return first !== null && (await sink.getNextPacket(first, { metadataOnly: true })) !== null;
 }
 
-/** Frames of a track of a container. */
+/** Reads the frames of a track of a container. */
 class TrackReader implements Reader {
   #media;
   #input;
@@ -117,24 +118,24 @@ class TrackReader implements Reader {
   }
 
   async info() {
-    const { times, end } = await this.#pictures();
+    const { times, end } = await this.#listPictures();
     const decodable = await this.#isDecodable();
-    const { width, height } = await (decodable ? this.#firstSize() : this.#containerSize());
-    if (this.#isCut) this.damage = await this.#broken(NO_MORE, times.at(-1));
+    const { width, height } = await (decodable ? this.#readFirstSize() : this.#readContainerSize());
+    if (this.#isCut) this.damage = await this.#createDamageError(END_OF_DATA, times.at(-1));
     const numFrames = times.length;
     const duration = numFrames > 0 ? end - Number(times[0]) : 0;
-    const frameRate = averageRate(numFrames, duration);
-    return { width, height, duration, frameRate, numFrames, codec: await this.#codec(), decodable };
+    const frameRate = computeFrameRate(numFrames, duration);
+    return { width, height, duration, frameRate, numFrames, codec: await this.#readCodec(), decodable };
   }
 
   async times() {
-    return (await this.#pictures()).times;
+    return (await this.#listPictures()).times;
   }
 
   /** @param range in seconds */
   async *frames({ start, end }: { start: number; end: number }): AsyncGenerator<TimedFrame, void, unknown> {
-    const { times, stamps } = await this.#pictures();
-    const begin = times.findIndex((time) => time >= start - SLACK);
+    const { times, stamps } = await this.#listPictures();
+    const begin = times.findIndex((time) => time >= start - SAME_TIME_S);
     if (begin < 0) return;
     const sink = new this.#media.EncodedPacketSink(this.#track);
     const key = begin > 0 ? await sink.getKeyPacket(Number(stamps[begin]), VERIFIED) : null;
@@ -145,14 +146,15 @@ class TrackReader implements Reader {
   }
 
   /**
-   * Packets between two times are decoded once, and not at all where a later one can be decoded without them.
+   * Yields the frames at these times. Packets between two times are decoded once, or not at all if a later picture does not
+   * depend on them.
    * @param wanted times of frames, ascending
    */
-  async *at(wanted: number[]): AsyncGenerator<TimedFrame, void, unknown> {
-    for (const { key, until, times } of await this.#groups(wanted)) {
+  async *framesAt(requestedTimes: number[]): AsyncGenerator<TimedFrame, void, unknown> {
+    for (const { key, until, times } of await this.#groupByKey(requestedTimes)) {
       let next = 0;
       for await (const frame of this.#framesFrom(key, until)) {
-        if (frame.time < Number(times[next]) - SLACK) {
+        if (frame.time < Number(times[next]) - SAME_TIME_S) {
           frame.close();
           continue;
         }
@@ -160,19 +162,17 @@ class TrackReader implements Reader {
         next += 1;
         if (next === times.length) break;
       }
-      if (next < times.length) throw await this.#broken(NO_MORE, times[next]);
+      if (next < times.length) throw await this.#createDamageError(END_OF_DATA, times[next]);
     }
   }
 
-  /**
-   * Groups times by the key packets that decoding begins with; `until` is the number of the last packet that is needed.
-   */
-  async #groups(wanted: number[]) {
-    const { times, stamps } = await this.#pictures();
+  /** Groups times by the key packet at which decoding begins; `until` is the number of the last packet needed. */
+  async #groupByKey(requestedTimes: number[]) {
+    const { times, stamps } = await this.#listPictures();
     const sink = new this.#media.EncodedPacketSink(this.#track);
     const groups: { key: EncodedPacket | null; until: number; times: number[] }[] = [];
-    for (const time of wanted) {
-      const stamp = Number(stamps[times.findIndex((one) => one >= time - SLACK)]);
+    for (const time of requestedTimes) {
+      const stamp = Number(stamps[times.findIndex((other) => other >= time - SAME_TIME_S)]);
       const key = await sink.getKeyPacket(stamp, VERIFIED);
       const until = (await sink.getPacket(stamp, { metadataOnly: true }))?.sequenceNumber ?? Infinity;
       const last = groups.at(-1);
@@ -190,13 +190,13 @@ class TrackReader implements Reader {
 
   /**
    * @param key null to begin with the first picture that can be decoded
-   * @param until number of the last packet that is needed
+   * @param until number of the last packet needed
    */
   async *#framesFrom(key: EncodedPacket | null, until: number = Infinity): AsyncGenerator<TimedFrame, void, unknown> {
-    if (!(await this.#isDecodable())) throw await this.#undecodable();
+    if (!(await this.#isDecodable())) throw await this.#createCodecError();
     let last = -Infinity;
     let first = key ?? (await this.#nextKey(null));
-    for (let tries = key ? 1 : MOST_TRIES; first; tries -= 1) {
+    for (let tries = key ? 1 : MAX_TRIES; first; tries -= 1) {
       try {
         for await (const frame of this.#framesAfter(first, until, !key)) {
           last = frame.time;
@@ -205,10 +205,10 @@ class TrackReader implements Reader {
         break;
       } catch (error) {
         first = last > -Infinity || tries === 1 ? null : await this.#nextKey(first);
-        if (!first) throw await this.#broken(error, last);
+        if (!first) throw await this.#createDamageError(error, last);
       }
     }
-    if (this.#isCut && until === Infinity) throw await this.#broken(NO_MORE, last);
+    if (this.#isCut && until === Infinity) throw await this.#createDamageError(END_OF_DATA, last);
   }
 
   #nextKey(packet: EncodedPacket | null) {
@@ -216,45 +216,45 @@ class TrackReader implements Reader {
     return packet ? sink.getNextKeyPacket(packet, VERIFIED) : sink.getFirstKeyPacket(VERIFIED);
   }
 
-  /** @param isBeginning no picture comes before */
+  /** @param isBeginning true if no picture comes before */
   async *#framesAfter(
     first: EncodedPacket,
     until: number,
     isBeginning: boolean,
   ): AsyncGenerator<TimedFrame, void, unknown> {
-    const { stamps, times, end, lastPacket } = await this.#pictures();
-    let place = -1;
-    for await (const sample of decodedFrom(this.#media, this.#track, first, Math.min(until, lastPacket))) {
-      const found = placeOf(stamps, sample.timestamp, place + 1);
-      if (found < 0) {
+    const { stamps, times, end, lastPacket } = await this.#listPictures();
+    let index = -1;
+    for await (const sample of decodeFrom(this.#media, this.#track, first, Math.min(until, lastPacket))) {
+      const next = findStamp(stamps, sample.timestamp, index + 1);
+      if (next < 0) {
         sample.close();
         continue;
       }
-      place = found;
-      const time = Number(times[place]);
-      // Not every container says how long its frames last; all say when the next one comes.
-      const duration = (place + 1 < times.length ? Number(times[place + 1]) : end) - time;
-      if (isBeginning) this.#size ??= sizeOf(sample);
+      index = next;
+      const time = Number(times[index]);
+      // Not every container has durations; all have the time of the next frame.
+      const duration = (index + 1 < times.length ? Number(times[index + 1]) : end) - time;
+      if (isBeginning) this.#size ??= getDisplaySize(sample);
       yield { time, duration, read: () => this.#read(sample), close: () => sample.close() };
     }
   }
 
   async #read(sample: VideoSample) {
-    const { width, height } = await this.#shownSize(sample);
-    const raw = upright(sample);
-    return sample.displayWidth === width && sample.displayHeight === height ? raw : stretched(raw, width, height);
+    const { width, height } = await this.#getShownSize(sample);
+    const raw = toUpright(sample);
+    return sample.displayWidth === width && sample.displayHeight === height ? raw : stretchFrame(raw, width, height);
   }
 
-  /** The size of the first picture. A picture of the size that the container says is taken to be of that. */
-  async #shownSize(sample: VideoSample) {
+  /** Returns the size of the first picture. A picture of the size in the container is assumed to have that size. */
+  async #getShownSize(sample: VideoSample) {
     if (!this.#size) {
-      const { width, height } = await this.#containerSize();
+      const { width, height } = await this.#readContainerSize();
       if (sample.displayWidth === width && sample.displayHeight === height) return { width, height };
     }
-    return this.#firstSize();
+    return this.#readFirstSize();
   }
 
-  async #firstSize(): Promise<Size> {
+  async #readFirstSize(): Promise<Size> {
     try {
       if (!this.#size)
         for await (const frame of this.#framesFrom(null)) {
@@ -262,20 +262,20 @@ class TrackReader implements Reader {
           break;
         }
     } catch {
-      // Whoever takes frames is told what is wrong.
+      // The error is thrown to callers that read frames.
     }
-    return this.#size ?? this.#containerSize();
+    return this.#size ?? this.#readContainerSize();
   }
 
-  async #containerSize() {
+  async #readContainerSize() {
     return { width: await this.#track.getDisplayWidth(), height: await this.#track.getDisplayHeight() };
   }
 
-  #pictures() {
+  #listPictures() {
     return (this.#listing ??= listPictures(this.#media, this.#track));
   }
 
-  async #codec() {
+  async #readCodec() {
     const track = this.#track;
     return (await track.getCodecParameterString()) ?? String((await track.getInternalCodecId()) ?? 'unknown');
   }
@@ -284,24 +284,27 @@ class TrackReader implements Reader {
     return typeof VideoDecoder !== 'undefined' && (await this.#track.canDecode());
   }
 
-  async #undecodable() {
+  async #createCodecError() {
     if (typeof VideoDecoder === 'undefined')
       return new TraceCutError(
         'unsupported',
-        'videos are decoded by WebCodecs, which this browser or page does not have (expected Chrome 94, Firefox 130, Safari 16.4 or newer, and a page by https)',
+        'decoding videos needs WebCodecs (Chrome 94, Firefox 130, Safari 16.4 or newer, and a page served by https)',
       );
-    const codec = await this.#codec();
-    const others = codec.startsWith('avc') ? 'WebM' : 'MP4 (H.264) or WebM';
-    return new TraceCutError('codec', `the codec ${codec} cannot be decoded by this browser; convert it to ${others}`);
+    const codec = await this.#readCodec();
+    const alternatives = codec.startsWith('avc') ? 'WebM' : 'MP4 (H.264) or WebM';
+    return new TraceCutError(
+      'codec',
+      `the codec ${codec} cannot be decoded by this browser; convert it to ${alternatives}`,
+    );
   }
 
-  async #broken(error: unknown, last: number = -Infinity) {
+  async #createDamageError(error: unknown, last: number = -Infinity) {
     if (error instanceof TraceCutError) return error;
-    const { times } = await this.#pictures().catch(() => ({ times: new Float64Array() }));
-    const done = times.filter((time) => time <= last).length;
-    const all = this.#isCut ? '' : ` of ${times.length}`;
-    const where = `after frame ${done}${all}${last > -Infinity ? ` (${last.toFixed(3)} s)` : ''}`;
-    return new TraceCutError('truncated', `the video breaks off ${where}: the file is cut off or damaged`, {
+    const { times } = await this.#listPictures().catch(() => ({ times: new Float64Array() }));
+    const numFrames = times.filter((time) => time <= last).length;
+    const total = this.#isCut ? '' : ` of ${times.length}`;
+    const place = `after frame ${numFrames}${total}${last > -Infinity ? ` (${last.toFixed(3)} s)` : ''}`;
+    return new TraceCutError('truncated', `the video breaks off ${place}: the file is cut off or damaged`, {
       cause: error,
     });
   }
@@ -309,33 +312,36 @@ class TrackReader implements Reader {
 
 export type Size = { width: number; height: number };
 
-const sizeOf = ({ displayWidth, displayHeight }: VideoSample): Size => ({ width: displayWidth, height: displayHeight });
+const getDisplaySize = ({ displayWidth, displayHeight }: VideoSample): Size => ({
+  width: displayWidth,
+  height: displayHeight,
+});
 
 /**
  * @param stamps ascending
- * @returns the first place from `from` on that has this time; -1 where none has
+ * @returns the first index from `from` on with this time; -1 if there is none
  */
-function placeOf(stamps: Float64Array, stamp: number, from: number): number {
-  let place = from;
-  while (place < stamps.length && Number(stamps[place]) < stamp - SLACK) place += 1;
-  return place < stamps.length && Number(stamps[place]) <= stamp + SLACK ? place : -1;
+function findStamp(stamps: Float64Array, stamp: number, from: number): number {
+  let index = from;
+  while (index < stamps.length && Number(stamps[index]) < stamp - SAME_TIME_S) index += 1;
+  return index < stamps.length && Number(stamps[index]) <= stamp + SAME_TIME_S ? index : -1;
 }
 
-function upright(sample: VideoSample): ReadFrame {
+function toUpright(sample: VideoSample): ReadFrame {
   if (sample.rotation === 0 && !sample.flip) return { kind: 'image', image: sample.toVideoFrame() };
   const { displayWidth: width, displayHeight: height } = sample;
   const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
-  if (!context) throw new TraceCutError('unsupported', 'the browser gave no 2d canvas to turn the frame with');
+  if (!context) throw new TraceCutError('unsupported', 'the browser cannot create a 2D canvas');
   sample.draw(context, 0, 0, width, height);
   return { kind: 'pixels', data: new Uint8Array(context.getImageData(0, 0, width, height).data.buffer), width, height };
 }
 
-function readable(error: unknown, source: Blob | URL) {
+function toReadError(error: unknown, source: Blob | URL) {
   if (error instanceof TraceCutError) return error;
-  if (source instanceof URL && /fetch/i.test(words(error))) {
-    return new TraceCutError('fetch', `${source.href} cannot be fetched: ${words(error)}`, { cause: error });
+  if (source instanceof URL && /fetch/i.test(getMessage(error))) {
+    return new TraceCutError('fetch', `${source.href} cannot be fetched: ${getMessage(error)}`, { cause: error });
   }
   return new TraceCutError('truncated', 'the file cannot be read: it is cut off or damaged', { cause: error });
 }
 
-const words = (error: unknown) => (error instanceof Error ? error.message : String(error));
+const getMessage = (error: unknown) => (error instanceof Error ? error.message : String(error));

@@ -1,11 +1,11 @@
-// Animated GIF, PNG, WebP and AVIF, and still images of one frame, by the browser's image decoder.
+// Animated GIF, PNG, WebP and AVIF, and still images of one frame, decoded by the browser.
 
 import { TraceCutError } from '../check/errors.js';
-import { averageRate } from '../check/masks.js';
+import { computeFrameRate } from '../check/masks.js';
 import { fromImage } from '../worker/frames.js';
 import type { Reader } from './reader.js';
 
-/** The part of `ImageDecoder` that is used here; not every library of types knows it. */
+/** The part of `ImageDecoder` that is used here; not every type library has it. */
 export interface Decoder {
   tracks: { ready: Promise<void>; selectedTrack: { frameCount: number } | null };
   completed: Promise<void>;
@@ -15,71 +15,75 @@ export interface Decoder {
 
 export type DecoderClass = (new (init: object) => Decoder) & { isTypeSupported: (type: string) => Promise<boolean> };
 
-/** Microseconds of a frame of an animation that does not say how long it lasts. */
-const USUAL_LENGTH = 100_000;
+/** Duration of an animation's frame without one, in microseconds. */
+const DEFAULT_DURATION_US = 100_000;
 
-/** @param type by its content */
+/** @param type media type of its content */
 export async function openImage(file: Blob, type: string): Promise<Reader> {
   const Kind = (globalThis as { ImageDecoder?: DecoderClass }).ImageDecoder;
-  if (Kind && (await Kind.isTypeSupported(type))) return animationReader(await decoderOf(Kind, file, type), type);
-  if (!(await isAnimated(file, type))) return stillReader(await bitmapOf(file, type), type);
+  if (Kind && (await Kind.isTypeSupported(type)))
+    return createAnimationReader(await openDecoder(Kind, file, type), type);
+  if (!(await isAnimated(file, type))) return createStillReader(await createBitmap(file, type), type);
   throw new TraceCutError(
     'unsupported',
-    `this browser cannot take the pictures of ${type} apart; convert it to MP4 or WebM, or pass its frames as a list`,
+    `this browser cannot decode animated ${type}; convert it to MP4 or WebM, or pass its frames as a list`,
   );
 }
 
-async function decoderOf(Kind: DecoderClass, file: Blob, type: string) {
+async function openDecoder(Kind: DecoderClass, file: Blob, type: string) {
   const decoder = new Kind({ data: await file.arrayBuffer(), type });
   try {
     await decoder.tracks.ready;
   } catch (error) {
     decoder.close();
-    throw cutOff(error);
+    throw createCutError(error);
   }
-  const fault = await decoder.completed.then(() => null, cutOff);
+  const fault = await decoder.completed.then(() => null, createCutError);
   return { decoder, fault };
 }
 
-/** @param opened `fault` where the file ends too early */
-function animationReader({ decoder, fault }: { decoder: Decoder; fault: TraceCutError | null }, type: string): Reader {
+/** @param image.fault set if the file ends too early */
+function createAnimationReader(
+  { decoder, fault }: { decoder: Decoder; fault: TraceCutError | null },
+  type: string,
+): Reader {
   const count = decoder.tracks.selectedTrack?.frameCount ?? 0;
-  let facts: ReturnType<typeof measure> | undefined;
+  let measuring: ReturnType<typeof measure> | undefined;
   const reader = {
     damage: fault ?? undefined,
     async info() {
-      const { end, width, height, times } = await measured();
-      return factsOf(type, { width, height, duration: end, numFrames: times.length });
+      const { end, width, height, times } = await measureOnce();
+      return toInfo(type, { width, height, duration: end, numFrames: times.length });
     },
     async times() {
-      return (await measured()).times;
+      return (await measureOnce()).times;
     },
     async *frames() {
       let begin = 0;
       for (let frameIndex = 0; frameIndex < count; frameIndex += 1) {
-        const image = await frameAt(decoder, frameIndex);
-        const length = lengthOf(image);
+        const image = await decodeFrame(decoder, frameIndex);
+        const durationUs = getDurationUs(image);
         yield {
           time: begin / 1e6,
-          duration: length / 1e6,
+          duration: durationUs / 1e6,
           read: async () => ({ kind: 'image', image: image.clone() }),
           close: () => image.close(),
         };
-        begin += length;
+        begin += durationUs;
       }
       if (fault) throw fault;
     },
     close: () => decoder.close(),
   } as Reader;
-  const measured = () => (facts ??= measure(decoder, count, (error) => (reader.damage ??= error)));
+  const measureOnce = () => (measuring ??= measure(decoder, count, (error) => (reader.damage ??= error)));
   return reader;
 }
 
-function stillReader(image: ImageBitmap, type: string): Reader {
+function createStillReader(image: ImageBitmap, type: string): Reader {
   const { width, height } = image;
-  const duration = USUAL_LENGTH / 1e6;
+  const duration = DEFAULT_DURATION_US / 1e6;
   return {
-    info: async () => factsOf(type, { width, height, duration, numFrames: 1 }),
+    info: async () => toInfo(type, { width, height, duration, numFrames: 1 }),
     times: async () => Float64Array.of(0),
     async *frames() {
       yield { time: 0, duration, read: () => fromImage(image), close() {} };
@@ -88,20 +92,20 @@ function stillReader(image: ImageBitmap, type: string): Reader {
   };
 }
 
-function factsOf(codec: string, facts: { width: number; height: number; duration: number; numFrames: number }) {
-  return { ...facts, frameRate: averageRate(facts.numFrames, facts.duration), codec, decodable: true };
+function toInfo(codec: string, facts: { width: number; height: number; duration: number; numFrames: number }) {
+  return { ...facts, frameRate: computeFrameRate(facts.numFrames, facts.duration), codec, decodable: true };
 }
 
-async function bitmapOf(file: Blob, type: string) {
+async function createBitmap(file: Blob, type: string) {
   try {
     return await createImageBitmap(file);
   } catch (cause) {
-    const words = `this browser cannot decode ${type}, or the file is damaged; convert it to PNG or JPEG`;
-    throw new TraceCutError('unsupported', words, { cause });
+    const message = `this browser cannot decode ${type}, or the file is damaged; convert it to PNG or JPEG`;
+    throw new TraceCutError('unsupported', message, { cause });
   }
 }
 
-/** Where APNG has its chunk `acTL`, extended WebP its flag, AVIF its brand. A GIF says nothing in front. */
+/** Returns true if APNG has a chunk `acTL`, extended WebP its flag or AVIF its brand. A GIF does not tell in advance. */
 async function isAnimated(file: Blob, type: string) {
   const bytes = new Uint8Array(await file.slice(0, 2 ** 20).arrayBuffer());
   const text = new TextDecoder('latin1').decode(bytes);
@@ -111,37 +115,37 @@ async function isAnimated(file: Blob, type: string) {
 }
 
 /**
- * Durations are known only of decoded frames.
- * @param onDamage told where those before damage are measured
+ * Measures an animation: durations are known for decoded frames only.
+ * @param onDamage called if only the frames before damage could be measured
  */
 async function measure(decoder: Decoder, count: number, onDamage: (error: TraceCutError) => void) {
   const times = new Float64Array(count);
   let [end, width, height] = [0, 0, 0];
   for (let frameIndex = 0; frameIndex < count; frameIndex += 1) {
-    const image = await frameAt(decoder, frameIndex).catch((error) => {
+    const image = await decodeFrame(decoder, frameIndex).catch((error) => {
       if (frameIndex === 0) throw error;
       onDamage(error);
       return null;
     });
     if (!image) return { times: times.slice(0, frameIndex), end: end / 1e6, width, height };
     times[frameIndex] = end / 1e6;
-    end += lengthOf(image);
+    end += getDurationUs(image);
     if (frameIndex === 0) [width, height] = [image.displayWidth, image.displayHeight];
     image.close();
   }
   return { times, end: end / 1e6, width, height };
 }
 
-async function frameAt(decoder: Decoder, frameIndex: number) {
+async function decodeFrame(decoder: Decoder, frameIndex: number) {
   try {
     return (await decoder.decode({ frameIndex })).image;
   } catch (error) {
-    throw cutOff(error);
+    throw createCutError(error);
   }
 }
 
-/** Microseconds: whole numbers, whose sums are exact. */
-const lengthOf = (image: VideoFrame) => image.duration || USUAL_LENGTH;
+/** Returns a frame's duration in microseconds: whole numbers, whose sums are exact. */
+const getDurationUs = (image: VideoFrame) => image.duration || DEFAULT_DURATION_US;
 
-const cutOff = (cause: unknown) =>
+const createCutError = (cause: unknown) =>
   new TraceCutError('truncated', 'the image cannot be decoded: it is cut off or damaged', { cause });

@@ -1,23 +1,23 @@
-// Streams of a camera, a screen or a canvas. They do not wait: frames are read as they come and queue until they are
-// taken.
+// Reads streams of a camera, a screen or a canvas. They do not wait: frames are read as they arrive and queue until they
+// are requested.
 
 import { TraceCutError } from '../check/errors.js';
 import { type RawFrame, toRawFrame } from '../worker/frames.js';
-import { atSize, stretched } from './pixels.js';
+import { reduceFrame, stretchFrame } from './pixels.js';
 import type { Reader, TimedFrame } from './reader.js';
 
-/** Most frames that wait; newer ones are dropped then. As many as the largest window holds. */
+/** Most queued frames, beyond which newer ones are dropped: the size of the largest window. */
 const MAX_QUEUE = 400;
 
-/** How often a track is asked whether it has ended. */
+/** Interval at which a track is checked for its end. */
 const WATCH_MS = 100;
 
-export type LiveFrame = { time: number; raw: RawFrame };
+type LiveFrame = { time: number; raw: RawFrame };
 
-/** True while more are wanted. */
-export type OfferFrame = (timestamp: number, read: () => Promise<RawFrame>) => Promise<boolean>;
+/** Offers a frame; resolves to true while more are needed. */
+type OfferFrame = (timestamp: number, read: () => Promise<RawFrame>) => Promise<boolean>;
 
-/** @param reduce applied to what waits */
+/** @param reduce applied to queued frames */
 export function openLive(stream: MediaStream, reduce: (raw: RawFrame) => Promise<RawFrame>): Reader {
   const track = stream.getVideoTracks()[0];
   if (!track) throw new TraceCutError('no-video', 'the stream has no video track');
@@ -26,12 +26,12 @@ export function openLive(stream: MediaStream, reduce: (raw: RawFrame) => Promise
   return {
     info: async () => ({ width, height, duration: Infinity, frameRate, codec: null, decodable: true }),
     times: async () => null,
-    frames: (range) => liveFrames(track, range, reduce, closing.signal),
+    frames: (range) => readLiveFrames(track, range, reduce, closing.signal),
     close: () => closing.abort(),
   };
 }
 
-async function* liveFrames(
+async function* readLiveFrames(
   track: MediaStreamTrack,
   { end }: { end: number },
   reduce: (raw: RawFrame) => Promise<RawFrame>,
@@ -39,37 +39,39 @@ async function* liveFrames(
 ): AsyncGenerator<TimedFrame, void, unknown> {
   const queue: LiveFrame[] = [];
   let wake = () => {};
-  let over = false;
+  let isOver = false;
   let fault: unknown;
   let first = NaN;
   let last = -Infinity;
-  /** Of the first frame: a phone may be turned on the way. */
+  /** Size of the first frame: a phone may be rotated meanwhile. */
   let size: { width: number; height: number } | undefined;
   const offer: OfferFrame = async (timestamp, read) => {
     if (Number.isNaN(first)) first = timestamp;
     const time = timestamp - first;
-    if (over || time >= end) return false;
+    if (isOver || time >= end) return false;
     if (time <= last) return true;
     last = time;
     if (queue.length < MAX_QUEUE) {
-      const raw = await sized(await read());
+      const raw = await toFirstSize(await read());
       queue.push({ time, raw: await reduce(raw) });
     }
     wake();
     return true;
   };
-  const sized = async (raw: RawFrame) => {
+  const toFirstSize = async (raw: RawFrame) => {
     if (raw.kind === 'file') return raw;
     size ??= { width: raw.width, height: raw.height };
-    return raw.width === size.width && raw.height === size.height ? raw : stretched(raw, size.width, size.height);
+    return raw.width === size.width && raw.height === size.height ? raw : stretchFrame(raw, size.width, size.height);
   };
   const stop = new AbortController();
   closed.addEventListener('abort', () => stop.abort(), { once: true });
-  const feeding = hasProcessor() ? byProcessor(track, offer, stop.signal) : byElement(track, offer, stop.signal);
+  const feeding = hasProcessor()
+    ? feedFromProcessor(track, offer, stop.signal)
+    : feedFromElement(track, offer, stop.signal);
   feeding
     .catch((error) => (fault = error))
     .finally(() => {
-      over = true;
+      isOver = true;
       wake();
     });
   try {
@@ -77,11 +79,11 @@ async function* liveFrames(
       const next = queue.shift();
       if (next) yield { time: next.time, duration: 0, read: async () => next.raw, close() {} };
       else if (fault) throw fault;
-      else if (over) return;
+      else if (isOver) return;
       else await new Promise((resolve: (value: void) => void) => (wake = resolve));
     }
   } finally {
-    over = true;
+    isOver = true;
     stop.abort();
   }
 }
@@ -90,7 +92,7 @@ export type Processor = new (init: { track: MediaStreamTrack }) => { readable: R
 
 const hasProcessor = () => 'MediaStreamTrackProcessor' in globalThis;
 
-async function byProcessor(track: MediaStreamTrack, offer: OfferFrame, stop: AbortSignal) {
+async function feedFromProcessor(track: MediaStreamTrack, offer: OfferFrame, stop: AbortSignal) {
   const { MediaStreamTrackProcessor } = globalThis as { MediaStreamTrackProcessor: Processor };
   const reader = new MediaStreamTrackProcessor({ track }).readable.getReader();
   const cancel = () => void reader.cancel().catch(() => {});
@@ -101,7 +103,8 @@ async function byProcessor(track: MediaStreamTrack, offer: OfferFrame, stop: Abo
       const { done, value: frame } = await reader.read();
       if (done) return;
       try {
-        if (!(await offer(frame.timestamp / 1e6, () => atSize({ kind: 'image', image: frame }, undefined)))) return;
+        if (!(await offer(frame.timestamp / 1e6, () => reduceFrame({ kind: 'image', image: frame }, undefined))))
+          return;
       } finally {
         frame.close();
       }
@@ -111,7 +114,7 @@ async function byProcessor(track: MediaStreamTrack, offer: OfferFrame, stop: Abo
   }
 }
 
-async function byElement(track: MediaStreamTrack, offer: OfferFrame, stop: AbortSignal) {
+async function feedFromElement(track: MediaStreamTrack, offer: OfferFrame, stop: AbortSignal) {
   if (typeof document === 'undefined')
     throw new TraceCutError('unsupported', 'a worker of this browser cannot read a stream; read it in the page');
   const video = document.createElement('video');
@@ -121,10 +124,10 @@ async function byElement(track: MediaStreamTrack, offer: OfferFrame, stop: Abort
     await new Promise((resolve: (value: void) => void, reject) => {
       const end = () => resolve();
       stop.addEventListener('abort', end, { once: true });
-      // A track that its owner stops says nothing; nor does the element.
+      // No event is fired when a track is stopped by its owner, neither by the track nor by the element.
       watch = setInterval(() => track.readyState === 'ended' && end(), WATCH_MS);
       const next = async (_now: number, { mediaTime }: { mediaTime: number }) => {
-        // What an ended track shows last is black.
+        // The last frame shown after a track has ended is black.
         if (track.readyState === 'ended') return;
         try {
           const more = await offer(mediaTime, () => toRawFrame(video, () => Promise.reject(new Error('no file'))));

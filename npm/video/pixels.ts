@@ -1,16 +1,16 @@
-// From whatever holds a frame to its pixels, and to fewer of them.
+// Reads the pixels of a frame from any source, and reduces frames.
 
-import { inFrame } from '../check/errors.js';
+import { withFrame } from '../check/errors.js';
 import { platform } from '../platform.js';
-import { aside } from '../worker/aside.js';
+import { runTask } from '../worker/aside.js';
 import { toPixels } from '../worker/decode.js';
 import { type PixelFrame, type RawFrame, fromImage } from '../worker/frames.js';
-import { reduced } from '../worker/pixels.js';
+import { reducePixels } from '../worker/pixels.js';
 
-/** A frame as readers give it: copied, or as the browser holds it. */
+/** A frame from a reader: copied, or as the browser holds it. */
 export type ReadFrame = RawFrame | { kind: 'image'; image: VideoFrame };
 
-/** The size of a frame with its long side at most `side`: never enlarged, its aspect kept to the nearest pixel. */
+/** Returns the size of a frame reduced to a longer side of at most `side`: never enlarged, aspect kept to the nearest pixel. */
 export function fitSize(
   { width, height }: { readonly width: number; readonly height: number },
   side: number = Infinity,
@@ -19,9 +19,9 @@ export function fitSize(
   return { width: Math.max(1, Math.round(width * scale)), height: Math.max(1, Math.round(height * scale)) };
 }
 
-/** A frame stretched to another size, smoothly. */
-export async function stretched(raw: ReadFrame, width: number, height: number): Promise<RawFrame> {
-  const image = (await toPixelFrame(await atSize(raw, undefined))) as ImageData;
+/** Scales a frame to another size, smoothly, regardless of its aspect. */
+export async function stretchFrame(raw: ReadFrame, width: number, height: number): Promise<RawFrame> {
+  const image = (await toPixelFrame(await reduceFrame(raw, undefined))) as ImageData;
   const size = { resizeWidth: width, resizeHeight: height, resizeQuality: 'high' } as const;
   const bitmap = await createImageBitmap(image, size);
   try {
@@ -31,46 +31,47 @@ export async function stretched(raw: ReadFrame, width: number, height: number): 
   }
 }
 
-/** Frames of more pixels are copied and reduced in a worker: it takes long enough to be felt where pages are drawn. */
-const LARGE = 2 ** 20;
+/** Size in pixels from which frames are copied and reduced in a worker, as it would be noticed in the page's thread. */
+const LARGE_FRAME_PX = 2 ** 20;
 
-/** The frame at no more than `size`, in memory: pixels, or a file that need not be reduced. An image is closed. */
-export async function atSize(raw: ReadFrame, size: number | undefined): Promise<RawFrame> {
+/** Returns the frame reduced to at most `size`, in memory: pixels, or a file that need not be reduced. Closes an image. */
+export async function reduceFrame(raw: ReadFrame, size: number | undefined): Promise<RawFrame> {
   if (raw.kind === 'image') return readAndClose(raw.image, size);
   if (size === undefined) return raw;
-  const pixels = await pixelsFrom(raw);
+  const pixels = await decodePixels(raw);
   const { width, height } = fitSize(pixels, size);
   if (width === pixels.width && height === pixels.height) return { kind: 'pixels', ...pixels };
-  if (pixels.width * pixels.height <= LARGE || !platform.startAside)
-    return { kind: 'pixels', data: reduced(pixels, width, height), width, height };
+  if (pixels.width * pixels.height <= LARGE_FRAME_PX || !platform.startAside)
+    return { kind: 'pixels', data: reducePixels(pixels, width, height), width, height };
   const task = { kind: 'reduce', picture: pixels, width, height } as const;
-  const data = await aside(task, [pixels.data.buffer]);
+  const data = await runTask(task, [pixels.data.buffer]);
   return { kind: 'pixels', data, width, height };
 }
 
 async function readAndClose(image: VideoFrame, size: number | undefined): Promise<RawFrame> {
   try {
-    const shown = { width: image.displayWidth, height: image.displayHeight };
-    if (shown.width * shown.height <= LARGE || !platform.startAside) return atSize(await fromImage(image), size);
-    const { width, height } = fitSize(shown, size);
-    const data = await aside({ kind: 'frame', frame: image, width, height }, [image]);
+    const displaySize = { width: image.displayWidth, height: image.displayHeight };
+    if (displaySize.width * displaySize.height <= LARGE_FRAME_PX || !platform.startAside)
+      return reduceFrame(await fromImage(image), size);
+    const { width, height } = fitSize(displaySize, size);
+    const data = await runTask({ kind: 'frame', frame: image, width, height }, [image]);
     return { kind: 'pixels', data, width, height };
   } finally {
     image.close();
   }
 }
 
-/** The frame as pixels that a canvas takes as they are: `ImageData` where there is one. */
-export async function toPixelFrame(raw: RawFrame): Promise<PixelFrame> {
-  const { data, width, height } = await pixelsFrom(raw);
+/** Converts a frame to pixels that a canvas accepts: `ImageData` if there is one. */
+async function toPixelFrame(raw: RawFrame): Promise<PixelFrame> {
+  const { data, width, height } = await decodePixels(raw);
   const clamped = new Uint8ClampedArray(data.buffer, data.byteOffset, data.length);
   return typeof ImageData === 'undefined' ? { data: clamped, width, height } : new ImageData(clamped, width, height);
 }
 
 /**
- * A frame to look at. `frame` is what a canvas draws: a `VideoFrame`, in a browser without these an `ImageBitmap`; in Node,
- * which draws nothing, its pixels. It is there until the next one is asked for. `width` and `height` are its size as it is
- * shown; `pixels` gives a copy, `ImageData` in browsers.
+ * A frame for display. `frame` can be drawn on a canvas: a `VideoFrame`, or an `ImageBitmap` in browsers without it; in
+ * Node, which has no canvas, its pixels. It is valid until the next one is requested. `width` and `height` are its display
+ * size; `pixels` returns a copy, `ImageData` in browsers.
  */
 export type ShownFrame = {
   readonly frame: VideoFrame | ImageBitmap | PixelFrame;
@@ -80,11 +81,11 @@ export type ShownFrame = {
 };
 
 /**
- * The frame at no more than `size` to look at; `close` lets go of it.
- * @param raw whose memory nobody changes meanwhile
+ * Returns the frame, reduced to at most `size`, for display; `close` frees it.
+ * @param raw must not change meanwhile
  * @param time in seconds
  */
-export async function shownFrame(
+export async function toShownFrame(
   raw: ReadFrame,
   size: number | undefined,
   time: number,
@@ -97,26 +98,26 @@ export async function shownFrame(
       return { frame: image, width, height, pixels, close: () => image.close() };
     }
   }
-  const still = await toPixelFrame(await atSize(raw, size));
-  const { data, width, height } = still;
-  const frame = await drawn(still, time);
+  const pixelFrame = await toPixelFrame(await reduceFrame(raw, size));
+  const { data, width, height } = pixelFrame;
+  const frame = await toDrawable(pixelFrame, time);
   const pixels = () => toPixelFrame({ kind: 'pixels', data: new Uint8Array(data), width, height });
   return { frame, width, height, pixels, close: () => void ('close' in frame && frame.close()) };
 }
 
 /** @param time in seconds */
-async function drawn(pixels: PixelFrame, time: number) {
+async function toDrawable(pixels: PixelFrame, time: number) {
   const { data, width: codedWidth, height: codedHeight } = pixels;
   if (typeof VideoFrame !== 'undefined')
     return new VideoFrame(data, { format: 'RGBA', codedWidth, codedHeight, timestamp: Math.round(1e6 * time) });
   return typeof createImageBitmap === 'undefined' ? pixels : createImageBitmap(pixels as ImageData);
 }
 
-/** The pixels of a frame; an error says which one it is. */
-export async function pixelsFrom(raw: RawFrame) {
+/** Returns the pixels of a frame; an error names the frame. */
+export async function decodePixels(raw: RawFrame) {
   try {
     return await toPixels(raw);
   } catch (error) {
-    throw inFrame(error, raw);
+    throw withFrame(error, raw);
   }
 }

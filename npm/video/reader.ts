@@ -1,35 +1,34 @@
-// What every source of frames looks like from inside, and what is taken of it.
+// The interface of all sources of frames, and the selection of frames from them.
 
-import { MAX_SIDE, TraceCutError, illegal, isPlainObject, wholeNumber } from '../check/errors.js';
+import { MAX_SIDE, TraceCutError, checkWholeNumber, illegal, isPlainObject } from '../check/errors.js';
 import { WINDOWS } from '../parameters.js';
 import { untilAborted } from '../worker/pause.js';
-import { type ReadFrame, pixelsFrom } from './pixels.js';
+import { type ReadFrame, decodePixels } from './pixels.js';
 import type { WasmSource } from '../check/options.js';
 import type { RawFrame } from '../worker/frames.js';
 
 /** Facts of a video. */
 export interface VideoInfo {
-  /** Of the frames as they are shown, in pixels. */
+  /** Width of the displayed frames in pixels. */
   width: number;
   height: number;
-  /** Seconds from the begin of the first frame to the end of the last; `Infinity` for a stream. */
+  /** Seconds from the start of the first frame to the end of the last; `Infinity` for a stream. */
   duration: number;
-  /** Frames per second on average, `numFrames / duration`; `NaN` where nothing says. */
+  /** Average frames per second, `numFrames / duration`; `NaN` if unknown. */
   frameRate: number;
-  /** Number of frames, where that can be known without decoding. */
+  /** Number of frames, if known without decoding. */
   numFrames?: number;
-  /** Of all frames in seconds, ascending, where these can be known; else null. */
+  /** Times of all frames in seconds, ascending; null if unknown. */
   times: Float64Array | null;
-  /** Such as `'avc1.64001f'`; null where it is not known. */
+  /** Codec string such as `'avc1.64001f'`; null if unknown. */
   codec: string | null;
-  /** Whether frames can be decoded here; if not, facts are those that the container says. */
+  /** True if frames can be decoded here; if not, the other facts come from the container. */
   decodable: boolean;
 }
 
 /**
- * A frame that is not read yet: `read` gives its pixels, a file, or an image that whoever asks for it closes; `close` gives
- * up whatever holds it, read or not.
- * `isGuess` where nothing says how long it is shown; `clip` where it is of one of several.
+ * A frame that is not read yet: `read` returns its pixels, a file, or an image that the caller closes; `close` frees the
+ * frame, read or not. `isGuess` marks an unknown duration; `clip` names its clip if there are several.
  */
 export type TimedFrame = {
   time: number;
@@ -41,25 +40,25 @@ export type TimedFrame = {
 };
 
 /**
- * A source of frames. `frames` gives them in the order of their times, those before `start` left out or not; `times`
- * gives the times of all frames where they are known without decoding; `at` the frames at ascending times of frames,
- * where that takes less than going through all.
+ * A source of frames. `frames` yields them by time, possibly including some before `start`; `times` returns the times of
+ * all frames if they are known without decoding; `framesAt` yields the frames at ascending times, if that is faster than
+ * reading all.
  */
 export interface Reader {
   info: () => Promise<Omit<VideoInfo, 'times'>>;
   frames: (range: { start: number; end: number }) => AsyncGenerator<TimedFrame, void, unknown>;
   times: () => Promise<Float64Array | null>;
-  at?: (times: number[]) => AsyncGenerator<TimedFrame, void, unknown>;
-  /** What `frames` end with, where `info` has found it. */
+  framesAt?: (times: number[]) => AsyncGenerator<TimedFrame, void, unknown>;
+  /** Error that `frames` ends with, once `info` has found it. */
   damage?: TraceCutError;
   close: () => void;
 }
 
 /**
- * A frame that is read; an image is there until the next is asked for. `end` is when it ends, in seconds; null where nothing
- * says.
+ * A frame that is read; an image is valid until the next one is requested. `end` is the time at which it ends, in seconds;
+ * null if unknown.
  */
-export type TakenFrame = {
+export type SelectedFrame = {
   raw: ReadFrame;
   index: number;
   time: number;
@@ -68,21 +67,19 @@ export type TakenFrame = {
   clip?: string;
 };
 
-/**
- * Times are often sums of rounded numbers: a frame this much before `start` is still in. WebCodecs counts microseconds.
- */
-export const SLACK = 1e-6;
+/** Tolerance of times, which are often sums of rounded numbers, in seconds. WebCodecs counts microseconds. */
+export const TIME_TOLERANCE_S = 1e-6;
 
-/** Codes of damage, and the fewest frames before it that are worth having: motion needs two. */
-const DAMAGE = ['truncated', 'decode', 'frame-bytes'];
-export const FEWEST = 2;
+/** Error codes of damage, and the fewest frames before it that are of use: motion needs two. */
+const DAMAGE_CODES = ['truncated', 'decode', 'frame-bytes'];
+export const MIN_FRAMES = 2;
 
 /**
- * The frames of a reader that are wanted; each is closed as soon as it is read. Where the take knows what to
- * do with damage, they end before it; where its signal aborts, with its reason.
+ * Yields the selected frames of a reader; each is closed as soon as it is read. Damage ends them if the selection has
+ * `onDamage`, an aborted signal with its reason.
  */
-export async function* taken(reader: Reader, take: Take): AsyncGenerator<TakenFrame, void, unknown> {
-  const frames = wanted(reader, take);
+export async function* takeFrames(reader: Reader, take: Take): AsyncGenerator<SelectedFrame, void, unknown> {
+  const frames = selectFrames(reader, take);
   let index = 0;
   try {
     for (;;) {
@@ -94,44 +91,44 @@ export async function* taken(reader: Reader, take: Take): AsyncGenerator<TakenFr
   } catch (error) {
     if (!isDamage(error)) throw error;
     error.frames = index;
-    if (!take.onDamage || index < FEWEST) throw error;
-    take.onDamage({ frames: index, total: await expected(reader, take).catch(() => null), error });
+    if (!take.onDamage || index < MIN_FRAMES) throw error;
+    take.onDamage({ frames: index, total: await countExpected(reader, take).catch(() => null), error });
   } finally {
     frames.return().catch(() => {});
   }
 }
 
 export function isDamage(error: unknown): error is TraceCutError {
-  return error instanceof TraceCutError && DAMAGE.includes(error.code);
+  return error instanceof TraceCutError && DAMAGE_CODES.includes(error.code);
 }
 
-async function* wanted(reader: Reader, take: Take): AsyncGenerator<TakenFrame, void, unknown> {
-  let passed = 0;
+async function* selectFrames(reader: Reader, take: Take): AsyncGenerator<SelectedFrame, void, unknown> {
+  let numSeen = 0;
   let index = 0;
-  let present: string | undefined;
+  let currentClip: string | undefined;
   for await (const frame of reader.frames(take)) {
     try {
-      if (frame.time < take.start - SLACK) continue;
+      if (frame.time < take.start - TIME_TOLERANCE_S) continue;
       const { clip } = frame;
-      if (frame.time >= take.end - SLACK) {
+      if (frame.time >= take.end - TIME_TOLERANCE_S) {
         if (clip === undefined) return;
         continue;
       }
-      if (clip !== present) [present, passed] = [clip, 0];
-      passed += 1;
-      if ((passed - 1) % take.step !== 0) continue;
+      if (clip !== currentClip) [currentClip, numSeen] = [clip, 0];
+      numSeen += 1;
+      if ((numSeen - 1) % take.step !== 0) continue;
       const read = await frame.read();
       frame.close();
-      // Whether a file is damaged shows when it is decoded.
-      const raw = take.onDamage && read.kind === 'file' ? await decoded(read) : read;
+      // Damage of a file is found when it is decoded.
+      const raw = take.onDamage && read.kind === 'file' ? await decodeFile(read) : read;
       const { time, duration } = frame;
-      // Frames that are left out lengthen those before them; nobody knows how many would have come after the last.
+      // Skipped frames lengthen those before them; the number of frames after the last is unknown.
       const isKnown = duration > 0 && !frame.isGuess && take.step === 1;
       const end = isKnown ? time + duration : null;
       try {
         yield { raw, index, time, duration, end, ...(clip === undefined ? {} : { clip }) };
       } finally {
-        // Whoever stopped waiting for it did not see it.
+        // A caller that stopped waiting did not get it.
         if (raw.kind === 'image') raw.image.close();
       }
       index += 1;
@@ -142,62 +139,61 @@ async function* wanted(reader: Reader, take: Take): AsyncGenerator<TakenFrame, v
   }
 }
 
-async function decoded(raw: RawFrame): Promise<RawFrame> {
-  return { kind: 'pixels', ...(await pixelsFrom(raw)) };
+async function decodeFile(raw: RawFrame): Promise<RawFrame> {
+  return { kind: 'pixels', ...(await decodePixels(raw)) };
 }
 
-/** How many frames `taken` will give, where that can be known. */
-export async function expected(reader: Reader, { start, end, step, maxFrames }: Take): Promise<number | null> {
+/** Returns the number of frames that `takeFrames` will yield, if known. */
+export async function countExpected(reader: Reader, { start, end, step, maxFrames }: Take): Promise<number | null> {
   const times = await reader.times();
   if (!times) return null;
-  const inRange = times.filter((time) => time >= start - SLACK && time < end - SLACK).length;
+  const inRange = times.filter((time) => time >= start - TIME_TOLERANCE_S && time < end - TIME_TOLERANCE_S).length;
   return Math.min(maxFrames, Math.ceil(inRange / step));
 }
 
-/** The error of a take that holds nothing. */
-export async function nothingTaken({ start, end }: Take, reader: Reader) {
+/** Creates the error for a selection without frames. */
+export async function createEmptyError({ start, end }: Take, reader: Reader) {
   if (start === -Infinity && end === Infinity) return new TraceCutError('no-frames', 'the source has no frames');
   const times = await reader.times().catch(() => null);
   const last = times?.[times.length - 1];
-  const known = times && last !== undefined ? `; its frames are at ${round(times[0])} s to ${round(last)} s` : '';
+  const available = times && last !== undefined ? `; its frames are at ${round(times[0])} s to ${round(last)} s` : '';
   const range = `${start > -Infinity ? ` from ${start} s` : ''}${end < Infinity ? ` to ${end} s` : ' on'}`;
-  return new TraceCutError('no-frames', `the source has no frame${range}${known}`);
+  return new TraceCutError('no-frames', `the source has no frame${range}${available}`);
 }
 
 const round = (time: number | undefined = 0) => Number(time.toFixed(3));
 
 /**
- * What is taken of a source: the frames whose time lies in `[start, end)`, every `step`-th of them, at most
+ * Selection of frames from a source: the frames whose time lies in `[start, end)`, every `step`-th of them, at most
  * `maxFrames`.
  */
 export interface TakeOptions {
-  /** Seconds; the clip's begin if not given. */
+  /** Start in seconds; the clip's start if not given. */
   start?: number;
-  /** Seconds; the clip's end if not given. */
+  /** End in seconds; the clip's end if not given. */
   end?: number;
-  /** Every `step`-th frame; 1 if not given. */
+  /** Takes every `step`-th frame; 1 if not given. */
   step?: number;
-  /** The largest number of frames; all if not given. */
+  /** Most frames; all if not given. */
   maxFrames?: number;
-  /** The long side in pixels that frames are reduced to; a smaller frame stays as it is. */
+  /** Longer side in pixels that frames are reduced to; smaller frames stay as they are. */
   size?: number;
-  /** Frames per second of a list of frames that carry no times; 25 if not given. */
+  /** Frames per second of a list of frames without times; 25 if not given. */
   frameRate?: number;
-  /** Where the wasm file is that reads PNG and JPEG files, when not beside the package. */
+  /** The wasm file that decodes PNG and JPEG, if it is not beside the package. */
   decoder?: WasmSource;
-  /** Ends the work: what is awaited rejects with its reason. */
+  /** Aborts the work: pending promises reject with its reason. */
   signal?: AbortSignal;
   /**
-   * With it, a source that is cut off or damaged ends before the damage, which this is told of; without it, and where
-   * fewer than two frames come before, the frames before are followed by an error (`truncated`, `decode`) whose
-   * `frames` is their number.
+   * Called if a source is cut off or damaged; the frames then end before the damage. Without it, or if fewer than two
+   * frames come before the damage, they are followed by an error (`truncated`, `decode`) whose `frames` is their number.
    */
   onDamage?: (damage: Damage) => void;
 }
 
 /**
- * Damage that a source ends with: how many frames were taken before it, how many should have been, null where nobody
- * knows, and what is wrong.
+ * Damage that ends a source: the number of frames taken before it, the number that was expected, null if unknown, and the
+ * error.
  */
 export type Damage = { frames: number; total: number | null; error: TraceCutError };
 
@@ -212,6 +208,7 @@ export interface Take {
   onDamage: ((damage: Damage) => void) | undefined;
 }
 
+/** Largest `step` and `maxFrames`. */
 const MAX_FRAMES = 1_000_000;
 
 export function asOptions(options: unknown): Record<string, unknown> {
@@ -221,7 +218,7 @@ export function asOptions(options: unknown): Record<string, unknown> {
   return options;
 }
 
-/** Checks what both `videoFrames` and `segmentVideo` take, and gives what is left. */
+/** Checks the options that select frames, and returns the others separately. */
 export function splitTake(options: Record<string, unknown>): { take: Take; others: Record<string, unknown> } {
   const {
     start = -Infinity,
@@ -234,12 +231,12 @@ export function splitTake(options: Record<string, unknown>): { take: Take; other
     onDamage,
     ...others
   } = options;
-  if (start !== -Infinity) seconds('start', start);
-  if (end !== Infinity) seconds('end', end);
+  if (start !== -Infinity) checkSeconds('start', start);
+  if (end !== Infinity) checkSeconds('end', end);
   if (Number(end) <= Number(start)) throw illegal('param', 'end', end, `more than start = ${start}`);
-  wholeNumber('param', 'step', step, 1, MAX_FRAMES);
-  if (maxFrames !== Infinity) wholeNumber('param', 'maxFrames', maxFrames, 1, MAX_FRAMES);
-  if (size !== undefined) wholeNumber('param', 'size', size, 16, MAX_SIDE);
+  checkWholeNumber('param', 'step', step, 1, MAX_FRAMES);
+  if (maxFrames !== Infinity) checkWholeNumber('param', 'maxFrames', maxFrames, 1, MAX_FRAMES);
+  if (size !== undefined) checkWholeNumber('param', 'size', size, 16, MAX_SIDE);
   if (typeof frameRate !== 'number' || !(frameRate > 0 && frameRate <= 1000)) {
     throw illegal('param', 'frameRate', frameRate, 'frames per second, above 0 and at most 1000');
   }
@@ -250,19 +247,20 @@ export function splitTake(options: Record<string, unknown>): { take: Take; other
   return { take, others };
 }
 
-/** Returns `overlap` if it was given. */
+/** Checks the options of windows; `overlap` stays undefined if not given. */
 export function splitWindow(options: Record<string, unknown>): {
   window: number;
   overlap: number | undefined;
   others: Record<string, unknown>;
 } {
   const { window = WINDOWS.frames, overlap, ...others } = options;
-  const frames = wholeNumber('param', 'window', window, 2, WINDOWS.most);
-  const shared = overlap === undefined ? undefined : wholeNumber('param', 'overlap', overlap, 1, frames - 1);
-  return { window: frames, overlap: shared, others };
+  const frames = checkWholeNumber('param', 'window', window, 2, WINDOWS.most);
+  const checkedOverlap =
+    overlap === undefined ? undefined : checkWholeNumber('param', 'overlap', overlap, 1, frames - 1);
+  return { window: frames, overlap: checkedOverlap, others: others };
 }
 
-function seconds(name: string, value: unknown) {
+function checkSeconds(name: string, value: unknown) {
   if (typeof value !== 'number' || !Number.isFinite(value)) throw illegal('param', name, value, 'a number of seconds');
 }
 

@@ -1,21 +1,21 @@
 // The masks, shots and objects of a whole clip: `VideoResult`.
 
-import { TraceCutError, illegal, wholeNumber } from '../check/errors.js';
-import { type ObjectList, objectList, tracksDat } from '../session/report.js';
-import { type Runs, areasOf, checkRuns, decodeRuns, encodeRuns, joinRuns, splitRuns } from '../session/runs.js';
-import { opened, saved } from '../session/saved.js';
-import { breath } from '../worker/pause.js';
+import { TraceCutError, checkWholeNumber, illegal } from '../check/errors.js';
+import { type ObjectList, listObjects, tracksDat } from '../session/report.js';
+import { type Runs, checkRuns, countPixels, decodeRuns, encodeRuns, joinRuns, splitRuns } from '../session/runs.js';
+import { restoreFields, toSaved } from '../session/serialize.js';
+import { yieldThread } from '../worker/pause.js';
 import type { WindowResult } from './window.js';
 
-/** A stretch of frames without a cut, `first` and `last` included. Objects of different shots have different labels. */
+/** A range of frames without a cut, `first` and `last` included. Objects of different shots have different labels. */
 export type Shot = { readonly first: number; readonly last: number };
 
-/** Where a source was cut off or damaged: the number of frames before, and what is wrong. */
-export type Truncated = { readonly frames: number; readonly reason: string };
+/** Damage of a source: the number of frames before it, and the reason. */
+export type Truncation = { readonly frames: number; readonly reason: string };
 
-type SavedVideo = Omit<Collected, 'runs'> & { runs: Uint32Array<ArrayBuffer> | unknown[] };
+type SavedVideo = Omit<VideoResultData, 'runs'> & { runs: Uint32Array<ArrayBuffer> | unknown[] };
 
-export interface Collected {
+export interface VideoResultData {
   width: number;
   height: number;
   times: Float64Array<ArrayBuffer>;
@@ -23,13 +23,13 @@ export interface Collected {
   shots: readonly Shot[];
   runs: Runs[];
   trajectories: ClipTrajectories;
-  truncated?: Truncated | null;
+  truncated?: Truncation | null;
 }
 
-/** Frames between two breaths. */
+/** Frames between two pauses for the page's thread. */
 const BATCH = 8;
 
-/** The masks, objects and trajectories of a whole clip; made by `collect`. Its masks lie run-length coded in memory. */
+/** Masks, objects and trajectories of a whole clip; created by `collect`. Its masks are kept as run lengths. */
 export class VideoResult {
   /** Width of the masks in pixels. */
   readonly width: number;
@@ -39,10 +39,10 @@ export class VideoResult {
   readonly numFrames: number;
   /** The time of each frame, in seconds. */
   readonly times: Float64Array<ArrayBuffer>;
-  /** When the last frame ends, in seconds; null where nothing says. */
+  /** Time at which the last frame ends, in seconds; null if unknown. */
   readonly end: number | null;
-  /** Whether the source was cut off or damaged: masks are of the frames before. Null for a whole clip. */
-  readonly truncated: Truncated | null;
+  /** Damage of the source, if masks are of the frames before it only; null for a whole clip. */
+  readonly truncated: Truncation | null;
   /** The shots of the clip, in order. */
   readonly shots: readonly Shot[];
   /** Point trajectories over the whole clip, in pixels of the masks, each with its object. */
@@ -52,7 +52,7 @@ export class VideoResult {
   /** The objects, by their labels. */
   readonly objects: ObjectList;
 
-  constructor(collected: Collected) {
+  constructor(collected: VideoResultData) {
     this.width = collected.width;
     this.height = collected.height;
     this.numFrames = collected.times.length;
@@ -62,60 +62,60 @@ export class VideoResult {
     this.shots = collected.shots;
     this.trajectories = collected.trajectories;
     this.runs = collected.runs;
-    this.objects = objectsOf(collected.runs);
+    this.objects = measureObjects(collected.runs);
   }
 
-  /** The mask of frame `t`: one byte for each pixel, row by row; 0 is the background. */
+  /** Returns the mask of frame `t`: one byte for each pixel, row by row; 0 is the background. */
   labels(t: number): Uint8Array<ArrayBuffer> {
-    wholeNumber('param', 't', t, 0, this.numFrames - 1);
+    checkWholeNumber('param', 't', t, 0, this.numFrames - 1);
     return decodeRuns(this.runs[t]!);
   }
 
   /**
-   * All of it for `JSON.stringify`, compressed; `fromJSON` is the way back. `structuredClone` gives its data too, as a
-   * plain object without methods, which `fromJSON` takes as well.
+   * Returns all data for `JSON.stringify`, compressed; `fromJSON` restores them. `structuredClone` returns its data as a
+   * plain object without methods, which `fromJSON` accepts too.
    */
   toJSON(): Record<string, unknown> {
     const { objects: _, runs, ...rest } = this;
-    return saved({ ...rest, runs: joinRuns(runs) });
+    return toSaved({ ...rest, runs: joinRuns(runs) });
   }
 
   /**
-   * A result that was saved.
-   * @param json what `JSON.stringify` made, or that parsed, or what `structuredClone` gave
-   * @returns with code `data` where it is damaged, or another kind of result
+   * Restores a saved result.
+   * @param json from `JSON.stringify`, or that parsed, or from `structuredClone`
+   * @throws error `data` if it is damaged, or another kind of result
    */
   static fromJSON(json: string | object): VideoResult {
-    const { runs: words, ...rest } = opened<SavedVideo>(json, ['times', 'shots', 'runs', 'trajectories']);
-    const frames: unknown[] = words instanceof Uint32Array ? splitRuns(words, rest.times.length) : words;
+    const { runs: savedRuns, ...rest } = restoreFields<SavedVideo>(json, ['times', 'shots', 'runs', 'trajectories']);
+    const frames: unknown[] = savedRuns instanceof Uint32Array ? splitRuns(savedRuns, rest.times.length) : savedRuns;
     const size = rest.width * rest.height;
     const runs = Array.from(rest.times, (_, t) => checkRuns(`the mask of frame ${t}`, frames[t], size));
     return new VideoResult({ ...rest, runs });
   }
 
   /**
-   * The trajectories as a track file of the Moseg benchmark: number of frames, number of tracks, then for each track
-   * its label and length and, line by line, `x y frame`.
+   * Formats the trajectories as a track file of the Moseg benchmark: number of frames, number of tracks, then for each
+   * track its label and length and, line by line, `x y frame`.
    */
   toTracksDat(): string {
     return tracksDat({ ...this.trajectories, numFrames: this.numFrames });
   }
 }
 
-function objectsOf(runs: Runs[]): ObjectList {
+function measureObjects(runs: Runs[]): ObjectList {
   const areas = new Map<number, Uint32Array<ArrayBuffer>>();
   runs.forEach((frame, t) => {
-    areasOf(frame).forEach((area, label) => {
+    countPixels(frame).forEach((area, label) => {
       if (area === 0 || label === 0) return;
       if (!areas.has(label)) areas.set(label, new Uint32Array(runs.length));
-      const own = areas.get(label)!;
-      own[t] = area;
+      const labelAreas = areas.get(label)!;
+      labelAreas[t] = area;
     });
   });
-  return objectList([...areas].map(([label, own]) => ({ label, areas: own })));
+  return listObjects([...areas].map(([label, labelAreas]) => ({ label, areas: labelAreas })));
 }
 
-/** Collects window after window. */
+/** Collects the results of windows. */
 export class Collector {
   #runs: Runs[] = [];
   #times: number[] = [];
@@ -125,7 +125,7 @@ export class Collector {
   #size = { width: 0, height: 0 };
   #clip: string | null | undefined;
 
-  /** Takes all of a window at its end; on the way there the thread may answer others. */
+  /** Adds a finished window; pauses on the way for other work of the thread. */
   async add(window: WindowResult) {
     if (this.#clip === undefined) this.#clip = window.clip;
     if (window.clip !== this.#clip)
@@ -133,7 +133,7 @@ export class Collector {
     const frames = [];
     for (const { index, time, labels } of window.frames()) {
       frames.push({ index, time, runs: encodeRuns(labels) });
-      if (frames.length % BATCH === 0) await breath();
+      if (frames.length % BATCH === 0) await yieldThread();
     }
     this.#size = { width: window.width, height: window.height };
     for (const { index, time, runs } of frames) {
@@ -142,26 +142,26 @@ export class Collector {
       this.#runs.push(runs);
       this.#times.push(time);
     }
-    // Of frames that the next window settles nothing is asked yet.
+    // The next window settles frames that are ignored here.
     this.#end = window.settled.to === window.times.length ? window.end : (window.times[window.settled.to] ?? null);
     this.#tracks.add(window);
   }
 
   labels(t: number) {
-    wholeNumber('param', 't', t, 0, this.#runs.length - 1);
+    checkWholeNumber('param', 't', t, 0, this.#runs.length - 1);
     return decodeRuns(this.#runs[t]!);
   }
 
-  /** @param damage that the source ended with */
+  /** @param damage that ended the source */
   finish(damage: TraceCutError | null) {
     const frames = this.#runs.length;
-    const result = this.sofar(damage && { frames, reason: damage.message });
+    const result = this.createPartialResult(damage && { frames, reason: damage.message });
     if (!result) throw new TraceCutError('no-frames', 'the source has no frames');
     return result;
   }
 
-  /** The result of the frames that are there by now; null without any. */
-  sofar(truncated: Truncated | null = null) {
+  /** Returns the result of the frames collected so far; null without any. */
+  createPartialResult(truncated: Truncation | null = null) {
     const numFrames = this.#runs.length;
     if (numFrames === 0) return null;
     return new VideoResult({
@@ -177,9 +177,9 @@ export class Collector {
 }
 
 /**
- * Trajectories of a whole clip, shaped as `Result.trajectories`: the points of trajectory `i` are `offset[i]` to
- * `offset[i + 1]`, one for each of the consecutive frames from `startFrame[i]` on. `label[i]` is the object that most
- * of its points were on, 0 for the background.
+ * Trajectories of a whole clip, in the form of `Result.trajectories`: trajectory `i` has the points `offset[i]` to
+ * `offset[i + 1]`, one for each of the consecutive frames from `startFrame[i]` on. `label[i]` is the object of most of its
+ * points, 0 for the background.
  */
 export type ClipTrajectories = {
   readonly count: number;
@@ -190,20 +190,20 @@ export type ClipTrajectories = {
   readonly label: Uint8Array;
 };
 
-export type Track = { start: number; x: number[]; y: number[]; votes: Map<number, number> };
+type CollectedTrack = { start: number; x: number[]; y: number[]; votes: Map<number, number> };
 
-/** Collects the trajectories of window after window. */
+/** Collects the trajectories of windows. */
 class TrackCollector {
-  #tracks = new Map<number, Track>();
+  #tracks = new Map<number, CollectedTrack>();
 
   add({ trajectories, clusters, firstFrame }: WindowResult) {
     for (let i = 0; i < trajectories.count; i += 1) {
       const [begin, end] = [Number(trajectories.offset[i]), Number(trajectories.offset[i + 1])];
       const start = firstFrame + Number(trajectories.startFrame[i]);
-      const track = this.#trackOf(Number(trajectories.id[i]), start);
-      // The frames that an earlier window had are there already.
-      const known = track.start + track.x.length - start;
-      for (let p = begin + Math.max(0, known); p < end; p += 1) {
+      const track = this.#getTrack(Number(trajectories.id[i]), start);
+      // Frames of an earlier window are collected already.
+      const numCollected = track.start + track.x.length - start;
+      for (let p = begin + Math.max(0, numCollected); p < end; p += 1) {
         track.x.push(Number(trajectories.x[p]));
         track.y.push(Number(trajectories.y[p]));
       }
@@ -212,15 +212,15 @@ class TrackCollector {
     }
   }
 
-  #trackOf(id: number, start: number) {
+  #getTrack(id: number, start: number) {
     let track = this.#tracks.get(id);
     if (!track) this.#tracks.set(id, (track = { start, x: [], y: [], votes: new Map() }));
     return track;
   }
 
   /**
-   * @param numFrames what lies beyond is left out
-   * @returns in the order of their first frames
+   * @param numFrames later frames are dropped
+   * @returns by first frame
    */
   finish(numFrames: number): ClipTrajectories {
     const tracks = [...this.#tracks.values()]
@@ -234,24 +234,24 @@ class TrackCollector {
     const offset = new Uint32Array(tracks.length + 1);
     tracks.forEach((track, i) => (offset[i + 1] = Number(offset[i]) + track.x.length));
     const points = Number(offset[tracks.length]);
-    const joined = {
+    const list = {
       count: tracks.length,
       startFrame: Uint32Array.from(tracks, ({ start }) => start),
       offset,
       x: new Float32Array(points),
       y: new Float32Array(points),
-      label: Uint8Array.from(tracks, ({ votes }) => majority(votes)),
+      label: Uint8Array.from(tracks, ({ votes }) => findMajority(votes)),
     };
     tracks.forEach((track, i) => {
-      joined.x.set(track.x, offset[i]);
-      joined.y.set(track.y, offset[i]);
+      list.x.set(track.x, offset[i]);
+      list.y.set(track.y, offset[i]);
     });
-    return joined;
+    return list;
   }
 }
 
-/** The label with most votes, the lowest of equals. */
-function majority(votes: Map<number, number>) {
+/** Returns the label with most votes, the lowest of equals. */
+function findMajority(votes: Map<number, number>) {
   let best = 0;
   let most = -1;
   for (const [label, count] of votes) {

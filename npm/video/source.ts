@@ -1,20 +1,20 @@
-// Finds out what kind of source it was given, and opens a reader of its frames.
+// Detects the kind of a source, and opens a reader of its frames.
 
-import { illegal, TraceCutError, typeTag } from '../check/errors.js';
-import { part } from '../places.js';
-import { decoderLoader } from '../worker/remote.js';
+import { TraceCutError, illegal, typeTag } from '../check/errors.js';
+import { loadPart } from '../places.js';
+import { createDecoderLoader } from '../worker/remote.js';
 import { openDemuxed } from './demux.js';
-import { type FileKind, fileKind } from './kind.js';
-import { type ShownFrame, atSize, shownFrame } from './pixels.js';
-import { asOptions, nothingTaken, splitTake, taken } from './reader.js';
+import { type FileKind, detectKind } from './file-kind.js';
+import { type ShownFrame, reduceFrame, toShownFrame } from './pixels.js';
+import { asOptions, createEmptyError, splitTake, takeFrames } from './reader.js';
 import type { WasmSource } from '../check/options.js';
-import type { ListedFrame } from './listed.js';
+import type { ListedFrame } from './frame-list.js';
 import type { Reader, Take, TakeOptions, VideoInfo } from './reader.js';
 
 /**
- * What frames are taken from: a video file (MP4, MOV, WebM, MKV, MTS, …) or an animated GIF, PNG, WebP or AVIF as a
- * `Blob`, its bytes or its address, whatever it is called; a video element that plays a file; a stream of a camera, a
- * screen or a canvas; or frames one by one, as a list, a generator or a stream. Node takes the last only.
+ * Source of frames: a video file (MP4, MOV, WebM, MKV, MTS, …) or an animated GIF, PNG, WebP or AVIF as a `Blob`, its bytes
+ * or its address, whatever its name; a video element that plays a file; a stream of a camera, a screen or a canvas; or
+ * single frames, as a list, a generator or a stream. Node takes single frames only.
  */
 export type VideoSource =
   | Blob
@@ -28,9 +28,10 @@ export type VideoSource =
   | AsyncIterable<ListedFrame>
   | Iterable<ListedFrame | Promise<ListedFrame>>;
 
-const LEGAL = 'a File or Blob, an address, a video element, a MediaStream, or a list, generator or stream of frames';
+const LEGAL_SOURCES =
+  'a File or Blob, an address, a video element, a MediaStream, or a list, generator or stream of frames';
 
-/** @param maxPixels of frames one by one */
+/** @param maxPixels limit for single frames */
 export async function openReader(
   source: unknown,
   take: Take,
@@ -52,8 +53,8 @@ export async function openReader(
     case 'MediaStream':
       return openStream(source as MediaStream, take);
     default:
-      if (!isList(source)) throw illegal('data', 'source', source, LEGAL);
-      return (await part(import('./listed.js'))).openListed(source, {
+      if (!isList(source)) throw illegal('data', 'source', source, LEGAL_SOURCES);
+      return (await loadPart(import('./frame-list.js'))).openListed(source, {
         frameRate: take.frameRate,
         loadDecoder,
         maxPixels,
@@ -62,8 +63,8 @@ export async function openReader(
 }
 
 async function openStream(stream: MediaStream, take: Take) {
-  const { openLive } = await part(import('./live.js'));
-  return openLive(stream, (raw) => atSize(raw, take.size));
+  const { openLive } = await loadPart(import('./live.js'));
+  return openLive(stream, (raw) => reduceFrame(raw, take.size));
 }
 
 function isList(source: unknown): source is AsyncIterable<ListedFrame> {
@@ -72,43 +73,43 @@ function isList(source: unknown): source is AsyncIterable<ListedFrame> {
 }
 
 async function openFile(file: Blob): Promise<Reader> {
-  needsBrowser();
+  checkBrowser();
   if (file.size === 0) throw new TraceCutError('no-video', 'the file is empty');
-  const found = await fileKind(file);
-  if (found?.kind === 'image') return (await part(import('./images.js'))).openImage(file, found.type);
-  const before = isMatroska(found) ? await (await part(import('./webm-cut.js'))).beforeCut(file) : null;
-  return (await openDemuxed(before ?? file, before !== null)) ?? unreadable(found);
+  const kind = await detectKind(file);
+  if (kind?.kind === 'image') return (await loadPart(import('./images.js'))).openImage(file, kind.type);
+  const before = isMatroska(kind) ? await (await loadPart(import('./webm-repair.js'))).repairCut(file) : null;
+  return (await openDemuxed(before ?? file, before !== null)) ?? failUnreadable(kind);
 }
 
-const isMatroska = (found: FileKind | null) => found?.type === 'video/webm' || found?.type === 'video/matroska';
+const isMatroska = (kind: FileKind | null) => kind?.type === 'video/webm' || kind?.type === 'video/matroska';
 
-function unreadable(found: FileKind | null): never {
-  const words = found
-    ? `files of the type ${found.type} cannot be read here; convert it to MP4 (H.264) or WebM`
+function failUnreadable(kind: FileKind | null): never {
+  const message = kind
+    ? `files of the type ${kind.type} cannot be read here; convert it to MP4 (H.264) or WebM`
     : 'the file is not a video, nor an image, by its content';
-  throw new TraceCutError('no-video', words);
+  throw new TraceCutError('no-video', message);
 }
 
 async function openAddress(address: string | URL): Promise<Reader> {
-  needsBrowser();
-  const url = addressOf(address);
-  const file = await wholeFile(url);
-  return file ? openFile(file) : ((await openDemuxed(url)) ?? unreadable(null));
+  checkBrowser();
+  const url = parseAddress(address);
+  const file = await fetchWholeFile(url);
+  return file ? openFile(file) : ((await openDemuxed(url)) ?? failUnreadable(null));
 }
 
-/** The file at an address, unless it can be read piece by piece: then null. */
-async function wholeFile(url: URL) {
-  if (!/^https?:$/.test(url.protocol)) return fetched(url);
-  const response = await answered(url, { headers: { Range: 'bytes=0-' } });
+/** Fetches the file at an address; null if it can be read in parts. */
+async function fetchWholeFile(url: URL) {
+  if (!/^https?:$/.test(url.protocol)) return fetchFile(url);
+  const response = await fetchResponse(url, { headers: { Range: 'bytes=0-' } });
   if (response.status !== 206) return response.blob();
   const reader = response.body?.getReader();
   const head = new Blob([(await reader?.read())?.value ?? new Uint8Array(0)]);
   reader?.cancel().catch(() => {});
-  const found = await fileKind(head);
-  if (!isMatroska(found)) return found?.kind === 'image' ? fetched(url) : null;
-  const { declaredBytes } = await part(import('./webm-cut.js'));
+  const kind = await detectKind(head);
+  if (!isMatroska(kind)) return kind?.kind === 'image' ? fetchFile(url) : null;
+  const { readDeclaredBytes } = await loadPart(import('./webm-repair.js'));
   const size = Number(response.headers.get('Content-Range')?.split('/')[1]);
-  return (await declaredBytes(head)) > size ? fetched(url) : null;
+  return (await readDeclaredBytes(head)) > size ? fetchFile(url) : null;
 }
 
 async function openVideoElement(video: HTMLVideoElement, take: Take): Promise<Reader> {
@@ -118,30 +119,30 @@ async function openVideoElement(video: HTMLVideoElement, take: Take): Promise<Re
   return openAddress(address);
 }
 
-async function fetched(url: URL): Promise<Blob> {
-  return (await answered(url)).blob();
+async function fetchFile(url: URL): Promise<Blob> {
+  return (await fetchResponse(url)).blob();
 }
 
-async function answered(url: URL, request?: RequestInit) {
+async function fetchResponse(url: URL, request?: RequestInit) {
   const name = url.href.slice(0, 200);
   let response: Response;
   try {
     response = await fetch(url, request);
   } catch (cause) {
-    throw new TraceCutError('fetch', `${name} cannot be fetched: ${String(cause)}${hintOf(url)}`, { cause });
+    throw new TraceCutError('fetch', `${name} cannot be fetched: ${String(cause)}${getFetchHint(url)}`, { cause });
   }
   if (!response.ok)
     throw new TraceCutError('fetch', `${name} cannot be fetched: ${response.status} ${response.statusText}`);
   return response;
 }
 
-function hintOf(url: URL) {
+function getFetchHint(url: URL) {
   if (url.protocol === 'blob:')
     return '; a video element that plays a MediaSource has no file: pass what it is fed with';
   return url.origin === location.origin ? '' : '; another site has to allow it (Access-Control-Allow-Origin)';
 }
 
-function addressOf(source: string | URL) {
+function parseAddress(source: string | URL) {
   try {
     return new URL(source, typeof document === 'undefined' ? globalThis.location?.href : document.baseURI);
   } catch {
@@ -149,7 +150,7 @@ function addressOf(source: string | URL) {
   }
 }
 
-function needsBrowser() {
+function checkBrowser() {
   if (typeof document !== 'undefined' || typeof VideoDecoder !== 'undefined') return;
   throw new TraceCutError(
     'unsupported',
@@ -159,7 +160,7 @@ function needsBrowser() {
 }
 
 /**
- * A decoded frame, its number among those taken, and when and how long it is shown, in seconds; `clip` where the source has
+ * A decoded frame, its number among the selected ones, and its time and duration in seconds; `clip` if the source has
  * several.
  */
 export type DecodedFrame = ShownFrame & {
@@ -170,14 +171,14 @@ export type DecodedFrame = ShownFrame & {
 };
 
 /**
- * The pictures that a video holds, as a canvas draws them: each once, in the order in which they are shown, upright, in square pixels, of the
- * size of the first, with its time and duration in seconds as the file says them; docs/frames.md has the rules.
- * Nothing is read before the first is asked for, and leaving the loop closes the source. Of a file that is cut off or
- * damaged the frames before come; then `onDamage` is told, or an error ends the loop (`truncated`).
+ * Yields the pictures of a video for drawing: each once, in display order, upright, with square pixels, in the size of the
+ * first, with its time and duration in seconds from the file; docs/frames.md has the rules. Nothing is read before the
+ * first is requested, and leaving the loop closes the source. A file that is cut off or damaged yields the frames before;
+ * then `onDamage` is called, or an error ends the loop (`truncated`).
  */
 export function videoFrames(source: VideoSource, options?: TakeOptions): AsyncGenerator<DecodedFrame, void, undefined> {
-  const { decoder, ...given } = asOptions(options);
-  const { take, others } = splitTake(given);
+  const { decoder, ...takeOptions } = asOptions(options);
+  const { take, others } = splitTake(takeOptions);
   const stray = Object.keys(others)[0];
   if (stray)
     throw illegal(
@@ -186,10 +187,10 @@ export function videoFrames(source: VideoSource, options?: TakeOptions): AsyncGe
       others[stray],
       'start, end, step, maxFrames, size, frameRate, decoder, signal or onDamage',
     );
-  return decoded(source, take, decoderLoader(decoder as WasmSource | undefined));
+  return decodeFrames(source, take, createDecoderLoader(decoder as WasmSource | undefined));
 }
 
-async function* decoded(
+async function* decodeFrames(
   source: unknown,
   take: Take,
   loadDecoder: () => Promise<WebAssembly.Module>,
@@ -198,8 +199,8 @@ async function* decoded(
   const reader = await openReader(source, take, loadDecoder);
   let count = 0;
   try {
-    for await (const { raw, end: _, ...facts } of taken(reader, take)) {
-      const { close, ...shown } = await shownFrame(raw, take.size, facts.time);
+    for await (const { raw, end: _, ...facts } of takeFrames(reader, take)) {
+      const { close, ...shown } = await toShownFrame(raw, take.size, facts.time);
       try {
         yield { ...shown, ...facts };
       } finally {
@@ -207,22 +208,22 @@ async function* decoded(
       }
       count += 1;
     }
-    if (count === 0) throw await nothingTaken(take, reader);
+    if (count === 0) throw await createEmptyError(take, reader);
   } finally {
     reader.close();
   }
 }
 
 /**
- * Size, duration, frame rate and codec of a video: times are the container's, the size is that of the first picture.
- * `onDamage` is told of damage that shows without decoding all; facts are then of the frames before it. Without it that
- * is an error (`truncated`).
+ * Returns size, duration, frame rate and codec of a video: times come from the container, the size from the first picture.
+ * `onDamage` is called for damage that is found without decoding everything; the facts then refer to the frames before it.
+ * Without it that is an error (`truncated`).
  */
 export async function videoInfo(source: VideoSource, options?: Pick<TakeOptions, 'onDamage'>): Promise<VideoInfo> {
   const { take, others } = splitTake(asOptions(options));
   const stray = Object.keys(others)[0];
   if (stray) throw illegal('param', stray, others[stray], 'onDamage');
-  const reader = await openReader(source, take, decoderLoader(undefined));
+  const reader = await openReader(source, take, createDecoderLoader(undefined));
   try {
     const info = { ...(await reader.info()), times: await reader.times() };
     if (reader.damage && !take.onDamage) throw reader.damage;

@@ -1,26 +1,33 @@
 // A few frames spread over a video, for a filmstrip.
 
-import { TraceCutError, illegal, wholeNumber } from '../check/errors.js';
+import { TraceCutError, checkWholeNumber, illegal } from '../check/errors.js';
 import { untilAborted } from '../worker/pause.js';
-import { decoderLoader } from '../worker/remote.js';
-import { shownFrame } from './pixels.js';
-import { SLACK, type TakeOptions, type TimedFrame, asOptions, isDamage, nothingTaken, splitTake } from './reader.js';
+import { createDecoderLoader } from '../worker/remote.js';
+import { toShownFrame } from './pixels.js';
+import {
+  TIME_TOLERANCE_S,
+  type TakeOptions,
+  type TimedFrame,
+  asOptions,
+  createEmptyError,
+  isDamage,
+  splitTake,
+} from './reader.js';
 import { type DecodedFrame, type VideoSource, openReader } from './source.js';
 import type { WasmSource } from '../check/options.js';
 
-/** The length of a strip. */
+/** Length of a strip. */
 export interface StripCount {
-  /** How many frames the strip has at most, 1 to 1000, 12 if not given. */
+  /** Most frames of the strip, 1 to 1000, 12 if not given. */
   count?: number;
 }
 
-/** What a strip shows; the other options are as for `videoFrames`. */
+/** Options of a strip; all but `count` are as for `videoFrames`. */
 export type StripOptions = Omit<TakeOptions, 'step' | 'maxFrames'> & StripCount;
 
 /**
- * A few frames of a video, evenly spread over it or over the part from `start` to `end`, in order: what a filmstrip
- * shows. A clip of fewer frames gives each once. A stream, and frames that a generator gives, have no strip: their
- * length is not known.
+ * Yields a few frames of a video, evenly spread over it or over the range from `start` to `end`, in order, for a filmstrip.
+ * A clip of fewer frames yields each once. Streams and generators have no strip: their length is unknown.
  *
  * ```js
  * for await (const { frame, time } of videoStrip(file, { count: 12, size: 96 })) console.log(time, frame);
@@ -30,29 +37,36 @@ export async function* videoStrip(
   source: VideoSource,
   options?: StripOptions,
 ): AsyncGenerator<DecodedFrame, void, undefined> {
-  const { decoder, count = 12, ...given } = asOptions(options);
-  wholeNumber('param', 'count', count, 1, 1000);
-  const { take, others } = splitTake(given);
+  const { decoder, count = 12, ...takeOptions } = asOptions(options);
+  checkWholeNumber('param', 'count', count, 1, 1000);
+  const { take, others } = splitTake(takeOptions);
   const stray = [
     ...Object.keys(others),
-    ...Object.keys(given).filter((name) => name === 'step' || name === 'maxFrames'),
+    ...Object.keys(takeOptions).filter((name) => name === 'step' || name === 'maxFrames'),
   ][0];
   if (stray)
-    throw illegal('param', stray, given[stray], 'count, start, end, size, frameRate, decoder, signal or onDamage');
+    throw illegal(
+      'param',
+      stray,
+      takeOptions[stray],
+      'count, start, end, size, frameRate, decoder, signal or onDamage',
+    );
   take.signal?.throwIfAborted();
-  const reader = await openReader(source, take, decoderLoader(decoder as WasmSource | undefined));
+  const reader = await openReader(source, take, createDecoderLoader(decoder as WasmSource | undefined));
   try {
     const times = await untilAborted(reader.times(), take.signal);
     if (!times)
-      throw new TraceCutError('unsupported', 'a stream or generator of frames has no strip: its length is not known');
-    const inRange = [...times].filter((time) => time >= take.start - SLACK && time < take.end - SLACK);
-    const wanted = spread(inRange, count as number);
-    if (wanted.length === 0) throw await nothingTaken(take, reader);
-    const frames = reader.at ? reader.at(wanted) : only(reader.frames(take), wanted);
+      throw new TraceCutError('unsupported', 'a stream or generator of frames has no strip: its length is unknown');
+    const inRange = [...times].filter(
+      (time) => time >= take.start - TIME_TOLERANCE_S && time < take.end - TIME_TOLERANCE_S,
+    );
+    const stripTimes = pickMiddles(inRange, count as number);
+    if (stripTimes.length === 0) throw await createEmptyError(take, reader);
+    const frames = reader.framesAt ? reader.framesAt(stripTimes) : pickFramesAt(reader.frames(take), stripTimes);
     let index = 0;
     try {
       for (;;) {
-        const next = pictureOf(frames.next(), take.size);
+        const next = readPicture(frames.next(), take.size);
         const picture = await untilAborted(next, take.signal).catch((error) => {
           next.then((late) => late?.close()).catch(() => {});
           throw error;
@@ -68,7 +82,7 @@ export async function* videoStrip(
       }
     } catch (error) {
       if (!take.onDamage || !isDamage(error) || index === 0) throw error;
-      take.onDamage({ frames: index, total: wanted.length, error });
+      take.onDamage({ frames: index, total: stripTimes.length, error });
     } finally {
       frames.return().catch(() => {});
     }
@@ -77,35 +91,35 @@ export async function* videoStrip(
   }
 }
 
-/** The next frame as a picture, null after the last; it is closed also where nobody waits for it any more. */
-async function pictureOf(next: Promise<IteratorResult<TimedFrame, void>>, size: number | undefined) {
+/** Reads the next frame, null after the last; closes it even if it is no longer awaited. */
+async function readPicture(next: Promise<IteratorResult<TimedFrame, void>>, size: number | undefined) {
   const { value, done } = await next;
   if (done) return null;
   const { time, duration } = value;
   try {
-    return { ...(await shownFrame(await value.read(), size, time)), time, duration };
+    return { ...(await toShownFrame(await value.read(), size, time)), time, duration };
   } finally {
     value.close();
   }
 }
 
-/** The middles of `count` equal parts; everything where there is less. */
-function spread(times: number[], count: number): number[] {
+/** Returns the middles of `count` equal parts; all times if there are fewer. */
+function pickMiddles(times: number[], count: number): number[] {
   if (times.length <= count) return times;
   return Array.from({ length: count }, (_, k) => times[Math.floor(((k + 0.5) * times.length) / count)]!);
 }
 
 /**
+ * Yields the frames at these times.
  * @param times ascending
- * @returns those at these times
  */
-async function* only(
+async function* pickFramesAt(
   frames: AsyncGenerator<TimedFrame, void, unknown>,
   times: number[],
 ): AsyncGenerator<TimedFrame, void, unknown> {
   let next = 0;
   for await (const frame of frames) {
-    if (frame.time < times[next]! - SLACK) frame.close();
+    if (frame.time < times[next]! - TIME_TOLERANCE_S) frame.close();
     else {
       yield frame;
       next += 1;

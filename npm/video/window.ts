@@ -1,17 +1,14 @@
-// A clip window by window: what is found in one, and the driver that goes from one to the next.
+// The result of a window of a clip, and the driver that runs window after window.
 
-import { TraceCutError, inFrame } from '../check/errors.js';
+import { TraceCutError, withFrame } from '../check/errors.js';
 import { type Ask, REQUESTS } from '../session/requests.js';
-import { Result, restored } from '../session/result.js';
-import { FEWEST, isDamage } from './reader.js';
-import type { Engine, Info, Progress, RawResult } from '../session/engine.js';
+import { Result, restoreResult } from '../session/result.js';
+import { MIN_FRAMES, isDamage } from './reader.js';
+import type { Engine, Progress, RawResult, SessionInfo } from '../session/engine.js';
 import type { RawFrame } from '../worker/frames.js';
 import type { Pause } from '../worker/pause.js';
 
-/**
- * One frame whose mask is settled: `index` counts the clip's frames, `t` those of the window; `labels` holds one byte
- * for each pixel.
- */
+/** A frame whose mask is settled: `index` counts the clip's frames, `t` the window's; `labels` has one byte for each pixel. */
 export type SettledFrame = {
   readonly index: number;
   readonly t: number;
@@ -30,28 +27,28 @@ export interface WindowFacts {
 }
 
 /**
- * What a window of a clip's frames gave: a `Result` whose frames are counted from the window's first, with labels that
- * mean the same object in every window of the shot.
+ * The result of a window: a `Result` whose frames are counted from the window's first, with labels that mean the same
+ * object in every window of the shot.
  */
 export class WindowResult extends Result {
   /** Number of this window, from 0. */
   readonly index: number;
-  /** The clip that its frames were said to be of; null where nothing was said. */
+  /** Name of the clip of its frames; null if none was given. */
   readonly clip: string | null;
-  /** Number of the shot that it lies in, from 0: labels of one shot say nothing about another. */
+  /** Number of its shot, from 0; labels of different shots are unrelated. */
   readonly shot: number;
-  /** Which of the clip's frames its first one is. */
+  /** Number of its first frame in the clip. */
   readonly firstFrame: number;
   /** The time of each of its frames, in seconds. */
   readonly times: Float64Array<ArrayBuffer>;
-  /** When the last of them ends, in seconds; null where nothing says. */
+  /** Time at which its last frame ends, in seconds; null if unknown. */
   readonly end: number | null;
   /**
-   * The frames, `from <= t < to`, whose masks are settled by this window. Windows overlap; the masks of frames
-   * outside of this range are better in the window before or after, which sees more of what goes on around them.
+   * The frames, `from <= t < to`, whose masks this window settles. Windows overlap; the masks of frames outside of this range
+   * are better in the window before or after, which sees more of the frames around them.
    */
   readonly settled: { from: number; to: number };
-  /** Bytes of memory that the engine held at the end of this window. */
+  /** Memory of the engine at the end of this window, in bytes. */
   readonly memoryBytes: number;
 
   constructor(raw: RawResult, ask: Ask, facts: WindowFacts) {
@@ -67,15 +64,15 @@ export class WindowResult extends Result {
   }
 
   /**
-   * A window's result that was saved.
-   * @param json as of `Result.fromJSON`
+   * Restores a saved result of a window.
+   * @param json as for `Result.fromJSON`
    */
   static fromJSON(json: string | object): WindowResult {
     const needed = ['trajectories', 'clusters', 'edgeTable', 'settled', 'firstFrame'];
-    return restored(json, needed, (raw, ask, facts) => new WindowResult(raw, ask, facts));
+    return restoreResult(json, needed, (raw, ask, facts) => new WindowResult(raw, ask, facts));
   }
 
-  /** The settled frames: over all windows, each frame of the clip once and in order. */
+  /** Yields the settled frames: over all windows, each frame of the clip once and in order. */
   *frames(): Generator<SettledFrame, void, undefined> {
     for (let t = this.settled.from; t < this.settled.to; t += 1) {
       yield { index: this.firstFrame + t, t, time: this.times[t]!, labels: this.labels(t) };
@@ -89,26 +86,26 @@ export class WindowResult extends Result {
 //   window 0 [============================]          settles 0..45
 //   window 1                         [40 ============================ 89]     settles 45..
 //
-// A window is full when it has `window` frames and one more comes. It is run, then all but its last frames are dropped, and
-// the new frame is the next; how many stay, and which frames each window settles, the engine says. It holds a frame back
-// when that begins a new shot: then the shot ends with the window at hand, and the new one begins with nothing but that
-// frame. A frame of another clip ends the window and its shot as well; the engine is cleared for it, so that nothing of
-// one clip is in the next. Damage ends the clip with the frames before it.
+// A window is full when it has `window` frames and one more arrives. It is run, all but its last frames are dropped, and
+// the new frame follows them; the engine decides how many stay, and which frames each window settles. It holds a frame back
+// if that begins a new shot: then the shot ends with the present window, and the new one begins with that frame alone. A
+// frame of another clip also ends the window and its shot; the engine is cleared, so that clips do not affect each other.
+// Damage ends the clip with the frames before it.
 
-/** `end` is when it ends, in seconds, where that is known; `clip` which of several it is of. */
+/** A frame; `end` is the time at which it ends, in seconds, if known; `clip` names its clip if there are several. */
 export type ClipFrame = { raw: RawFrame; time: number; end?: number | null; clip?: string };
 
 export interface DriverOptions {
   engine: Pick<Engine, 'request' | 'run'>;
-  /** Null after the last. */
+  /** Returns the next frame, null after the last. */
   nextFrame: () => Promise<ClipFrame | null>;
-  /** How many frames `nextFrame` will still give, where that is known. */
-  left: () => number | null;
+  /** Returns the number of frames that `nextFrame` will still return, if known. */
+  countRemaining: () => number | null;
   window: number;
   onStage: (progress: Progress, window: number) => void;
-  /** Told how many frames the window has. */
+  /** Called with the number of frames in the window. */
   onFrame: (decoded: number, window: number) => void;
-  /** Told what the clip ends with before its end, and how many frames come before. */
+  /** Called with the error that ends the clip early, and the number of frames before it. */
   onDamage: (error: TraceCutError, frames: number) => void;
   stop: AbortSignal;
   /** Halts the work between two frames, and between two steps of a window. */
@@ -117,170 +114,167 @@ export interface DriverOptions {
 
 export class Driver {
   #options;
-  /** Read already, but not pushed. */
-  #ahead: ClipFrame | null = null;
-  /** Times of the frames that the engine holds in its window. */
+  /** Read, but not pushed yet. */
+  #nextFrame: ClipFrame | null = null;
+  /** Times of the frames in the engine's window. */
   #times: number[] = [];
-  /** When the last of them ends. */
+  /** Time at which the last of them ends. */
   #end: number | null = null;
-  /** The number of the window at hand. */
+  /** Number of the present window. */
   #index = 0;
-  /** Whether it has frames that no window before had. */
-  #fresh = false;
-  #ended = false;
-  /** How many frames the engine was given. */
-  #pushed = 0;
-  /** Which of several clips it is. */
+  /** True if it has frames that no earlier window had. */
+  #hasNewFrames = false;
+  #hasEnded = false;
+  /** Number of frames pushed. */
+  #numPushed = 0;
+  /** Name of the present clip. */
   #clip: string | undefined;
-  /** The time of the frame that the engine holds back. */
-  #held: number | null = null;
-  /** Grows when the engine goes on: what an earlier window could be asked is gone. */
-  #advances = 0;
-  /** What the engine held after the last window. */
-  info: Info | undefined;
+  /** Time of the frame that the engine holds back. */
+  #heldTime: number | null = null;
+  /** Increased when the engine advances, after which it cannot answer requests of earlier windows. */
+  #numAdvances = 0;
+  /** State of the engine after the last window. */
+  info: SessionInfo | undefined;
 
   constructor(options: DriverOptions) {
     this.#options = options;
   }
 
-  /** The next window's result; null after the last. */
+  /** Returns the next window's result; null after the last. */
   async next(): Promise<WindowResult | null> {
-    if (this.#held !== null) await this.#beginShot(this.#held);
-    if (this.#ahead) await this.#beginClip(this.#ahead.clip);
+    if (this.#heldTime !== null) await this.#beginShot(this.#heldTime);
+    if (this.#nextFrame) await this.#beginClip(this.#nextFrame.clip);
     await this.#fill();
-    if (!this.#fresh) return null;
-    return this.#ahead && this.#ahead.clip === this.#clip ? this.#fullWindow() : this.#lastWindow();
+    if (!this.#hasNewFrames) return null;
+    return this.#nextFrame && this.#nextFrame.clip === this.#clip ? this.#runFullWindow() : this.#runLastWindow();
   }
 
-  /** Pushes frames until the window is full and one more is there, a new shot or clip begins, or there are no more. */
+  /** Pushes frames until the window is full and one more arrives, a new shot or clip begins, or there are no more. */
   async #fill() {
     const { nextFrame, window, onFrame } = this.#options;
-    while (!this.#ended && this.#held === null) {
-      await this.#options.pause?.passed();
-      this.#ahead = await nextFrame().catch((error) => this.#endBefore(error));
-      if (!this.#ahead) this.#ended = true;
-      else if (this.#times.length >= window || this.#isOfAnother(this.#ahead)) return;
+    while (!this.#hasEnded && this.#heldTime === null) {
+      await this.#options.pause?.wait();
+      this.#nextFrame = await nextFrame().catch((error) => this.#endBefore(error));
+      if (!this.#nextFrame) this.#hasEnded = true;
+      else if (this.#times.length >= window || this.#isOfOtherClip(this.#nextFrame)) return;
       else {
-        this.#clip = this.#ahead.clip;
-        await this.#pushAhead();
-        if (this.#held === null && !this.#ended) onFrame(this.#times.length, this.#index);
+        this.#clip = this.#nextFrame.clip;
+        await this.#pushNext();
+        if (this.#heldTime === null && !this.#hasEnded) onFrame(this.#times.length, this.#index);
       }
     }
   }
 
-  /** Ends the clip before damage, where the frames before it are enough to be segmented. */
+  /** Ends the clip before damage, if it has enough frames to be segmented. */
   #endBefore(error: unknown) {
-    if (!isDamage(error) || this.#pushed < FEWEST) throw error;
-    this.#ended = true;
-    error.frames = this.#pushed;
-    this.#options.onDamage(error, this.#pushed);
+    if (!isDamage(error) || this.#numPushed < MIN_FRAMES) throw error;
+    this.#hasEnded = true;
+    error.frames = this.#numPushed;
+    this.#options.onDamage(error, this.#numPushed);
     return null;
   }
 
-  #isOfAnother({ clip }: ClipFrame) {
+  #isOfOtherClip({ clip }: ClipFrame) {
     return this.#times.length > 0 && clip !== this.#clip;
   }
 
-  async #pushAhead() {
-    const { raw, time, end = null } = this.#ahead!;
-    this.#ahead = null;
+  async #pushNext() {
+    const { raw, time, end = null } = this.#nextFrame!;
+    this.#nextFrame = null;
     this.#end = end;
     const answer = await this.#options.engine
       .request('pushInShot', raw)
-      .catch((error) => this.#endBefore(raw.kind === 'file' ? inFrame(error, raw) : error));
+      .catch((error) => this.#endBefore(raw.kind === 'file' ? withFrame(error, raw) : error));
     if (!answer) return;
-    this.#pushed += 1;
-    this.#fresh = true;
-    if (answer.held) this.#held = time;
+    this.#numPushed += 1;
+    this.#hasNewFrames = true;
+    if (answer.held) this.#heldTime = time;
     else this.#times.push(time);
   }
 
-  /** The shot goes on, as far as is known: the masks of the last few frames are left to the next window. */
-  async #fullWindow() {
-    const { engine, left } = this.#options;
-    const seen = await this.#run();
-    const kept = await engine.request('shared', left() ?? undefined);
-    await this.#advance(kept);
-    this.#times = this.#times.slice(-kept);
-    this.#fresh = false;
-    await this.#pushAhead();
-    return this.#result(seen, this.#held === null && this.#fresh ? kept : undefined);
+  /** Runs a window whose shot continues, as far as known: the next window settles its last few frames. */
+  async #runFullWindow() {
+    const { engine, countRemaining: left } = this.#options;
+    const output = await this.#run();
+    const numShared = await engine.request('shared', left() ?? undefined);
+    await this.#advance(numShared);
+    this.#times = this.#times.slice(-numShared);
+    this.#hasNewFrames = false;
+    await this.#pushNext();
+    return this.#createResult(output, this.#heldTime === null && this.#hasNewFrames ? numShared : undefined);
   }
 
-  /** The shot ends here. */
-  async #lastWindow() {
-    const seen = await this.#run();
-    this.#fresh = this.#held !== null;
-    return this.#result(seen, undefined);
+  /** Runs the last window of a shot. */
+  async #runLastWindow() {
+    const output = await this.#run();
+    this.#hasNewFrames = this.#heldTime !== null;
+    return this.#createResult(output, undefined);
   }
 
   async #beginShot(time: number) {
     await this.#advance(1);
     this.#times = [time];
-    this.#held = null;
+    this.#heldTime = null;
   }
 
-  /** @param clip the one of the frame read already */
+  /** @param clip name of the clip of the next frame */
   async #beginClip(clip: string | undefined) {
-    this.#advances += 1;
+    this.#numAdvances += 1;
     await this.#options.engine.request('clear');
     this.#clip = clip;
     this.#times = [];
-    await this.#pushAhead();
+    await this.#pushNext();
     this.#options.onFrame(1, this.#index);
   }
 
   #advance(overlap: number) {
-    this.#advances += 1;
+    this.#numAdvances += 1;
     return this.#options.engine.request('advance', overlap);
   }
 
   async #run() {
     const { engine, onStage, stop, pause } = this.#options;
     for (;;) {
-      await pause?.passed();
+      await pause?.wait();
       const raw = await engine.run((progress) => onStage(progress, this.#index), pause?.signal ?? stop);
       this.info = raw?.info;
       if (raw !== null) {
         const [times, end, clip] = [Float64Array.from(this.#times), this.#end, this.#clip ?? null];
-        return { raw, ask: this.#asker(), times, end, clip };
+        return { raw, ask: this.#createAsk(), times, end, clip };
       }
       if (stop.aborted || !pause) throw new TraceCutError('closed', 'the video segmentation was closed');
     }
   }
 
-  /** @param kept how many frames the next window of the shot shares with it, if there is one */
-  async #result(
+  /** @param numShared number of frames shared with the next window of the shot, if there is one */
+  async #createResult(
     {
       raw,
       ask,
-      ...seen
+      ...facts
     }: { raw: RawResult; ask: Ask; times: Float64Array<ArrayBuffer>; end: number | null; clip: string | null },
-    kept: number | undefined,
+    numShared: number | undefined,
   ) {
-    const place = await this.#options.engine.request('closeWindow', seen.times.length, kept);
+    const place = await this.#options.engine.request('closeWindow', facts.times.length, numShared);
     this.#index += 1;
-    return new WindowResult(raw, ask, { ...place, ...seen });
+    return new WindowResult(raw, ask, { ...place, ...facts });
   }
 
-  /**
-   * A window may be asked for more as long as the engine has not gone on, which it has by the time that any but the
-   * last is seen.
-   */
-  #asker(): Ask {
+  /** Returns a function for requests of a window, valid until the engine advances: for all but the last window it is too late. */
+  #createAsk(): Ask {
     const { engine, stop } = this.#options;
-    const advances = this.#advances;
+    const numAdvances = this.#numAdvances;
     return async (name, ...args) => {
-      if (advances !== this.#advances || stop.aborted) throw gone(REQUESTS[name].called);
+      if (numAdvances !== this.#numAdvances || stop.aborted) throw createGoneError(REQUESTS[name].noun);
       return engine.request(name, ...args);
     };
   }
 }
 
-function gone(what: string) {
-  const until = 'only those of the last window are there, until the loop is left';
+function createGoneError(name: string) {
+  const reason = 'only the last window has them, until the loop ends';
   return new TraceCutError(
     'state',
-    `${what} of this window are gone, since the next is computed already (${until}); a session keeps them`,
+    `${name} of this window are gone: the next one is being computed (${reason}); a session keeps them`,
   );
 }

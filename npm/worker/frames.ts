@@ -1,21 +1,21 @@
-// What can be pushed as a frame, to bytes.
+// Converts all kinds of frames to bytes.
 
 import { TraceCutError, checkSides, illegal, tooLarge, typeTag } from '../check/errors.js';
 import { MAX_PIXELS } from '../check/options.js';
 
 /** RGBA bytes, four a pixel, row by row; `ImageData` is one. */
 export interface PixelFrame {
-  /** 4 × `width` × `height` bytes. */
+  /** Bytes, 4 × `width` × `height`. */
   data: Uint8ClampedArray | Uint8Array;
-  /** In pixels, 1 to 16384. */
+  /** Pixels in a row, 1 to 16384. */
   width: number;
-  /** In pixels, 1 to 16384. */
+  /** Number of rows, 1 to 16384. */
   height: number;
 }
 
 /**
- * What `push` takes: pixels, anything a canvas can draw, or the bytes of a PNG or JPEG file. Files are decoded in wasm,
- * so the same file gives the same pixels everywhere; canvases and video frames are decoded by the browser.
+ * A frame for `push`: pixels, anything a canvas can draw, or the bytes of a PNG or JPEG file. Files are decoded in wasm, so
+ * the same file gives the same pixels everywhere; canvases and video frames are decoded by the browser.
  */
 export type FrameSource =
   | PixelFrame
@@ -30,8 +30,8 @@ export type FrameSource =
   | Blob;
 
 /**
- * A frame on its way to the engine, in memory that nobody else holds. Files go with the module that decodes them.
- * `index` and `name` say which frame of the clip, for errors.
+ * A frame for the engine, in memory that nothing else uses. Files come with the module that decodes them. `index` and
+ * `name` identify the frame in errors.
  */
 export type RawFrame =
   | { kind: 'pixels'; data: Uint8Array<ArrayBuffer>; width: number; height: number }
@@ -44,24 +44,24 @@ export type RawFrame =
       name?: string;
     };
 
-const LEGAL = 'ImageData, {data, width, height}, a canvas, VideoFrame, ImageBitmap, or the bytes of a PNG or JPEG file';
+const LEGAL_FRAMES =
+  'ImageData, {data, width, height}, a canvas, VideoFrame, ImageBitmap, or the bytes of a PNG or JPEG file';
 
 /**
- * Copies a frame out of whatever holds it. Pixels and bytes are copied before this returns, so the caller may reuse
- * them at once.
- * @param loadDecoder asked for files only
- * @param maxPixels looked at before memory is taken
+ * Copies a frame. Pixels and bytes are copied before this returns, so the caller may reuse them at once.
+ * @param loadDecoder called for files only
+ * @param maxPixels checked before memory is allocated
  */
 export async function toRawFrame(
   frame: FrameSource,
   loadDecoder: () => Promise<WebAssembly.Module>,
   maxPixels: number = MAX_PIXELS,
 ): Promise<RawFrame> {
-  const raw = await copied(frame, maxPixels);
+  const raw = await copyFrame(frame, maxPixels);
   return raw.kind === 'file' ? { ...raw, decoder: await loadDecoder() } : raw;
 }
 
-async function copied(frame: FrameSource, maxPixels: number): Promise<RawFrame> {
+async function copyFrame(frame: FrameSource, maxPixels: number): Promise<RawFrame> {
   switch (typeTag(frame)) {
     case 'Uint8Array':
     case 'ArrayBuffer':
@@ -88,7 +88,7 @@ async function fromFile(file: Blob & { name?: string }, maxPixels: number): Prom
   return { kind: 'file', data: new Uint8Array(await file.arrayBuffer()), maxPixels, name: file.name };
 }
 
-/** Looks at a size before memory is taken for it. */
+/** Checks a size before memory is allocated for it. */
 function checkSize(frame: { width?: unknown; height?: unknown }, maxPixels: number) {
   checkSides('frame-size', 'frame.', frame);
   const { width, height } = frame as PixelFrame;
@@ -98,7 +98,7 @@ function checkSize(frame: { width?: unknown; height?: unknown }, maxPixels: numb
 
 function fromPixels(frame: unknown, maxPixels: number): RawFrame {
   if (typeof frame !== 'object' || frame === null || !('data' in frame && 'width' in frame && 'height' in frame)) {
-    throw illegal('data', 'frame', frame, LEGAL);
+    throw illegal('data', 'frame', frame, LEGAL_FRAMES);
   }
   checkSize(frame, maxPixels);
   const { width, height } = frame as PixelFrame;
@@ -114,18 +114,18 @@ function fromPixels(frame: unknown, maxPixels: number): RawFrame {
   return { kind: 'pixels', data: new Uint8Array(data), width, height };
 }
 
-/** The pixels of an image that the browser holds. */
+/** Reads the pixels of an image that the browser holds. */
 export async function fromImage(image: VideoFrame | ImageBitmap, maxPixels: number = MAX_PIXELS): Promise<RawFrame> {
   if ('visibleRect' in image) return fromVideoFrame(image, maxPixels);
   return draw(image, image.width, image.height, maxPixels);
 }
 
 /**
- * `copyTo` gives the decoder's own colours without a canvas that privacy settings may add noise to; where it cannot
- * give RGBA (Safari), or where the frame is to be shown turned or stretched, a canvas has to do.
+ * Reads a video frame. `copyTo` returns the decoder's own colours without a canvas, to which privacy settings may add
+ * noise; if it cannot return RGBA (Safari), or the frame is displayed rotated or stretched, a canvas is used.
  */
 async function fromVideoFrame(frame: VideoFrame, maxPixels: number): Promise<RawFrame> {
-  // Photos, and cameras of phones, give frames that are to be turned: not every library of types knows.
+  // Photos, and cameras of phones, give frames to be rotated: not every type library has these fields.
   const {
     visibleRect: rect,
     displayWidth,
@@ -152,7 +152,7 @@ function draw(image: CanvasImageSource, width: number, height: number, maxPixels
     throw new TraceCutError('unsupported', 'this engine has no OffscreenCanvas; push {data, width, height}');
   }
   const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
-  if (!context) throw new TraceCutError('unsupported', 'the browser gave no 2d canvas to read the frame with');
+  if (!context) throw new TraceCutError('unsupported', 'the browser cannot create a 2D canvas');
   context.drawImage(image, 0, 0, width, height);
   const pixels = context.getImageData(0, 0, width, height).data;
   return { kind: 'pixels', data: new Uint8Array(pixels.buffer), width, height };

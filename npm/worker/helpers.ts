@@ -1,27 +1,27 @@
-// Helpers that work on pieces of a run, such as a frame pair or the superpixels of a frame. Each is a worker with an instance of
-// its own; pieces and what becomes of them go to and fro as arrays of words. The session makes what never comes back by
-// itself, so helpers may be slow, fail or die. A `Crew` starts them, a `Pool` gives them work.
+// Helpers do jobs of a run, such as a frame pair or the superpixels of a frame. Each is a worker with its own instance; jobs
+// and their results are exchanged as arrays of words. The session does the jobs that never return itself, so helpers may be
+// slow, fail or die. A `Crew` starts them, a `Pool` gives them jobs.
 
 import type { Session as WasmSession } from '../tracecut.js';
 
-/** Most threads that are taken without being asked for: further ones have little left to do. */
-const MOST = 8;
+/** Most threads by default: further ones have little left to do. */
+const MAX_DEFAULT_THREADS = 8;
 
 /**
- * How many threads to work on where nobody says: all but one of the machine's.
- * @param cores as many as the machine runs at once, where known
+ * Returns the default number of threads: all but one of the machine's.
+ * @param cores number of threads that the machine runs at once, if known
  */
-export function usualThreads(cores: number | undefined) {
-  return Math.min(MOST, Math.max(1, (cores ?? 1) - 1));
+export function defaultThreads(cores: number | undefined) {
+  return Math.min(MAX_DEFAULT_THREADS, Math.max(1, (cores ?? 1) - 1));
 }
 
-/** A helper's worker. It is listened to for one thing: that it is no more. */
+/** A helper's worker; `watch` calls `onLost` when it has ended. */
 export interface HelperWorker {
   watch: (onLost: () => void) => void;
   end: () => void;
 }
 
-/** Helpers of an engine: started when there is something to help with, replaced when they die, ended with the engine. */
+/** Helpers of an engine: started when there are jobs, replaced when they die, ended with the engine. */
 export class Crew {
   #count;
   #start;
@@ -29,13 +29,13 @@ export class Crew {
   #lose;
   #workers = new Map<number, HelperWorker>();
   #next = 0;
-  /** Helpers that may still be replaced: one that dies again and again is given up. */
-  #spare;
+  /** Number of replacements left: a helper that dies again and again is given up. */
+  #replacementsLeft;
 
   /**
    * @param start starts a worker that helps at the other end of `port`
-   * @param join tells the engine of a helper
-   * @param lose tells it that one is no more
+   * @param join adds a helper to the engine
+   * @param lose removes a helper that has ended
    */
   constructor(
     count: number,
@@ -47,15 +47,15 @@ export class Crew {
     this.#start = start;
     this.#join = join;
     this.#lose = lose;
-    this.#spare = count;
+    this.#replacementsLeft = count;
   }
 
-  /** Starts those that are missing. */
+  /** Starts the helpers that are missing. */
   muster() {
     while (this.#workers.size < this.#count) this.#add();
   }
 
-  /** Ends all until the next muster: their memory is given back. */
+  /** Ends all helpers until the next `muster`, which frees their memory. */
   rest() {
     for (const [number, worker] of this.#workers) {
       worker.end();
@@ -77,7 +77,7 @@ export class Crew {
     try {
       worker = this.#start(port1);
     } catch {
-      // No worker can be started here: the engine works alone.
+      // No worker can start here: the engine works alone.
       this.#count = this.#workers.size;
       return;
     }
@@ -86,98 +86,98 @@ export class Crew {
       if (!this.#workers.delete(number)) return;
       worker.end();
       this.#lose(number);
-      if (this.#spare-- > 0) this.muster();
+      if (this.#replacementsLeft-- > 0) this.muster();
       else this.#count = this.#workers.size;
     });
     this.#join(number, port2);
   }
 }
 
-/** Pieces that a helper has at a time: the one that it works on, and the next. */
-const IN_HAND = 2;
-/** Words that tell which piece it is. */
-const HEAD = 3;
+/** Jobs of a helper at a time: the present and the next one. */
+const JOBS_PER_HELPER = 2;
+/** Words that identify a job. */
+const HEAD_WORDS = 3;
 
-/** One end of a channel whose other end is a helper's; `MessagePort`s of browsers and of Node are such. */
+/** One end of a channel to a helper; `MessagePort`s of browsers and of Node fit. */
 export interface HelperPort {
   postMessage: (words: Uint32Array, transfer: ArrayBuffer[]) => void;
   addEventListener: (type: 'message', listener: (event: { data: unknown }) => void) => void;
   start: () => void;
   close: () => void;
-  /** In Node: it keeps the process alive from now on. */
+  /** In Node: keeps the process alive. */
   ref?: () => void;
-  /** In Node: it no longer does. */
+  /** In Node: undoes `ref`. */
   unref?: () => void;
 }
 
 interface Helper {
   port: HelperPort;
-  /** Heads of the pieces that it works on. */
-  inHand: Uint32Array[];
+  /** Heads of the jobs that it has. */
+  heads: Uint32Array[];
 }
 
-/** The helpers of one session. */
+/** Exchanges jobs between a session and its helpers. */
 export class Pool {
   #helpers = new Map<number, Helper>();
-  #back: Uint32Array[] = [];
-  /** Heads of pieces that are lost. */
+  #results: Uint32Array[] = [];
+  /** Heads of lost jobs. */
   #lost: Uint32Array[] = [];
   #wake: (() => void) | undefined;
 
   /** Adds the helper with this number at the other end of `port`. */
   add(number: number, port: HelperPort) {
-    const helper: Helper = { port, inHand: [] };
+    const helper: Helper = { port, heads: [] };
     this.#helpers.set(number, helper);
     port.addEventListener('message', ({ data }) => {
-      const head = helper.inHand.shift();
-      if (data instanceof Uint32Array && data.length > 0) this.#back.push(data);
+      const head = helper.heads.shift();
+      if (data instanceof Uint32Array && data.length > 0) this.#results.push(data);
       else if (head) this.#lost.push(head);
       this.#wake?.();
     });
     port.start();
-    // A session that nobody closed keeps no process alive.
+    // A session that was never closed must not keep the process alive.
     port.unref?.();
   }
 
-  /** This helper is no more. */
+  /** Removes a helper that has ended. */
   lose(number: number) {
     const helper = this.#helpers.get(number);
     if (!helper) return;
     this.#helpers.delete(number);
     helper.port.close();
-    this.#lost.push(...helper.inHand);
+    this.#lost.push(...helper.heads);
     this.#wake?.();
   }
 
-  /** Whether any helper has anything. */
+  /** True if any helper has a job, or a result has arrived. */
   get busy() {
-    return this.#back.length > 0 || [...this.#helpers.values()].some(({ inHand }) => inHand.length > 0);
+    return this.#results.length > 0 || [...this.#helpers.values()].some(({ heads: inHand }) => inHand.length > 0);
   }
 
-  /** For how many frame pairs flow may be made before it is used. */
+  /** Number of frame pairs whose flow may be computed before it is used. */
   get ahead() {
-    return IN_HAND * this.#helpers.size + 2;
+    return JOBS_PER_HELPER * this.#helpers.size + 2;
   }
 
-  /** Takes what is back and gives away what helpers have hands for. */
+  /** Passes results to the session and jobs to the helpers. */
   exchange(session: WasmSession) {
     for (const head of this.#lost.splice(0)) session.release(head);
-    for (const made of this.#back.splice(0)) session.accept(made);
-    // The first pieces of all before the second of any.
-    for (let most = 1; most <= IN_HAND; most += 1) {
-      for (const { port, inHand } of this.#helpers.values()) {
-        if (inHand.length >= most) continue;
-        const piece = session.takePiece(this.ahead);
-        if (!piece) return;
-        inHand.push(piece.slice(0, HEAD));
-        port.postMessage(piece, [piece.buffer as ArrayBuffer]);
+    for (const result of this.#results.splice(0)) session.accept(result);
+    // Every helper gets its first job before any gets its second.
+    for (let limit = 1; limit <= JOBS_PER_HELPER; limit += 1) {
+      for (const { port, heads: inHand } of this.#helpers.values()) {
+        if (inHand.length >= limit) continue;
+        const job = session.takePiece(this.ahead);
+        if (!job) return;
+        inHand.push(job.slice(0, HEAD_WORDS));
+        port.postMessage(job, [job.buffer as ArrayBuffer]);
       }
     }
   }
 
-  /** Resolves when something came from a helper, or one was lost. */
+  /** Resolves when a helper has sent a result, or was lost. */
   async next() {
-    if (this.#back.length > 0 || this.#lost.length > 0) return;
+    if (this.#results.length > 0 || this.#lost.length > 0) return;
     for (const { port } of this.#helpers.values()) port.ref?.();
     await new Promise((resolve: (value: void) => void) => (this.#wake = resolve));
     this.#wake = undefined;

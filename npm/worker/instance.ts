@@ -1,5 +1,5 @@
-// Instances of the wasm module, each with a memory of its own: what fails in one leaves the others alone, and a memory,
-// which cannot shrink, goes when its session does.
+// Instances of the wasm module, each with its own memory: a failure in one does not affect the others, and a memory, which
+// cannot shrink, is freed with its session.
 
 import { TraceCutError, throwIfRust } from '../check/errors.js';
 import { makeGlue } from '../glue.js';
@@ -8,59 +8,59 @@ export type Glue = typeof import('../tracecut.js');
 export type Instance = {
   glue: Glue | undefined;
   memory: WebAssembly.Memory | undefined;
-  ended: TraceCutError | undefined;
+  error: TraceCutError | undefined;
 };
 
 /** Starts a new instance. */
-export async function instance(module: WebAssembly.Module): Promise<Instance> {
+export async function startInstance(module: WebAssembly.Module): Promise<Instance> {
   const glue = makeGlue();
   try {
     const { memory } = await glue.default({ module_or_path: module });
-    return { glue, memory, ended: undefined };
+    return { glue, memory, error: undefined };
   } catch (error) {
-    throw lacksMemory(error) ? outOfMemory(0, error) : error;
+    throw isOutOfMemory(error) ? createMemoryError(0, error) : error;
   }
 }
 
 /**
  * Calls into an instance. An error that Rust returned has a code. Anything else is a panic or a trap, after which the
- * instance cannot be trusted: it ends, with every object in it.
+ * instance cannot be trusted: it ends, with all its objects.
  */
-export function guarded<T>(owner: Instance, call: (glue: Glue) => T): T {
+export function callInstance<T>(owner: Instance, call: (glue: Glue) => T): T {
   const { glue, memory } = owner;
-  if (!glue) throw owner.ended;
+  if (!glue) throw owner.error;
   try {
     return call(glue);
   } catch (error) {
     throwIfRust(error);
-    // Once it is text, the stack keeps the instance no longer: V8 holds on to it until somebody looks.
+    // V8's stack keeps the instance alive until it is formatted.
     if (error instanceof Error) void error.stack;
-    const words = panicWords(glue);
-    const used = memory?.buffer.byteLength ?? 0;
-    owner.ended =
-      lacksMemory(error) || (words ? /capacity overflow/.test(words) : isUnreachable(error) && isFull(memory))
-        ? outOfMemory(used, error)
+    const panic = readPanic(glue);
+    const bytes = memory?.buffer.byteLength ?? 0;
+    owner.error =
+      isOutOfMemory(error) || (panic ? /capacity overflow/.test(panic) : isUnreachable(error) && isFull(memory))
+        ? createMemoryError(bytes, error)
         : new TraceCutError(
             'poisoned',
-            `the engine stopped on an internal error: ${words ?? error}. Create a new session.`,
+            `the engine stopped on an internal error: ${panic ?? error}. Create a new session.`,
             { cause: error },
           );
     owner.glue = owner.memory = undefined;
-    throw owner.ended;
+    throw owner.error;
   }
 }
 
 /**
- * Gives up an instance: its memory is freed when nothing else refers to its objects. Calls into it say that its owner
- * is closed.
+ * Releases an instance: its memory is freed when nothing else refers to its objects. Later calls fail, as its owner is
+ * closed.
  */
-export function end(owner: Instance, what: string) {
+export function release(owner: Instance, name: string) {
   owner.glue = owner.memory = undefined;
-  owner.ended ??= new TraceCutError('closed', `the ${what} is closed; create a new one`);
+  owner.error ??= new TraceCutError('closed', `the ${name} is closed; create a new one`);
 }
 
-/** Other exports still run after a panic, so the instance can say what happened. */
-function panicWords(glue: Glue) {
+/** Returns the message of a panic: other exports still run after one. */
+function readPanic(glue: Glue) {
   try {
     return glue.panicMessage();
   } catch {
@@ -68,22 +68,17 @@ function panicWords(glue: Glue) {
   }
 }
 
-/** The engine of the language had no memory for an array or an instance; a stack that is full is a `RangeError` too. */
-function lacksMemory(error: unknown) {
+/** Returns true if the JavaScript engine had no memory for an array or an instance; a full stack is a `RangeError` too. */
+function isOutOfMemory(error: unknown) {
   return error instanceof RangeError && !/stack/i.test(error.message);
 }
 
-/**
- * How Rust stops where it gets no memory: without a panic, and so without words. (What no memory could hold is a panic.)
- */
+/** Returns true for Rust's trap without memory, which has no panic. (A size that no memory could hold is a panic.) */
 function isUnreachable(error: unknown) {
   return error instanceof WebAssembly.RuntimeError && /unreachable/i.test(error.message);
 }
 
-/**
- * Whether a memory cannot grow by a GiB, or be doubled: growing lists ask for as much, and for less than that if it is
- * small.
- */
+/** Returns true if a memory cannot grow by a GiB, or double: growing lists request as much, less if they are small. */
 function isFull(memory: WebAssembly.Memory | undefined) {
   try {
     memory?.grow(Math.max(memory.buffer.byteLength, 2 ** 30) / 65536);
@@ -93,11 +88,11 @@ function isFull(memory: WebAssembly.Memory | undefined) {
   }
 }
 
-function outOfMemory(used: number, cause: unknown) {
-  const had = Math.ceil(used / 2 ** 20);
+function createMemoryError(bytes: number, cause: unknown) {
+  const mebibytes = Math.ceil(bytes / 2 ** 20);
   return new TraceCutError(
     'memory',
-    `the engine ran out of memory at ${had} MiB. Create a new session with fewer frames or a smaller clip.maxSide.`,
+    `the engine ran out of memory at ${mebibytes} MiB. Create a new session with fewer frames or a smaller clip.maxSide.`,
     { cause },
   );
 }

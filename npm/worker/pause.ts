@@ -1,10 +1,10 @@
-// How work lets others go first: a breath for the page's thread, an end by a signal, and a halt that it can be put on.
+// Ways for work to let others run: a pause for the page's thread, an end by a signal, and a halt.
 
-export function breath() {
-  return new Promise<void>((done) => setTimeout(done));
+export function yieldThread() {
+  return new Promise<void>((resolve) => setTimeout(resolve));
 }
 
-/** Settles as the promise does, or rejects with the signal's reason if that aborts first. */
+/** Settles as the promise, or rejects with the signal's reason if that aborts first. */
 export function untilAborted<T>(promise: Promise<T>, signal: AbortSignal | undefined): Promise<T> {
   if (!signal) return promise;
   return new Promise((resolve, reject) => {
@@ -16,17 +16,17 @@ export function untilAborted<T>(promise: Promise<T>, signal: AbortSignal | undef
 }
 
 export class Pause {
-  /** Aborted by each halt, and by the end; a new one follows when the work goes on. */
+  /** Aborted by each halt, and by the end; replaced when the work continues. */
   #halt = new AbortController();
-  /** Closed while the work is halted. */
+  /** Resolved when the work continues; null while it is not halted. */
   #gate: { promise: Promise<void>; open: () => void } | null = null;
 
-  /** For what stops by a signal: aborted by the next halt. */
+  /** Signal that the next halt aborts. */
   get signal(): AbortSignal {
     return this.#halt.signal;
   }
 
-  get on() {
+  get isHalted() {
     return this.#gate !== null;
   }
 
@@ -45,14 +45,14 @@ export class Pause {
     this.#gate = null;
   }
 
-  /** The work is over for good: what stops by the signal stops. */
+  /** Ends the work for good: aborts the signal. */
   close() {
     this.#halt.abort();
   }
 
-  /** Waits at the gate while the work is halted. */
-  async passed() {
-    // It may be halted again before whoever waited is told.
+  /** Waits while the work is halted. */
+  async wait() {
+    // It may be halted again before this continues.
     while (this.#gate) await this.#gate.promise;
   }
 }

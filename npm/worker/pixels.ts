@@ -1,38 +1,38 @@
-// Pixels on their way: pictures with fewer of them, and chunks of PNG files.
+// Reduces pictures, and encodes chunks of PNG files.
 
 /**
- * Each pixel of the answer is the mean of what it covers, so nothing aliases; a canvas would do this differently in
- * each browser.
+ * Reduces a frame: each pixel of the result is the mean of the area that it covers, so nothing aliases. A canvas would do
+ * this differently in each browser.
  * @param frame RGBA
  * @param width at most the frame's
  */
-export function reduced(
+export function reducePixels(
   { data, width: fromWidth, height: fromHeight }: { data: Uint8Array; width: number; height: number },
   width: number,
   height: number,
 ) {
   const out = new Uint8ClampedArray(4 * width * height);
   const row = new Float32Array(4 * fromWidth);
-  const columns = spans(fromWidth, width);
-  const rows = spans(fromHeight, height);
+  const columns = createSpans(fromWidth, width);
+  const rows = createSpans(fromHeight, height);
   const area = (fromWidth / width) * (fromHeight / height);
   rows.forEach((span, y) => {
     row.fill(0);
-    for (let sy = span.first; sy <= span.last; sy += 1) addRow(row, data, 4 * fromWidth * sy, weight(span, sy));
+    for (let sy = span.first; sy <= span.last; sy += 1) addRow(row, data, 4 * fromWidth * sy, computeOverlap(span, sy));
     columns.forEach((column, x) => {
-      const at = 4 * (y * width + x);
+      const index = 4 * (y * width + x);
       let [red, green, blue, alpha] = [0, 0, 0, 0];
       for (let sx = column.first; sx <= column.last; sx += 1) {
-        const share = weight(column, sx) / area;
+        const share = computeOverlap(column, sx) / area;
         red += share * row[4 * sx]!;
         green += share * row[4 * sx + 1]!;
         blue += share * row[4 * sx + 2]!;
         alpha += share * row[4 * sx + 3]!;
       }
-      out[at] = red;
-      out[at + 1] = green;
-      out[at + 2] = blue;
-      out[at + 3] = alpha;
+      out[index] = red;
+      out[index + 1] = green;
+      out[index + 2] = blue;
+      out[index + 3] = alpha;
     });
   });
   return new Uint8Array(out.buffer);
@@ -44,26 +44,26 @@ function addRow(sums: Float32Array, data: Uint8Array, from: number, factor: numb
   }
 }
 
-export type Span = { low: number; high: number; first: number; last: number };
+type Span = { low: number; high: number; first: number; last: number };
 
-/** What each of `to` pixels covers of `from` pixels. */
-function spans(from: number, to: number): Span[] {
+/** Returns the range of `from` pixels that each of `to` pixels covers. */
+function createSpans(from: number, to: number): Span[] {
   return Array.from({ length: to }, (_, k) => {
     const [low, high] = [(k * from) / to, ((k + 1) * from) / to];
     return { low, high, first: Math.floor(low), last: Math.min(from, Math.ceil(high)) - 1 };
   });
 }
 
-/** How much of source pixel `at` the span covers. */
-function weight({ low, high }: Span, at: number) {
-  return Math.max(0, Math.min(at + 1, high) - Math.max(at, low));
+/** Computes the share of a source pixel that the span covers. */
+function computeOverlap({ low, high }: Span, position: number) {
+  return Math.max(0, Math.min(position + 1, high) - Math.max(position, low));
 }
 
 /**
- * Pixels row by row. With one channel `data` are values, grey or of a palette; with four they are red, green, blue and
- * opacity, the latter taken from `opacity` where that is given. With `sequence` they are a later frame of an animation.
+ * Pixels row by row. With one channel `data` are grey values or indices of a palette; with four they are red, green, blue
+ * and opacity, the latter from `opacity` if given. With `sequence` they are a later frame of an animation.
  */
-export type Pixels = {
+export type PngPixels = {
   data: Uint8Array | Uint8ClampedArray;
   width: number;
   height: number;
@@ -72,18 +72,18 @@ export type Pixels = {
   sequence?: number;
 };
 
-const MAGIC = [0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a];
+const SIGNATURE = [0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a];
 
 const COLOR_TYPE = { grey: 0, indexed: 3, rgba: 6 };
 
 /**
- * What comes before the pixels of a file.
- * @param image.rgba four channels; else one
- * @param image.palette red, green and blue of each value, at least of all that occur; grey if not given
- * @param image.alpha of the first values of the palette
- * @param image.numFrames of an animation
+ * Encodes the chunks before the pixels of a file.
+ * @param image.rgba true for four channels, else one
+ * @param image.palette red, green and blue of each value, at least of all used ones; grey if not given
+ * @param image.alpha opacity of the first values of the palette
+ * @param image.numFrames number of frames of an animation
  */
-export function pngHead({
+export function encodeHead({
   width,
   height,
   rgba = false,
@@ -103,70 +103,73 @@ export function pngHead({
   view.setUint32(0, width);
   view.setUint32(4, height);
   header.set([8, COLOR_TYPE[rgba ? 'rgba' : palette ? 'indexed' : 'grey'], 0, 0, 0], 8);
-  const parts = [Uint8Array.from(MAGIC), chunk('IHDR', header)];
-  if (palette) parts.push(chunk('PLTE', palette));
-  if (alpha) parts.push(chunk('tRNS', alpha));
-  // An animation plays for ever.
-  if (numFrames !== undefined) parts.push(chunk('acTL', words(numFrames, 0)));
-  return joined(parts);
+  const parts = [Uint8Array.from(SIGNATURE), encodeChunk('IHDR', header)];
+  if (palette) parts.push(encodeChunk('PLTE', palette));
+  if (alpha) parts.push(encodeChunk('tRNS', alpha));
+  // An animation loops forever.
+  if (numFrames !== undefined) parts.push(encodeChunk('acTL', encodeNumbers(numFrames, 0)));
+  return concatenate(parts);
 }
 
-/** What comes after them. */
-export function pngTail() {
-  return chunk('IEND', new Uint8Array());
+/** Encodes the chunk after the pixels of a file. */
+export function encodeTail() {
+  return encodeChunk('IEND', new Uint8Array());
 }
 
-/** The longest that a frame of an animation can last, in milliseconds. */
-const MOST_MS = 65535;
+/** Longest duration of a frame of an animation that fits into 16 bits. */
+const MAX_MS = 65535;
 
 /**
- * What comes before the pixels of a frame of an animation.
- * @param sequence counts these and the chunks of later frames' pixels
- * @param seconds that it is shown
+ * Encodes the chunk before the pixels of a frame of an animation.
+ * @param sequence number of this chunk, counting headers and the pixel chunks of later frames
+ * @param seconds duration
  */
-export function frameHead({ width, height }: { width: number; height: number }, sequence: number, seconds: number) {
+export function encodeFrameHead(
+  { width, height }: { width: number; height: number },
+  sequence: number,
+  seconds: number,
+) {
   const data = new Uint8Array(26);
-  data.set(words(sequence, width, height, 0, 0));
+  data.set(encodeNumbers(sequence, width, height, 0, 0));
   const view = new DataView(data.buffer);
-  view.setUint16(20, Math.min(MOST_MS, Math.max(1, Math.round(1000 * seconds))));
+  view.setUint16(20, Math.min(MAX_MS, Math.max(1, Math.round(1000 * seconds))));
   view.setUint16(22, 1000);
-  // The whole picture is another: nothing is kept of the one before, nothing laid over it.
-  return chunk('fcTL', data);
+  // Each frame replaces the whole picture: nothing of the one before stays, nothing is blended.
+  return encodeChunk('fcTL', data);
 }
 
 /**
- * The chunk that holds an image's pixels.
+ * Encodes the chunk of an image's pixels.
  * @param deflate with zlib's header
  */
-export function pixelChunk(pixels: Pixels, deflate: (data: Uint8Array) => Uint8Array) {
-  const data = deflate(pixels.channels === 4 ? colorRows(pixels) : rowsOf(pixels));
+export function encodePixels(pixels: PngPixels, deflate: (data: Uint8Array) => Uint8Array) {
+  const data = deflate(pixels.channels === 4 ? filterColors(pixels) : filterLabels(pixels));
   const { sequence } = pixels;
-  return sequence === undefined ? chunk('IDAT', data) : chunk('fdAT', joined([words(sequence), data]));
+  return sequence === undefined
+    ? encodeChunk('IDAT', data)
+    : encodeChunk('fdAT', concatenate([encodeNumbers(sequence), data]));
 }
 
-/**
- * Number of the filter that takes from each byte the one above: of labels nothing is left but edges, which is quick to
- * deflate.
- */
-const UP = 2;
+/** Number of the filter that subtracts the byte above: only edges of labels remain, which deflate quickly. */
+const UP_FILTER = 2;
 
-/** That which takes the mean of the bytes to the left and above: of pictures little is left. */
-const MEAN = 3;
+/** Number of the filter that subtracts the mean of the bytes to the left and above: little of pictures remains. */
+const AVERAGE_FILTER = 3;
 
-function rowsOf({ data, width, height }: Pixels) {
+function filterLabels({ data, width, height }: PngPixels) {
   const rows = new Uint8Array(height * (width + 1));
   for (let y = 0; y < height; y += 1) {
     const to = y * (width + 1);
     const from = y * width;
-    rows[to] = UP;
+    rows[to] = UP_FILTER;
     for (let x = 0; x < width; x += 1)
       rows[to + 1 + x] = Number(data[from + x]) - (y > 0 ? Number(data[from - width + x]) : 0);
   }
   return rows;
 }
 
-/** What is clear has no colour: nobody sees it, and it takes no room. */
-function colorRows({ data, width, height, opacity }: Pixels) {
+/** Filters rows of RGBA. Transparent pixels get no colour: it is invisible, and compresses better. */
+function filterColors({ data, width, height, opacity }: PngPixels) {
   const size = 4 * width;
   const rows = new Uint8Array(height * (size + 1));
   let [above, row] = [new Uint8Array(size), new Uint8Array(size)];
@@ -178,25 +181,25 @@ function colorRows({ data, width, height, opacity }: Pixels) {
       row[4 * x + 3] = alpha;
     }
     const to = y * (size + 1);
-    rows[to] = MEAN;
+    rows[to] = AVERAGE_FILTER;
     for (let k = 0; k < size; k += 1) {
-      const left = k < 4 ? 0 : Number(row[k - 4]);
-      rows[to + 1 + k] = Number(row[k]) - ((left + Number(above[k])) >> 1);
+      const leftByte = k < 4 ? 0 : Number(row[k - 4]);
+      rows[to + 1 + k] = Number(row[k]) - ((leftByte + Number(above[k])) >> 1);
     }
     [above, row] = [row, above];
   }
   return rows;
 }
 
-/** Numbers of four bytes, the highest first. */
-function words(...numbers: number[]) {
+/** Encodes numbers as four bytes, the highest first. */
+function encodeNumbers(...numbers: number[]) {
   const bytes = new Uint8Array(4 * numbers.length);
   const view = new DataView(bytes.buffer);
   numbers.forEach((number, k) => view.setUint32(4 * k, number));
   return bytes;
 }
 
-function chunk(type: string, data: Uint8Array) {
+function encodeChunk(type: string, data: Uint8Array) {
   const bytes = new Uint8Array(data.length + 12);
   const view = new DataView(bytes.buffer);
   view.setUint32(0, data.length);
@@ -206,17 +209,17 @@ function chunk(type: string, data: Uint8Array) {
   return bytes;
 }
 
-export function joined(parts: Uint8Array[]) {
+export function concatenate(parts: Uint8Array[]) {
   const bytes = new Uint8Array(parts.reduce((sum, part) => sum + part.length, 0));
-  let at = 0;
+  let offset = 0;
   for (const part of parts) {
-    bytes.set(part, at);
-    at += part.length;
+    bytes.set(part, offset);
+    offset += part.length;
   }
   return bytes;
 }
 
-/** The checksum of PNG, by half bytes. */
+/** Computes the checksum of PNG, by half bytes. */
 function crc32(bytes: Uint8Array) {
   const table = Uint32Array.from({ length: 16 }, (_, k) => {
     let value = k;

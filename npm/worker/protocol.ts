@@ -1,6 +1,5 @@
-// Further workers help the first: they are told once, and then talk with it over a channel of their own (`helpers.ts`).
-//
-// What the page and its worker say to each other. Every request carries an id; its answers carry the same one.
+// Messages between the page and its worker. Every request carries an id; its answers carry the same one. Further workers
+// help the first: they are introduced once, and then talk with it over a channel of their own (`helpers.ts`).
 //
 //   page                                     worker
 //   {id, type: 'create', data}        ->
@@ -17,7 +16,7 @@ import type { Progress } from '../session/engine.js';
 import type { Arguments, RequestName } from '../session/requests.js';
 import type { EnlargeTask } from './decode.js';
 
-/** What the page asks, beside `abort`. The arguments of a request are those of its line in `session/requests.ts`. */
+/** A message of the page, except `abort`. The arguments of a request are on its line in `session/requests.ts`. */
 export type Message =
   | { type: 'create'; data: { module: WebAssembly.Module; parameters: Record<string, unknown> } }
   | { type: 'enlarge'; data: EnlargeTask }
@@ -39,11 +38,11 @@ export interface Port {
   addEventListener: (type: 'message', listener: (event: MessageEvent<Request>) => void) => void;
 }
 
-/** The buffers of all typed arrays in a tree of plain objects, images and ports: what to transfer rather than copy. */
-export function transferables(value: unknown): Transferable[] {
+/** Collects the buffers of all typed arrays, images and ports in a tree of plain objects: they are transferred, not copied. */
+export function findTransferables(value: unknown): Transferable[] {
   if (value instanceof MessagePort) return [value];
   if (['ImageBitmap', 'VideoFrame'].includes(typeTag(value))) return [value as ImageBitmap];
   if (ArrayBuffer.isView(value)) return value.buffer instanceof ArrayBuffer ? [value.buffer] : [];
   if (typeof value !== 'object' || value === null || value instanceof WebAssembly.Module) return [];
-  return Object.values(value).flatMap(transferables);
+  return Object.values(value).flatMap(findTransferables);
 }

@@ -1,29 +1,29 @@
-// Engines: in a worker, or on this thread with helpers beside it; and workers that do what belongs to no session.
+// Engines in a worker, or on this thread with helpers beside it; and workers for tasks that belong to no session.
 
 import { TraceCutError } from '../check/errors.js';
-import { wayOut } from '../places.js';
-import { once, platform, workerStarter } from '../platform.js';
+import { getMissingFileHint } from '../places.js';
+import { getWorkerStarter, loadOnce, platform } from '../platform.js';
 import { type Engine, type OnProgress, type RawResult, createLocalEngine } from '../session/engine.js';
-import { Crew, type HelperWorker, usualThreads } from './helpers.js';
-import { type Message, type Reply, transferables } from './protocol.js';
-import type { SplitOptions, WasmSource } from '../check/options.js';
+import { Crew, type HelperWorker, defaultThreads } from './helpers.js';
+import { type Message, type Reply, findTransferables } from './protocol.js';
+import type { EngineOptions, WasmSource } from '../check/options.js';
 import type { Answer, Arguments, RequestName } from '../session/requests.js';
 import type { TrajectoryList } from '../session/result.js';
 
 /**
- * An engine in a worker where there are workers and the options do not say otherwise (in Node where they ask for one),
- * else in this thread.
+ * Opens an engine in a worker if there are workers and the options do not disable them (in Node if they enable them), else
+ * in this thread.
  */
-export async function openEngine({ wasm, worker, threads, parameters }: SplitOptions): Promise<Engine> {
+export async function openEngine({ wasm, worker, threads, parameters }: EngineOptions): Promise<Engine> {
   const { loadModule, startHelper, cores } = platform;
-  const start = workerStarter(worker);
+  const start = getWorkerStarter(worker);
   const module = await loadModule(wasm);
-  const usual = worker === false ? 1 : usualThreads(cores());
-  if (start) return createRemoteEngine(start, module, parameters, threads ?? usual);
+  const defaultCount = worker === false ? 1 : defaultThreads(cores());
+  if (start) return createRemoteEngine(start, module, parameters, threads ?? defaultCount);
   const engine = await createLocalEngine(module, parameters);
   if (startHelper) {
     engine.crew = new Crew(
-      (threads ?? usual) - 1,
+      (threads ?? defaultCount) - 1,
       (port) => startHelper({ module, parameters, port }),
       (number, port) => engine.pool.add(number, port),
       (number) => engine.pool.lose(number),
@@ -32,12 +32,12 @@ export async function openEngine({ wasm, worker, threads, parameters }: SplitOpt
   return engine;
 }
 
-/** Loads the module that reads image files when the first one comes. */
-export function decoderLoader(decoder?: WasmSource) {
-  return once(() => platform.loadDecoder(decoder));
+/** Returns a function that loads the module for image files when the first one arrives. */
+export function createDecoderLoader(decoder?: WasmSource) {
+  return loadOnce(() => platform.loadDecoder(decoder));
 }
 
-export interface Pending {
+interface Pending {
   resolve: (value: unknown) => void;
   reject: (error: unknown) => void;
   onProgress?: OnProgress;
@@ -81,62 +81,64 @@ function startHelper(
   };
 }
 
-/** A worker that answers requests; where it ends, what still waits rejects. */
+/** A worker that answers requests; when it ends, pending ones reject. */
 export class RemoteWorker {
   #worker;
   #nextId = 1;
   #pending = new Map<number, Pending>();
-  /** Why the worker is no more. */
-  #ended: TraceCutError | undefined;
-  #heard = false;
+  /** Error that ended the worker. */
+  #endError: TraceCutError | undefined;
+  #hasAnswered = false;
 
   constructor(worker: Worker) {
     this.#worker = worker;
     worker.addEventListener('message', (event) => this.#receive(event.data));
-    worker.addEventListener('messageerror', () => this.end(lost('a message could not be read')));
+    worker.addEventListener('messageerror', () => this.end(createLostError('a message could not be read')));
     worker.addEventListener('error', (event) => {
       event.preventDefault?.();
-      this.end(this.#heard ? lost(event.message ?? 'no reason given') : notStarted(event.message));
+      this.end(
+        this.#hasAnswered ? createLostError(event.message ?? 'no reason given') : createStartError(event.message),
+      );
     });
   }
 
-  /** Whether it has answered anything: before that nobody knows whether it runs. */
+  /** True if it has answered anything: before that it is unknown if it runs. */
   get heard() {
-    return this.#heard;
+    return this.#hasAnswered;
   }
 
   get ended() {
-    return this.#ended !== undefined;
+    return this.#endError !== undefined;
   }
 
   get nextId() {
     return this.#nextId;
   }
 
-  /** @param options all that can be is transferred if not given */
+  /** @param options `transfer` defaults to all that can be transferred */
   send<T>(
     message: Message | { task: unknown },
     {
       onProgress,
-      transfer = transferables(message),
+      transfer = findTransferables(message),
     }: { onProgress?: Pending['onProgress']; transfer?: Transferable[] } = {},
   ): Promise<T> {
-    if (this.#ended) return Promise.reject(this.#ended);
+    if (this.#endError) return Promise.reject(this.#endError);
     const id = this.#nextId++;
-    return new Promise((done, reject) => {
-      const resolve = done as Pending['resolve'];
+    return new Promise((resolvePromise, reject) => {
+      const resolve = resolvePromise as Pending['resolve'];
       this.#pending.set(id, { resolve, reject, onProgress });
       this.#worker.postMessage({ id, ...message }, transfer);
     });
   }
 
-  /** Says what is not answered. */
+  /** Sends a message that is not answered. */
   tell(message: { id?: number } & (Message | { type: 'abort' })) {
-    if (!this.#ended) this.#worker.postMessage({ id: 0, ...message }, transferables(message));
+    if (!this.#endError) this.#worker.postMessage({ id: 0, ...message }, findTransferables(message));
   }
 
   #receive({ id, type, data }: Reply) {
-    this.#heard = true;
+    this.#hasAnswered = true;
     const pending = this.#pending.get(id);
     if (!pending) return;
     if (type === 'progress') {
@@ -153,10 +155,10 @@ export class RemoteWorker {
     if (error.code === 'poisoned' || error.code === 'memory') this.end(error);
   }
 
-  /** Ends the worker, which frees its memory, and rejects whatever still waits for it. */
+  /** Ends the worker, which frees its memory, and rejects all pending requests. */
   end(reason: TraceCutError) {
-    if (this.#ended) return;
-    this.#ended = reason;
+    if (this.#endError) return;
+    this.#endError = reason;
     this.#worker.terminate();
     for (const { reject } of this.#pending.values()) reject(reason);
     this.#pending.clear();
@@ -165,7 +167,7 @@ export class RemoteWorker {
 
 export class RemoteEngine extends RemoteWorker implements Engine {
   crew: Crew | undefined;
-  #inShots = false;
+  #isWindowed = false;
 
   create(module: WebAssembly.Module, parameters: Record<string, unknown>) {
     return this.send({ type: 'create', data: { module, parameters } });
@@ -173,27 +175,27 @@ export class RemoteEngine extends RemoteWorker implements Engine {
 
   request<N extends RequestName>(name: N, ...args: Arguments<N>): Promise<Answer<N>> {
     if (name === 'push' || name === 'pushInShot') this.crew?.muster();
-    this.#inShots ||= name === 'pushInShot';
+    this.#isWindowed ||= name === 'pushInShot';
     return this.send({ type: name, data: args });
   }
 
   run(onProgress: OnProgress, signal: AbortSignal) {
-    return this.#work<RawResult | null>('run', onProgress, signal);
+    return this.#runUntilAborted<RawResult | null>('run', onProgress, signal);
   }
 
   track(onProgress: OnProgress, signal: AbortSignal) {
-    return this.#work<TrajectoryList | null>('track', onProgress, signal);
+    return this.#runUntilAborted<TrajectoryList | null>('track', onProgress, signal);
   }
 
-  async #work<T>(type: 'run' | 'track', onProgress: OnProgress, signal: AbortSignal): Promise<T> {
+  async #runUntilAborted<T>(type: 'run' | 'track', onProgress: OnProgress, signal: AbortSignal): Promise<T> {
     const id = this.nextId;
     const abort = () => this.tell({ id, type: 'abort' });
     const running: Promise<T> = this.send({ type }, { onProgress });
     signal.addEventListener('abort', abort);
     try {
       const result = await running;
-      // Helpers have nothing left to do, unless there is another window.
-      if (result && !this.#inShots) this.crew?.rest();
+      // Helpers have nothing left to do, unless another window follows.
+      if (result && !this.#isWindowed) this.crew?.rest();
       return result;
     } finally {
       signal.removeEventListener('abort', abort);
@@ -201,7 +203,7 @@ export class RemoteEngine extends RemoteWorker implements Engine {
   }
 
   rest() {
-    this.#inShots = false;
+    this.#isWindowed = false;
     this.crew?.rest();
   }
 
@@ -215,41 +217,40 @@ export class RemoteEngine extends RemoteWorker implements Engine {
   }
 }
 
-/** How long workers stay that have nothing to do, in milliseconds: frames of a clip come one after the other. */
+/** Time after which idle workers end: frames of a clip follow one after the other. */
 const IDLE_MS = 5000;
 
-/** Workers that do what belongs to no session, started when there is something to do and ended when they were idle. */
+/** Workers for tasks that belong to no session, started on demand and ended when idle. */
 export class TaskWorkers {
-  #most;
-  #workers: { remote: RemoteWorker; underWay: number }[] = [];
-  #ending: ReturnType<typeof setTimeout> | undefined;
+  #maxWorkers;
+  #workers: { remote: RemoteWorker; numTasks: number }[] = [];
+  #endTimer: ReturnType<typeof setTimeout> | undefined;
 
-  /** @param most how many there may be at once */
-  constructor(most: () => number) {
-    this.#most = most;
+  /** @param maxWorkers returns the largest number of workers at once */
+  constructor(maxWorkers: () => number) {
+    this.#maxWorkers = maxWorkers;
   }
 
-  /**
-   * Gives work to a worker that has nothing to do, a new one where all have and there may be more, else the one with the least.
-   */
+  /** Gives work to an idle worker; if there is none, to a new one if allowed, else to the one with the fewest tasks. */
   async give<T>(start: () => Worker, work: (remote: RemoteWorker) => Promise<T>) {
-    clearTimeout(this.#ending);
-    const mine = this.#freest(start);
-    mine.underWay += 1;
+    clearTimeout(this.#endTimer);
+    const entry = this.#chooseWorker(start);
+    entry.numTasks += 1;
     try {
-      return await work(mine.remote);
+      return await work(entry.remote);
     } finally {
-      mine.underWay -= 1;
-      // One that could not start, or was lost, is of no more use.
+      entry.numTasks -= 1;
+      // A worker that could not start, or was lost, is dropped.
       this.#workers = this.#workers.filter(({ remote }) => !remote.ended);
-      if (this.#workers.every(({ underWay }) => underWay === 0)) this.#ending = setTimeout(() => this.#end(), IDLE_MS);
+      if (this.#workers.every(({ numTasks: numTasks }) => numTasks === 0))
+        this.#endTimer = setTimeout(() => this.#end(), IDLE_MS);
     }
   }
 
-  #freest(start: () => Worker) {
-    const [first] = [...this.#workers].sort((a, b) => a.underWay - b.underWay);
-    if (first && (first.underWay === 0 || this.#workers.length >= Math.max(1, this.#most()))) return first;
-    const added = { remote: new RemoteWorker(start()), underWay: 0 };
+  #chooseWorker(start: () => Worker) {
+    const [first] = [...this.#workers].sort((a, b) => a.numTasks - b.numTasks);
+    if (first && (first.numTasks === 0 || this.#workers.length >= Math.max(1, this.#maxWorkers()))) return first;
+    const added = { remote: new RemoteWorker(start()), numTasks: 0 };
     this.#workers.push(added);
     return added;
   }
@@ -260,14 +261,14 @@ export class TaskWorkers {
   }
 }
 
-function lost(words: string) {
-  const code = /memory/i.test(words) ? 'memory' : 'poisoned';
-  return new TraceCutError(code, `the worker stopped on an internal error: ${words}. Create a new session.`);
+function createLostError(reason: string) {
+  const code = /memory/i.test(reason) ? 'memory' : 'poisoned';
+  return new TraceCutError(code, `the worker stopped on an internal error: ${reason}. Create a new session.`);
 }
 
-function notStarted(words: string | undefined) {
+function createStartError(reason: string | undefined) {
   return new TraceCutError(
     'wasm-load',
-    `the worker could not be started${words ? ` (${words})` : ''}; check that worker.js and the files beside it are served as JavaScript. ${wayOut('worker')}`,
+    `the worker could not be started${reason ? ` (${reason})` : ''}; check that worker.js and the files beside it are served as JavaScript. ${getMissingFileHint('worker')}`,
   );
 }

@@ -1,11 +1,11 @@
-// What a worker does: it serves a session, helps one, or enlarges masks.
+// The main program of a worker: serves a session, helps one, or enlarges masks.
 
 import { TraceCutError } from '../check/errors.js';
 import { type LocalEngine, type Progress, createLocalEngine } from '../session/engine.js';
 import { REQUESTS } from '../session/requests.js';
-import { enlargeHere } from './decode.js';
-import { guarded, instance } from './instance.js';
-import { type Message, type Port, type Reply, transferables } from './protocol.js';
+import { enlargeInThread } from './decode.js';
+import { callInstance, startInstance } from './instance.js';
+import { type Message, type Port, type Reply, findTransferables } from './protocol.js';
 import type { HelperPort } from './helpers.js';
 
 /** Answers the requests that arrive at `port`, for one session; or helps another, or enlarges masks. */
@@ -14,7 +14,7 @@ export function serve(port: Port) {
   engine.catch(() => {});
   const runs = new Map<number, AbortController>();
 
-  const post = (reply: Reply) => port.postMessage(reply, transferables(reply.data));
+  const post = (reply: Reply) => port.postMessage(reply, findTransferables(reply.data));
 
   async function run(id: number, type: 'run' | 'track') {
     const controller = new AbortController();
@@ -30,7 +30,7 @@ export function serve(port: Port) {
       await engine;
       return undefined;
     }
-    if (type === 'enlarge') return enlargeHere(data);
+    if (type === 'enlarge') return enlargeInThread(data);
     if (type === 'help') return help(data.port, data.module, data.parameters);
     if (type === 'helper') return (await engine).pool.add(data.number, data.port);
     if (type === 'lost') return (await engine).pool.lose(data.number);
@@ -53,22 +53,22 @@ export function serve(port: Port) {
   });
 }
 
-/** Answers each piece that arrives at `port` with what became of it, or with `null` if that failed. */
+/** Answers each job that arrives at `port` with its result, or with an empty array if it failed. */
 export function help(port: HelperPort, module: WebAssembly.Module, parameters: Record<string, unknown>) {
   const open = async () => {
-    const owner = await instance(module);
-    return { owner, session: guarded(owner, (glue) => new glue.Session(parameters)) };
+    const owner = await startInstance(module);
+    return { owner, session: callInstance(owner, (glue) => new glue.Session(parameters)) };
   };
   let helper = open();
   let last: Promise<unknown> = Promise.resolve();
 
-  async function answer(piece: Uint32Array) {
+  async function answer(job: Uint32Array) {
     try {
       const { owner, session } = await helper;
-      const made = guarded(owner, () => session.workOn(piece));
-      port.postMessage(made, [made.buffer as ArrayBuffer]);
+      const result = callInstance(owner, () => session.workOn(job));
+      port.postMessage(result, [result.buffer as ArrayBuffer]);
     } catch {
-      // The session will make it itself, and say what is wrong; the next piece gets a fresh instance.
+      // The session will do the job itself, and report the error; the next job gets a fresh instance.
       helper = open();
       helper.catch(() => {});
       port.postMessage(new Uint32Array(), []);

@@ -1,6 +1,6 @@
 // The package in one file, with its wasm files and its worker inside. Nothing is unpacked before it is needed.
 
-import { blobOf, places } from '../../dist/places.js';
+import { createScriptBlob, places } from '../../dist/places.js';
 import { unzlibSync } from '../../dist/vendor/zip.js';
 import { DECODER, ENGINE, WORKER } from 'packed';
 
@@ -10,7 +10,7 @@ const unpacked = (text) => unzlibSync(Uint8Array.from(atob(text), (letter) => le
 let address;
 
 function worker() {
-  address ??= URL.createObjectURL(blobOf(new TextDecoder().decode(unpacked(WORKER))));
+  address ??= URL.createObjectURL(createScriptBlob(new TextDecoder().decode(unpacked(WORKER))));
   return new Worker(address, { type: 'module' });
 }
 

@@ -12,7 +12,7 @@ import type { Result as ShownResult } from './segmentation.js';
 import type { Trim } from './source.js';
 
 /** Frames of a window, and how many it shares with the next. */
-export const { window: WINDOW, overlap: OVERLAP } = VideoSegmentation.usual;
+export const { window: WINDOW, overlap: OVERLAP } = VideoSegmentation.defaults;
 
 /**
  * Stages of a clip that fits into one window, with their usual shares of the time, as measured. Later runs use the

@@ -1,6 +1,6 @@
 // The user's corrections of a run: the package's mask editor, with undo and growing of regions.
 
-import { createImageEngine, decodeRuns, editMasks, grownRegions } from './library.js';
+import { createImageEngine, decodeRuns, editMasks, growRegions } from './library.js';
 import { PageError } from './messages.js';
 import type { ClipJob } from './clip-job.js';
 import type {
@@ -195,7 +195,7 @@ export class Corrections {
     const neighbourFrame = t < last ? t + 1 : Math.max(first, t - 1);
     const [picture, neighbour] = [await this.pixels(t), await this.pixels(neighbourFrame)];
     const [superpixels, flow] = [await engine.superpixels(picture), await engine.flow(picture, neighbour)];
-    const candidates = await grownRegions({ superpixels, picture, flow }, place);
+    const candidates = await growRegions({ superpixels, picture, flow }, place);
     const area = (pixels: Uint8Array) => pixels.reduce((sum, inside) => sum + inside, 0);
     const regions = [...candidates].sort((a, b) => area(decodeRuns(a)) - area(decodeRuns(b)));
     return { regions, likeliest: regions.indexOf(candidates[0]) };

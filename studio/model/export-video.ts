@@ -1,6 +1,6 @@
 // Video exports: overlay, cut-out and mask.
 
-import { type Ground, SCREEN_GREEN, encodeVideo } from './library.js';
+import { type Backdrop, SCREEN_GREEN, encodeVideo } from './library.js';
 import { type Choice, type Export, frameRateOption } from './export.js';
 import type { BackdropName } from './view-settings.js';
 
@@ -67,7 +67,7 @@ function videoChoice(
   label: Choice['label'],
   style: 'overlay' | 'cutout' | 'alpha',
   format: 'webm' | 'mp4',
-  background?: Ground,
+  background?: Backdrop,
 ): Choice {
   return {
     id,

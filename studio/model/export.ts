@@ -2,7 +2,7 @@
 
 import { masksAtSize } from './library.js';
 import type { Plate } from './frame-data.js';
-import type { Ground, MaskEdges, MaskSource, SoundOptions, TrajectoryPoints, VideoQuality } from './library.js';
+import type { Backdrop, MaskEdges, MaskSource, SoundOptions, TrajectoryPoints, VideoQuality } from './library.js';
 import type { BackdropName } from './view-settings.js';
 import type { Source } from './source.js';
 import type { Timeline, State } from './store.js';
@@ -25,7 +25,7 @@ export interface Subject {
   quality: VideoQuality;
   edges: MaskEdges;
   /** Backdrop of cut-out objects. */
-  backdrop: Ground;
+  backdrop: Backdrop;
   /** Options of the soundtrack; null for none. */
   sound: (format: 'webm' | 'mp4') => SoundOptions | null;
   source: Source;

@@ -18,7 +18,7 @@ const MIN_CLIP_PIXELS = 3.2e6;
 export function needsPreview({ kind, width, height }: Source, { frames, side }: Trim): boolean {
   const scale = Math.min(1, side / Math.max(width, height));
   // The user waits for the first window.
-  const frameCount = Math.min(frames, VideoSegmentation.usual.window);
+  const frameCount = Math.min(frames, VideoSegmentation.defaults.window);
   return kind !== 'still' && frameCount > PREVIEW_FRAMES && width * height * scale ** 2 * frameCount >= MIN_CLIP_PIXELS;
 }
 

@@ -1,6 +1,6 @@
 // View settings of a result: edges, hidden objects and backdrop. Saved with the project.
 
-import { type Ground as CutoutGround, type MaskEdges, SCREEN_GREEN } from './library.js';
+import { type Backdrop as CutoutBackdrop, type MaskEdges, SCREEN_GREEN } from './library.js';
 import { DEFAULT_EDGES, type Backdrop, type State } from './store.js';
 
 /**
@@ -72,7 +72,7 @@ export type BackdropName = 'transparent' | 'green' | 'colour' | 'blurred' | 'des
 
 export type View = 'overlay' | 'beside' | 'slider' | 'cutout';
 
-export function toCutoutBackdrop({ name, colour, picture }: Backdrop): CutoutGround {
+export function toCutoutBackdrop({ name, colour, picture }: Backdrop): CutoutBackdrop {
   if (name === 'green') return SCREEN_GREEN;
   if (name === 'colour') return colour;
   return name === 'picture' && picture ? picture : name;

@@ -97,7 +97,7 @@ test('a result asks its session, and says so when that is closed, cleared or bus
   await rejects(result.boundaries(0), 'state', /cleared/);
   await rejects(result.superpixels(0), 'state', /cleared/);
   session.close();
-  await rejects(result.superpixels(0), 'closed', /ask before closing/);
+  await rejects(result.superpixels(0), 'closed', /request them before closing/);
   await rejects(session.superpixels(0), 'closed', /superpixels was called on a closed session/);
   assert.equal(result.labels(0).length, SMALL.width * SMALL.height);
 });

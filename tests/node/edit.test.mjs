@@ -170,12 +170,12 @@ test('pieces and halves of an object become objects, and objects one, by pixels 
   const refused = (promise, message) => rejects(promise, 'param', message);
   await refused(editor.split(1, { t: 0, x: 20, y: 1 }), /at/);
   await refused(editor.split(3, { t: 0, x: 0, y: 0 }), /a place of object 3/);
-  await refused(editor.split(0, { t: 0, x: 10, y: 0 }), /only an object/);
-  await refused(editor.split(3), /only an object/);
+  await refused(editor.split(0, { t: 0, x: 10, y: 0 }), /split needs an object/);
+  await refused(editor.split(3), /split needs an object/);
   await refused(editor.apart([stroke(4)]), /2\.\.255 strokes/);
   const beside = { t: 0, points: [10, 0], radius: 0.5 };
   await refused(editor.apart([beside, beside]), /on no object/);
-  await refused(editor.together([stroke(4)]), /on one object at most/);
+  await refused(editor.together([stroke(4)]), /fewer than two objects/);
   await refused(editor.merge(3, []), /others/);
   assert.equal(editor.undoable, 3);
 });

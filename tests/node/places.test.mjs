@@ -8,8 +8,8 @@ import { fileURLToPath } from 'node:url';
 import { configure, createSession, maskPng, synthClip } from 'tracecut';
 import { enlargeMask } from 'tracecut/edit';
 import { boundaries } from 'tracecut/stages';
-import { platform, setPlatform, workerStarter } from '../../dist/platform.js';
-import { aside } from '../../dist/worker/aside.js';
+import { platform, setPlatform, getWorkerStarter } from '../../dist/platform.js';
+import { runTask } from '../../dist/worker/aside.js';
 import { serve } from '../../scripts/serve.mjs';
 import { plain, png, rejects } from './support.mjs';
 
@@ -73,7 +73,7 @@ test('where there are workers, what a call says comes before what configure says
   restored(t);
   const [one, two, own] = [1, 2, 3].map((name) => () => ({ name, postMessage() {} }));
   setPlatform({ ...platform, startWorker: own, inProcess: false });
-  const started = (worker) => workerStarter(worker)?.().name;
+  const started = (worker) => getWorkerStarter(worker)?.().name;
   assert.deepEqual([started(), started(true), started(false), started(one)], [3, 3, undefined, 1]);
   configure({ worker: two });
   assert.deepEqual([started(), started(true), started(false), started(one)], [2, 2, undefined, 1]);
@@ -96,7 +96,7 @@ test('what a worker of sessions alone refuses to do aside is done in this thread
   };
   const task = { kind: 'zip', files: { a: new Uint8Array([1]) }, stored: [] };
   setPlatform({ ...platform, startAside: () => worker });
-  const bytes = await aside(task);
+  const bytes = await runTask(task);
   assert.deepEqual([...bytes.subarray(0, 2)], [80, 75]);
 });
 

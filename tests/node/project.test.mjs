@@ -57,8 +57,8 @@ test('what is no project, or is damaged, is refused in words', async () => {
   const masks = { width: 4, height: 2, numFrames: 1, labels: () => new Uint8Array(8) };
   const saved = await saveProject(masks);
   await rejects(openProject('clip'), 'data', /file = "clip"/);
-  await rejects(openProject(Uint8Array.of(1, 2, 3)), 'data', /no project file/);
-  await rejects(openProject(saved.subarray(0, saved.length / 2)), 'data', /no project file/);
+  await rejects(openProject(Uint8Array.of(1, 2, 3)), 'data', /not a project file/);
+  await rejects(openProject(saved.subarray(0, saved.length / 2)), 'data', /not a project file/);
   const { unzipSync, zipSync } = await import('../../dist/vendor/zip.js');
   const other = (name, content) => openProject(zipSync({ ...unzipSync(saved), [name]: content }));
   const text = (change) =>

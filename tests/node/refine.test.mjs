@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { synthClip } from 'tracecut';
-import { adjustMask, decodeRuns, grownRegions, masksAtSize, smoothMasks } from 'tracecut/edit';
+import { adjustMask, decodeRuns, growRegions, masksAtSize, smoothMasks } from 'tracecut/edit';
 import { createImageEngine } from 'tracecut/stages';
 import { plain, rejects } from './support.mjs';
 
@@ -176,7 +176,7 @@ test('a click on a part of what moves gives the whole of it first', async () => 
     { x: 60, y: 60 },
     { x: 84, y: 70 },
   ]) {
-    const [first] = await grownRegions(grounds, place);
+    const [first] = await growRegions(grounds, place);
     const found = overlap(decodeRuns(first), truth);
     assert.ok(found > 0.85, `${found.toFixed(2)} at ${place.x}, ${place.y}`);
     const { label } = grounds.superpixels;
@@ -187,7 +187,7 @@ test('a click on a part of what moves gives the whole of it first', async () => 
 
 test('regions hold the place, differ in size, and are the same each time', async () => {
   const place = { x: 60.4, y: 59.6 };
-  const all = await grownRegions(grounds, place);
+  const all = await growRegions(grounds, place);
   assert.ok(all.length >= 2 && all.length <= 3, `${all.length} regions`);
   const areas = all.map((region) => decodeRuns(region).reduce((sum, one) => sum + one, 0));
   for (const [k, region] of all.entries()) {
@@ -195,11 +195,11 @@ test('regions hold the place, differ in size, and are the same each time', async
     for (const other of areas.slice(0, k))
       assert.ok(Math.min(other, areas[k]) < 0.7 * Math.max(other, areas[k]), areas.join(' '));
   }
-  assert.deepEqual(await grownRegions(grounds, place), all);
+  assert.deepEqual(await growRegions(grounds, place), all);
 });
 
 test('errors name the wrong value', async () => {
-  const rejects = (given, place, message) => assert.rejects(grownRegions(given, place), message);
+  const rejects = (given, place, message) => assert.rejects(growRegions(given, place), message);
   await rejects(grounds, { x: 160, y: 3 }, /x = 160 \(expected .*0\.\.=159/);
   await rejects({ ...grounds, flow: { ...grounds.flow, width: 80 } }, { x: 1, y: 1 }, /flow = .*80 × 120.*160 × 120/);
   await rejects({ ...grounds, picture: { ...grounds.picture, data: new Uint8Array(4) } }, { x: 1, y: 1 }, /4 bytes/);

@@ -3,12 +3,12 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
-import { lineOf } from '../../dist/session/requests.js';
+import { getRequestSpec } from '../../dist/session/requests.js';
 import { Driver } from '../../dist/video/window.js';
-import { instance } from '../../dist/worker/instance.js';
+import { startInstance } from '../../dist/worker/instance.js';
 
 const wasm = new URL('../../dist/tracecut_bg.wasm', import.meta.url);
-const { glue } = await instance(new WebAssembly.Module(readFileSync(wasm)));
+const { glue } = await startInstance(new WebAssembly.Module(readFileSync(wasm)));
 
 /** An engine that keeps the numbers of its frames, and holds back those that begin a shot. */
 class CountingEngine {
@@ -22,7 +22,7 @@ class CountingEngine {
   }
 
   async request(name, ...args) {
-    return this[name] ? this[name](...args) : lineOf(name).work(...args)(this.session);
+    return this[name] ? this[name](...args) : getRequestSpec(name).work(...args)(this.session);
   }
 
   async pushInShot({ number }) {
@@ -65,7 +65,7 @@ async function drive({ frames, window, overlap, cuts = [], clips = [], known = f
   const driver = new Driver({
     engine,
     nextFrame,
-    left: () => (known ? Math.max(0, frames - number) : null),
+    countRemaining: () => (known ? Math.max(0, frames - number) : null),
     window,
     stop,
     onStage() {},

@@ -4,8 +4,8 @@ import assert from 'node:assert/strict';
 import { before, describe, test } from 'node:test';
 import { fitSize, segmentVideo, videoFrames, videoInfo } from 'tracecut';
 import { editMasks } from 'tracecut/edit';
-import { areasOf, decodeRuns, encodeRuns } from '../../dist/session/runs.js';
-import { reduced } from '../../dist/worker/pixels.js';
+import { countPixels, decodeRuns, encodeRuns } from '../../dist/session/runs.js';
+import { reducePixels } from '../../dist/worker/pixels.js';
 import { framesOf, plain, png, rejects } from './support.mjs';
 
 const identity = Uint8Array.from({ length: 256 }, (_, k) => k);
@@ -27,7 +27,7 @@ test('label maps come back from runs as they were, whatever they hold', () => {
   for (const map of maps) {
     const runs = encodeRuns(map);
     assert.deepEqual(decodeRuns(runs), map);
-    const areas = areasOf(runs);
+    const areas = countPixels(runs);
     for (const label of [0, 3, 8, 255]) assert.equal(areas[label], map.filter((value) => value === label).length);
   }
 });
@@ -35,9 +35,9 @@ test('label maps come back from runs as they were, whatever they hold', () => {
 test('each pixel of a reduced frame is the mean of what it covers', () => {
   const random = noise(3);
   const frame = { width: 7, height: 5, data: Uint8Array.from({ length: 4 * 35 }, () => random.next().value % 256) };
-  assert.deepEqual(reduced(frame, 7, 5), frame.data);
+  assert.deepEqual(reducePixels(frame, 7, 5), frame.data);
   for (const [width, height] of ['1x1', '3x2', '7x1', '4x5', '6x4'].map((size) => size.split('x').map(Number))) {
-    const small = reduced(frame, width, height);
+    const small = reducePixels(frame, width, height);
     // The same by brute force, over 420 × 420 points of the picture.
     for (let y = 0; y < height; y += 1) {
       for (let x = 0; x < width; x += 1) {

@@ -118,7 +118,7 @@ test('the session of the last window stays open, with its queries and correction
   for await (const window of tracks) assert.equal(window.objects, null);
   assert.ok((await tracks.session.run()).trajectories.count > 0);
   tracks.session.close();
-  assert.deepEqual(VideoSegmentation.usual, { window: 50, overlap: 10 });
+  assert.deepEqual(VideoSegmentation.defaults, { window: 50, overlap: 10 });
 });
 
 test('frames come from lists, generators, streams and promises, as pixels, files, or with a time', async () => {

@@ -8,7 +8,7 @@ import { Worker } from 'node:worker_threads';
 import { createSession } from 'tracecut';
 import { platform, setPlatform } from '../../dist/platform.js';
 import { Session } from '../../dist/session/session.js';
-import { usualThreads } from '../../dist/worker/helpers.js';
+import { defaultThreads } from '../../dist/worker/helpers.js';
 import { createRemoteEngine, openEngine } from '../../dist/worker/remote.js';
 import { fingerprint, framesOf, ready, rejects, segment, SMALL, STAGES, standIn, trappingWasm } from './support.mjs';
 
@@ -265,7 +265,7 @@ test('the number of threads is checked, and usually all but one of the machine',
   for (const threads of [0, 1.5, 65, '2']) {
     await rejects(createSession({ threads }), 'param', /threads = .* \(expected a whole number, 1\.\.=64\)/);
   }
-  assert.deepEqual([undefined, 1, 2, 4, 9, 64].map(usualThreads), [1, 1, 1, 3, 8, 8]);
+  assert.deepEqual([undefined, 1, 2, 4, 9, 64].map(defaultThreads), [1, 1, 1, 3, 8, 8]);
 });
 
 test('a session that nobody closed keeps no process alive', () => {

@@ -1,22 +1,19 @@
 /**
- * Masks made ready for use: specks left out, objects grown or shrunk, their edges softened.
+ * Masks made ready for use: specks removed, objects grown or shrunk, their edges softened.
  *
- * Pieces are those of one label whose pixels touch at a side or a corner. Growing and shrinking go by the exact
- * distance between pixel centres (Meijster, Roerdink and Hesselink 2000, in two passes). Softening is three box
- * averages one after the other, in whole numbers: the same bytes everywhere.
+ * A piece is a connected set of pixels of one label, which touch at a side or a corner. Growing and shrinking use the
+ * exact distance between pixel centres (Meijster, Roerdink and Hesselink 2000, in two passes). Softening is three box
+ * averages in a row, in whole numbers: the same bytes everywhere.
  */
 
-import { TraceCutError, checkNumber, checkedOptions, illegal, wholeNumber } from '../../check/errors.js';
-import { type ObjectChoice, chosenLabels } from '../../check/masks.js';
+import { TraceCutError, checkNumber, checkOptions, checkWholeNumber, illegal } from '../../check/errors.js';
+import { type ObjectChoice, selectLabels } from '../../check/masks.js';
 
-/** What is done to the edges of masks. */
+/** Adjustments of the edges of masks. */
 export interface MaskEdges {
   /** Pieces of fewer pixels of the masks become background, 0 to 1 000 000; 0 if not given. */
   smallest?: number;
-  /**
-   * Pixels of the masks by which objects grow over the background, or shrink where it is negative, -100 to 100; 0 if
-   * not given.
-   */
+  /** Pixels of the masks by which objects grow, or shrink if negative, -100 to 100; 0 if not given. */
   grow?: number;
   /** Pixels of the masks on either side of their edge within which objects fade, 0 to 100; 0 if not given. */
   feather?: number;
@@ -27,80 +24,85 @@ export type Mask = { labels: Uint8Array; width: number; height: number };
 
 /** Options of `adjustMask`. */
 export interface AdjustMaskOptions {
-  /** That are meant: all but the background if not given. Others stay as they are. */
+  /** Objects to adjust; all but the background if not given. Others stay as they are. */
   objects?: ObjectChoice;
-  /** In pixels, 0 to 1 000 000; 0 if not given. */
+  /** Pieces of fewer pixels become background, 0 to 1 000 000; 0 if not given. */
   smallest?: number;
-  /** In pixels, -100 to 100; 0 if not given. */
+  /** Pixels by which objects grow, or shrink if negative, -100 to 100; 0 if not given. */
   grow?: number;
-  /** In pixels, 0 to 100; 0 if not given. */
+  /** Pixels on either side of their edge within which objects fade, 0 to 100; 0 if not given. */
   feather?: number;
 }
 
-const MOST = 100;
-const MOST_PIXELS = 1_000_000;
+/** Largest `grow` and `feather`. */
+const MAX_LENGTH_PX = 100;
+/** Largest `smallest`. */
+const MAX_SPECK_PX = 1_000_000;
 
 /**
- * A mask without its specks, grown or shrunk, and how opaque the chosen objects are at each pixel.
- * @param mask a label for each pixel, row by row; stays as it is
+ * Removes the specks of a mask, grows or shrinks its objects, and computes the opacity of the selected objects at each
+ * pixel.
+ * @param mask a label for each pixel, row by row; it is not changed
  * @returns `alpha` is 255 where they are opaque
  */
 export function adjustMask(
   mask: Mask,
   options: AdjustMaskOptions = {},
 ): { width: number; height: number; labels: Uint8Array<ArrayBuffer>; alpha: Uint8Array<ArrayBuffer> } {
-  const { objects, ...edges } = checkedOptions(options, ['objects', 'smallest', 'grow', 'feather']);
+  const { objects, ...edges } = checkOptions(options, ['objects', 'smallest', 'grow', 'feather']);
   const { width, height } = mask ?? {};
   if (!(mask?.labels instanceof Uint8Array)) throw illegal('data', 'mask', mask, '{labels, width, height}');
-  wholeNumber('data', 'mask.width', width, 1, 16384);
-  wholeNumber('data', 'mask.height', height, 1, 16384);
+  checkWholeNumber('data', 'mask.width', width, 1, 16384);
+  checkWholeNumber('data', 'mask.height', height, 1, 16384);
   if (mask.labels.length !== width * height)
     throw new TraceCutError('data', `mask.labels has ${mask.labels.length} labels (expected ${width * height})`);
-  const { smallest, grow, feather } = checkedEdges(edges);
-  const chosen = chosenLabels(objects);
-  const labels = grown(withoutSpecks(mask, chosen, smallest), chosen, grow).labels;
-  return { width, height, labels, alpha: softAlpha({ labels, width, height }, chosen, feather) };
+  const { smallest, grow, feather } = checkEdges(edges);
+  const selected = selectLabels(objects);
+  const labels = growObjects(removeSpecks(mask, selected, smallest), selected, grow).labels;
+  return { width, height, labels, alpha: computeAlpha({ labels, width, height }, selected, feather) };
 }
 
-export function checkedEdges(edges: MaskEdges | undefined = {}): Required<MaskEdges> {
-  const { smallest = 0, grow = 0, feather = 0 } = checkedOptions(edges, ['smallest', 'grow', 'feather']);
-  checkNumber('smallest', smallest, 0, MOST_PIXELS);
-  checkNumber('grow', grow, -MOST, MOST);
-  checkNumber('feather', feather, 0, MOST);
+export function checkEdges(edges: MaskEdges | undefined = {}): Required<MaskEdges> {
+  const { smallest = 0, grow = 0, feather = 0 } = checkOptions(edges, ['smallest', 'grow', 'feather']);
+  checkNumber('smallest', smallest, 0, MAX_SPECK_PX);
+  checkNumber('grow', grow, -MAX_LENGTH_PX, MAX_LENGTH_PX);
+  checkNumber('feather', feather, 0, MAX_LENGTH_PX);
   return { smallest, grow, feather };
 }
 
-export function withoutSpecks(
+export function removeSpecks(
   { labels, width, height }: Mask,
-  chosen: Uint8Array,
+  selected: Uint8Array,
   smallest: number,
 ): { labels: Uint8Array<ArrayBuffer>; width: number; height: number } {
-  const kept = Uint8Array.from(labels);
-  if (smallest <= 1) return { labels: kept, width, height };
-  const seen = new Uint8Array(labels.length);
+  const result = Uint8Array.from(labels);
+  if (smallest <= 1) return { labels: result, width, height };
+  const visited = new Uint8Array(labels.length);
   const piece = new Uint32Array(labels.length);
   for (let start = 0; start < labels.length; start += 1) {
     const label = Number(labels[start]);
-    if (seen[start] || label === 0 || !chosen[label]) continue;
-    const count = fillPiece({ labels, width, height }, start, seen, piece);
-    if (count < smallest) for (let k = 0; k < count; k += 1) kept[Number(piece[k])] = 0;
+    if (visited[start] || label === 0 || !selected[label]) continue;
+    const count = fillPiece({ labels, width, height }, start, visited, piece);
+    if (count < smallest) for (let k = 0; k < count; k += 1) result[Number(piece[k])] = 0;
   }
-  return { labels: kept, width, height };
+  return { labels: result, width, height };
 }
 
 /**
- * @param seen set for the pixels of the piece
+ * Collects the pixels of the piece that contains pixel `start`.
+ * @param visited set for the pixels of the piece
  * @param piece filled with them
+ * @returns their number
  */
 export function fillPiece(
   { labels, width, height }: Mask,
   start: number,
-  seen: Uint8Array,
+  visited: Uint8Array,
   piece: Uint32Array,
 ): number {
   let count = 1;
   piece[0] = start;
-  seen[start] = 1;
+  visited[start] = 1;
   for (let next = 0; next < count; next += 1) {
     const p = Number(piece[next]);
     const x = p % width;
@@ -108,8 +110,8 @@ export function fillPiece(
     for (let ny = Math.max(0, y - 1); ny <= Math.min(height - 1, y + 1); ny += 1) {
       for (let nx = Math.max(0, x - 1); nx <= Math.min(width - 1, x + 1); nx += 1) {
         const n = ny * width + nx;
-        if (seen[n] || labels[n] !== labels[start]) continue;
-        seen[n] = 1;
+        if (visited[n] || labels[n] !== labels[start]) continue;
+        visited[n] = 1;
         piece[count] = n;
         count += 1;
       }
@@ -118,41 +120,41 @@ export function fillPiece(
   return count;
 }
 
-export function grown(
+export function growObjects(
   { labels, width, height }: { labels: Uint8Array<ArrayBuffer>; width: number; height: number },
-  chosen: Uint8Array,
+  selected: Uint8Array,
   grow: number,
 ): { labels: Uint8Array<ArrayBuffer>; width: number; height: number } {
   if (grow === 0) return { labels, width, height };
   const result = Uint8Array.from(labels);
   if (grow > 0) {
-    const near = nearestWithin(
-      labels.map((label) => (chosen[label] ? label : 0)),
+    const nearest = findNearest(
+      labels.map((label) => (selected[label] ? label : 0)),
       width,
       height,
       grow,
     );
-    for (let p = 0; p < result.length; p += 1) if (result[p] === 0) result[p] = Number(near[p]);
+    for (let p = 0; p < result.length; p += 1) if (result[p] === 0) result[p] = Number(nearest[p]);
   } else {
-    const others = labels.map((label) => (label > 0 && chosen[label] ? 0 : 1));
-    const near = nearestWithin(others, width, height, -grow);
-    for (let p = 0; p < result.length; p += 1) if (!others[p] && near[p]) result[p] = 0;
+    const background = labels.map((label) => (label > 0 && selected[label] ? 0 : 1));
+    const nearest = findNearest(background, width, height, -grow);
+    for (let p = 0; p < result.length; p += 1) if (!background[p] && nearest[p]) result[p] = 0;
   }
   return { labels: result, width, height };
 }
 
-/** For each pixel the value of the nearest pixel that is not 0, where that is at most `reach` away, else 0. */
-function nearestWithin(seeds: Uint8Array, width: number, height: number, reach: number) {
-  const far = width + height;
-  const { distance, value } = downColumns(seeds, width, height, far);
+/** Returns for each pixel the value of the nearest pixel that is not 0 and at most `reach` away, else 0. */
+function findNearest(seeds: Uint8Array, width: number, height: number, reach: number) {
+  const unreachable = width + height;
+  const { distance, value } = scanColumns(seeds, width, height, unreachable);
   const result = new Uint8Array(seeds.length);
-  const most = reach * reach;
+  const maxSquare = reach * reach;
   const site = new Int32Array(width);
   const from = new Int32Array(width);
   for (let y = 0; y < height; y += 1) {
     const row = y * width;
-    const high = (x: number) => Number(distance[row + x]) ** 2;
-    const cost = (x: number, at: number) => (x - at) ** 2 + high(at);
+    const squareInColumn = (x: number) => Number(distance[row + x]) ** 2;
+    const cost = (x: number, seed: number) => (x - seed) ** 2 + squareInColumn(seed);
     let top = 0;
     site[0] = from[0] = 0;
     for (let x = 1; x < width; x += 1) {
@@ -164,8 +166,8 @@ function nearestWithin(seeds: Uint8Array, width: number, height: number, reach: 
         continue;
       }
       const s = Number(site[top]);
-      // From here on the new one is nearer.
-      const border = 1 + Math.floor((x * x - s * s + high(x) - high(s)) / (2 * (x - s)));
+      // From here on the new seed is nearer.
+      const border = 1 + Math.floor((x * x - s * s + squareInColumn(x) - squareInColumn(s)) / (2 * (x - s)));
       if (border < width) {
         top += 1;
         site[top] = x;
@@ -174,7 +176,7 @@ function nearestWithin(seeds: Uint8Array, width: number, height: number, reach: 
     }
     for (let x = width - 1; x >= 0; x -= 1) {
       const s = Number(site[top]);
-      if (cost(x, s) <= most) result[row + x] = Number(value[row + s]);
+      if (cost(x, s) <= maxSquare) result[row + x] = Number(value[row + s]);
       if (x === from[top]) top -= 1;
     }
   }
@@ -182,11 +184,11 @@ function nearestWithin(seeds: Uint8Array, width: number, height: number, reach: 
 }
 
 /**
- * For each pixel how far the nearest seed of its column is, and its value.
- * @param far where there is none
+ * Returns for each pixel the distance to the nearest seed of its column, and the value of that seed.
+ * @param unreachable distance if the column has no seed
  */
-function downColumns(seeds: Uint8Array, width: number, height: number, far: number) {
-  const distance = new Uint16Array(seeds.length).fill(far);
+function scanColumns(seeds: Uint8Array, width: number, height: number, unreachable: number) {
+  const distance = new Uint16Array(seeds.length).fill(unreachable);
   const value = new Uint8Array(seeds.length);
   const pass = (p: number, before: number) => {
     if (seeds[p]) {
@@ -202,35 +204,35 @@ function downColumns(seeds: Uint8Array, width: number, height: number, far: numb
   return { distance, value };
 }
 
-export function softAlpha(
+export function computeAlpha(
   { labels, width, height }: Mask,
-  chosen: Uint8Array,
+  selected: Uint8Array,
   feather: number,
 ): Uint8Array<ArrayBuffer> {
   let alpha = new Uint8Array(labels.length);
-  for (let p = 0; p < labels.length; p += 1) alpha[p] = chosen[Number(labels[p])] ? 255 : 0;
+  for (let p = 0; p < labels.length; p += 1) alpha[p] = selected[Number(labels[p])] ? 255 : 0;
   const reach = Math.round(feather);
   for (let box = 0; box < 3; box += 1) {
-    // Together they reach as far as the feather.
+    // Their radii add up to the feather.
     const radius = Math.floor((reach + box) / 3);
-    if (radius > 0) alpha = averaged(averaged(alpha, width, height, radius), height, width, radius);
+    if (radius > 0) alpha = averageRows(averageRows(alpha, width, height, radius), height, width, radius);
   }
   return alpha;
 }
 
-/** Averages along rows; the result's rows are the columns, so that two calls do both. */
-function averaged(values: Uint8Array, width: number, height: number, radius: number) {
+/** Averages along rows and transposes the result, so that two calls average in both directions. */
+function averageRows(values: Uint8Array, width: number, height: number, radius: number) {
   const result = new Uint8Array(values.length);
   const size = 2 * radius + 1;
   for (let y = 0; y < height; y += 1) {
     const row = y * width;
-    // Beyond the frame it goes on as it ends.
-    const at = (x: number) => Number(values[row + Math.min(width - 1, Math.max(0, x))]);
+    // Beyond the frame the first and last values continue.
+    const valueAt = (x: number) => Number(values[row + Math.min(width - 1, Math.max(0, x))]);
     let sum = radius;
-    for (let x = -radius; x <= radius; x += 1) sum += at(x);
+    for (let x = -radius; x <= radius; x += 1) sum += valueAt(x);
     for (let x = 0; x < width; x += 1) {
       result[x * height + y] = Math.floor(sum / size);
-      sum += at(x + radius + 1) - at(x - radius);
+      sum += valueAt(x + radius + 1) - valueAt(x - radius);
     }
   }
   return result;

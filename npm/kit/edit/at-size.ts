@@ -1,36 +1,36 @@
-// Masks at the size of the pictures that they are laid over, and the pixels of these.
+// Masks at the size of the pictures that they cover, and the pixels of these pictures.
 
-import { TraceCutError, checkedOptions, illegal, typeTag } from '../../check/errors.js';
-import { type MaskSource, checkMasks, chosenLabels, labelsOf, timesOf } from '../../check/masks.js';
+import { TraceCutError, checkOptions, illegal, typeTag } from '../../check/errors.js';
+import { type MaskSource, checkMasks, getTimes, readLabels, selectLabels } from '../../check/masks.js';
 import { type Runs, decodeRuns, encodeRuns } from '../../session/runs.js';
 import { toPixels } from '../../worker/decode.js';
 import { type FrameSource, type PixelFrame, fromImage } from '../../worker/frames.js';
-import { breath } from '../../worker/pause.js';
-import { type Mask, type MaskEdges, checkedEdges, grown, softAlpha, withoutSpecks } from './adjust.js';
-import { ahead } from './ahead.js';
+import { yieldThread } from '../../worker/pause.js';
+import { type Mask, type MaskEdges, checkEdges, computeAlpha, growObjects, removeSpecks } from './adjust.js';
+import { prefetch } from './prefetch.js';
 import { enlargeMask } from './enlarge.js';
 import type { WasmSource } from '../../check/options.js';
 import type { ExportProgress } from '../export/masks.js';
 import type { EncodeFrames, EncodeItem } from '../export/video.js';
 
-/** `labels` holds a label for each pixel, `alpha` how opaque the chosen objects are there, 0 to 255. */
+/** `labels` holds a label for each pixel, `alpha` the opacity of the selected objects there, 0 to 255. */
 export type MaskAtSize = { width: number; height: number; labels: Uint8Array; alpha: Uint8Array<ArrayBuffer> };
 
 /** Options of `masksAtSize`. */
 export interface MasksAtSizeOptions {
-  /** Told of each frame. */
+  /** Called for each frame. */
   onProgress?: (progress: ExportProgress) => void;
-  /** Specks left out, objects grown or shrunk; `feather` is of no meaning here. */
+  /** Removes specks, grows or shrinks objects; `feather` has no effect here. */
   edges?: MaskEdges;
   /** As for a session. */
   decoder?: WasmSource;
-  /** Ends the work: the promise rejects with its reason. */
+  /** Aborts the work: the promise rejects with its reason. */
   signal?: AbortSignal;
 }
 
 /**
- * Masks at the size of their frames, for exports at the size of the source: frames are read one by one, borders come to
- * where they have them (`enlargeMask`), masks are kept as runs of equal labels. All frames have one size.
+ * Enlarges masks to the size of their frames, for exports at the size of the source: frames are read one by one, borders
+ * move to the picture's own edges (`enlargeMask`), masks are kept as runs of equal labels. All frames have one size.
  * @param frames one for each frame of the masks, in order
  * @returns with the times and shots of `masks`
  */
@@ -41,29 +41,29 @@ export async function masksAtSize(
 ): Promise<MaskSource> {
   checkMasks(masks);
   const legal = ['onProgress', 'signal', 'edges', 'decoder'];
-  const { onProgress, signal, edges, decoder } = checkedOptions(options ?? {}, legal);
-  const how = checkedEdges(edges);
+  const { onProgress, signal, edges, decoder } = checkOptions(options ?? {}, legal);
+  const adjustments = checkEdges(edges);
   const { numFrames, shots, end } = masks;
-  const times = timesOf(masks);
-  const all = chosenLabels(undefined);
+  const times = getTimes(masks);
+  const selected = selectLabels(undefined);
   const size = { width: 0, height: 0 };
   const runs: Runs[] = [];
   const take = async (item: EncodeItem, t: number) => {
     signal?.throwIfAborted();
-    const picture = await pixelsOf(item, t);
+    const picture = await readPixels(item, t);
     if (t === 0) Object.assign(size, { width: picture.width, height: picture.height });
     checkSize(picture, size, t);
     const { width, height } = masks;
-    const mask = maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, all, how, decoder);
+    const mask = scaleMask({ labels: readLabels(masks, t), width, height }, picture, selected, adjustments, decoder);
     return { picture: null, mask };
   };
-  for await (const { mask } of ahead(frames, numFrames, take)) {
+  for await (const { mask } of prefetch(frames, numFrames, take)) {
     signal?.throwIfAborted();
     runs.push(encodeRuns(mask.labels));
     onProgress?.({ done: runs.length, total: numFrames });
-    await breath();
+    await yieldThread();
   }
-  if (runs.length < numFrames) throw tooFew(runs.length, numFrames);
+  if (runs.length < numFrames) throw createTooFewError(runs.length, numFrames);
   return {
     ...size,
     numFrames,
@@ -74,45 +74,47 @@ export async function masksAtSize(
   };
 }
 
-/** How many of its pixels a mask's shape may differ from the picture's, as `enlargeMask` has it: sizes are rounded. */
-const SHAPE_TOLERANCE = 2;
+/**
+ * Pixels by which a mask's shape may differ from the picture's, as sizes are rounded. `enlargeMask` has the same limit.
+ */
+const SHAPE_TOLERANCE_PX = 2;
 
 /**
- * A mask at the size of a picture, its edges as they are wanted: specks are left out first, so that they grow nowhere;
- * borders come to where the picture has them; lengths are scaled with the mask.
+ * Returns a mask at the size of a picture, its edges adjusted: specks are removed first, so that they do not grow;
+ * borders move to the picture's own edges; lengths are scaled with the mask.
  */
-export async function maskAtSize(
+export async function scaleMask(
   mask: Mask,
   picture: VideoFrame | (FrameSource & { width: number; height: number }),
-  chosen: Uint8Array,
+  selected: Uint8Array,
   { smallest, grow, feather }: Required<MaskEdges>,
   decoder?: WasmSource,
 ): Promise<MaskAtSize> {
-  const { width, height } = 'displayWidth' in picture ? sizeOf(picture) : picture;
-  const clean = withoutSpecks(mask, chosen, smallest);
+  const { width, height } = 'displayWidth' in picture ? getDisplaySize(picture) : picture;
+  const clean = removeSpecks(mask, selected, smallest);
   const [only = 0] = clean.labels;
   if (clean.labels.every((label) => label === only)) {
-    const filled = (value: number) => new Uint8Array(width * height).fill(value);
-    return { width, height, labels: filled(only), alpha: filled(chosen[only] ? 255 : 0) };
+    const filledWith = (value: number) => new Uint8Array(width * height).fill(value);
+    return { width, height, labels: filledWith(only), alpha: filledWith(selected[only] ? 255 : 0) };
   }
   const [across, down] = [width / mask.width, height / mask.height];
   const scale = Math.sqrt(across * down);
-  // Where the picture shows something else than the mask, its borders are of no use.
-  const isOther =
-    Math.min(Math.abs(mask.height - height / across), Math.abs(mask.width - width / down)) > SHAPE_TOLERANCE;
-  const hasPicture = across > 1 && down > 1 && !isOther;
-  const objects = (label: number) => chosen[label] === 1;
-  const found = hasPicture ? await enlargeMask(clean, picture, { objects, decoder }) : null;
-  const isLike = across === 1 && down === 1;
-  const labels = found?.labels ?? (isLike ? clean.labels : nearest(clean, width, height));
-  // As soft as the picture, unless something else is wanted.
-  if (found && grow === 0 && feather === 0) return { width, height, labels, alpha: found.alpha };
-  const large = grown({ labels, width, height }, chosen, scale * grow);
-  return { ...large, alpha: softAlpha(large, chosen, scale * feather) };
+  // If the picture has another shape than the mask, it cannot guide the borders.
+  const hasOtherShape =
+    Math.min(Math.abs(mask.height - height / across), Math.abs(mask.width - width / down)) > SHAPE_TOLERANCE_PX;
+  const hasPicture = across > 1 && down > 1 && !hasOtherShape;
+  const objects = (label: number) => selected[label] === 1;
+  const enlarged = hasPicture ? await enlargeMask(clean, picture, { objects, decoder }) : null;
+  const isSameSize = across === 1 && down === 1;
+  const labels = enlarged?.labels ?? (isSameSize ? clean.labels : scaleNearest(clean, width, height));
+  // As soft as the picture, unless other edges are requested.
+  if (enlarged && grow === 0 && feather === 0) return { width, height, labels, alpha: enlarged.alpha };
+  const adjusted = growObjects({ labels, width, height }, selected, scale * grow);
+  return { ...adjusted, alpha: computeAlpha(adjusted, selected, scale * feather) };
 }
 
-/** Each pixel has the label of the mask's pixel in which its centre lies. */
-function nearest(mask: Mask, width: number, height: number) {
+/** Scales a mask by nearest neighbour. */
+function scaleNearest(mask: Mask, width: number, height: number) {
   const labels = new Uint8Array(width * height);
   const columns = Uint32Array.from({ length: width }, (_, x) => Math.floor(((x + 0.5) * mask.width) / width));
   for (let y = 0, p = 0; y < height; y += 1) {
@@ -134,30 +136,33 @@ export function checkSize(
   );
 }
 
-export function tooFew(count: number, expected: number) {
+export function createTooFewError(count: number, expected: number) {
   return new TraceCutError(
     'data',
     `the frames ended after ${count} of ${expected} (expected one for each frame of the masks)`,
   );
 }
 
-const sizeOf = ({ displayWidth, displayHeight }: VideoFrame) => ({ width: displayWidth, height: displayHeight });
+const getDisplaySize = ({ displayWidth, displayHeight }: VideoFrame) => ({
+  width: displayWidth,
+  height: displayHeight,
+});
 
-/** What a canvas can draw; `close` where it was made of a frame and is to be let go. */
+/** An image that a canvas can draw; `close` frees it if it was made from a frame. */
 export type Drawable = { image: CanvasImageSource; width: number; height: number; close?: () => void };
 
-export function context2d(canvas: OffscreenCanvas) {
+export function getContext2d(canvas: OffscreenCanvas) {
   const context = canvas.getContext('2d', { willReadFrequently: true });
-  if (!context) throw new TraceCutError('unsupported', 'the browser gave no 2d canvas to paint frames on');
+  if (!context) throw new TraceCutError('unsupported', 'the browser cannot create a 2D canvas');
   return context;
 }
 
-export async function drawable(item: EncodeItem, t: number): Promise<Drawable> {
-  const frame = unwrapped(item);
+export async function toDrawable(item: EncodeItem, t: number): Promise<Drawable> {
+  const frame = unwrapItem(item);
   switch (typeTag(frame)) {
     case 'VideoFrame': {
       const image = frame as VideoFrame;
-      return { image, ...sizeOf(image) };
+      return { image, ...getDisplaySize(image) };
     }
     case 'HTMLVideoElement': {
       const image = frame as HTMLVideoElement;
@@ -179,11 +184,11 @@ export async function drawable(item: EncodeItem, t: number): Promise<Drawable> {
       return { image, width: image.width, height: image.height, close: () => image.close() };
     }
     default:
-      return fromPixels(frame, t);
+      return drawableFromPixels(frame, t);
   }
 }
 
-async function fromPixels(frame: unknown, t: number): Promise<Drawable> {
+async function drawableFromPixels(frame: unknown, t: number): Promise<Drawable> {
   const { data, width, height } = (frame ?? {}) as Partial<PixelFrame>;
   if (!ArrayBuffer.isView(data) || !(Number(width) > 0) || data.length !== 4 * Number(width) * Number(height)) {
     throw illegal(
@@ -199,13 +204,13 @@ async function fromPixels(frame: unknown, t: number): Promise<Drawable> {
   return { image, width: image.width, height: image.height, close: () => image.close() };
 }
 
-/** Returns the pixels as RGBA; those that are RGBA already are not copied. */
-export async function pixelsOf(item: EncodeItem, t: number): Promise<PixelFrame> {
-  const frame = unwrapped(item);
+/** Returns the pixels as RGBA; RGBA pixels are not copied. */
+export async function readPixels(item: EncodeItem, t: number): Promise<PixelFrame> {
+  const frame = unwrapItem(item);
   const { data, width, height } = (frame ?? {}) as Partial<PixelFrame>;
   if (ArrayBuffer.isView(data) && Number(width) > 0 && data.length === 4 * Number(width) * Number(height))
     return frame as PixelFrame;
-  // As the decoder has it: a canvas may change it.
+  // The decoder's own colours: a canvas may change them.
   if (typeTag(frame) === 'VideoFrame') return toPixels(await fromImage(frame as VideoFrame));
   if (typeof OffscreenCanvas === 'undefined')
     throw illegal(
@@ -214,16 +219,16 @@ export async function pixelsOf(item: EncodeItem, t: number): Promise<PixelFrame>
       frame,
       '{data, width, height} in RGBA: this engine has no canvas to draw it on',
     );
-  const found = await drawable(item, t);
+  const drawable = await toDrawable(item, t);
   try {
-    const context = context2d(new OffscreenCanvas(found.width, found.height));
-    context.drawImage(found.image, 0, 0, found.width, found.height);
-    return context.getImageData(0, 0, found.width, found.height);
+    const context = getContext2d(new OffscreenCanvas(drawable.width, drawable.height));
+    context.drawImage(drawable.image, 0, 0, drawable.width, drawable.height);
+    return context.getImageData(0, 0, drawable.width, drawable.height);
   } finally {
-    found.close?.();
+    drawable.close?.();
   }
 }
 
-function unwrapped(item: EncodeItem) {
+function unwrapItem(item: EncodeItem) {
   return typeTag(item) === 'Object' && 'frame' in item ? item.frame : item;
 }

@@ -1,41 +1,41 @@
-// Masks that a user corrects: objects merged, split and taken apart, pixels painted and erased, step by step, undone and done
-// again. A session decides on its own masks; all other steps are edits over the masks, which stay as they are.
+// Masks that a user corrects: objects merged, split and separated, pixels painted and erased, step by step, with undo and
+// redo. A session applies corrections to its own masks; all other steps are edits over masks that do not change.
 
-import { TraceCutError, checkedOptions, illegal, isPlainObject, wholeNumber } from '../../check/errors.js';
-import { MAX_LABEL, type MaskSource, checkMasks, labelsOf } from '../../check/masks.js';
-import { part } from '../../places.js';
-import { type Place, type Stroke, mergeOf, splitOf, strokesOf } from '../../session/inputs.js';
-import { clipTrajectories } from '../../session/report.js';
+import { TraceCutError, checkOptions, checkWholeNumber, illegal, isPlainObject } from '../../check/errors.js';
+import { MAX_LABEL, type MaskSource, checkMasks, readLabels } from '../../check/masks.js';
+import { loadPart } from '../../places.js';
+import { type Place, type Stroke, toMerge, toSplit, toStrokes } from '../../session/inputs.js';
+import { getTrajectories } from '../../session/report.js';
 import { type Runs as Region, checkRuns, encodeRuns, forEachRun } from '../../session/runs.js';
-import { divideRegions, pieceRegion, strokePixels } from './regions.js';
+import { divideRegions, findPiece, strokePixels } from './regions.js';
 import type { WasmSource } from '../../check/options.js';
 import type { Session } from '../../session/session.js';
 import type { ImageEngine } from '../../stages/image.js';
 import type { ClipTrajectories, VideoResult } from '../../video/result.js';
-import type { Carried, CarryOptions, Picture } from './carry.js';
+import type { CarryOptions, CarryRange, Picture } from './carry.js';
 
-/** How masks are edited. */
+/** Options of an editor. */
 export interface EditOptions {
   /**
-   * Whose result the masks are: it is asked to merge, split and follow strokes, and cuts again, until something is
-   * changed on the masks themselves.
+   * The session that computed the masks: it merges, splits and follows strokes, and cuts again, until the masks
+   * themselves are edited.
    */
   session?: Session;
-  /** Gives a frame's pixels as RGBA bytes, at any size; without it nothing is carried to other frames. */
+  /** Returns a frame's pixels as RGBA bytes, at any size; without it nothing is carried to other frames. */
   picture?: (t: number) => Picture | Promise<Picture>;
-  /** Gives what computes the flow; saves opening one for each edit. */
+  /** Returns the engine that computes the flow; saves opening one for each edit. */
   engine?: () => Promise<ImageEngine>;
   /** As for a session. */
   decoder?: WasmSource;
 }
 
-/** What an edit does in one frame; `evidence` says how sure it is to be meant there, 0 to 1: 1 where it was painted. */
+/** A region of one frame that an edit changes; `evidence` is the confidence in it, 0 to 1: 1 where it was painted. */
 export type Part = { region: Region; evidence: number };
 
-/** Pixels of some frames get a label (0 erases): all of them, or those that have one of the labels `over`. */
+/** Assigns a label (0 erases) to regions of some frames: to all pixels, or to those that have one of the labels `over`. */
 export type Paint = { label: number; over: readonly number[] | null; parts: Map<number, Part> };
 
-/** What a user wants otherwise. */
+/** A user's correction. */
 export type Correction =
   | { kind: 'paint' }
   | { kind: 'merge'; into: number; others: readonly number[] }
@@ -43,8 +43,8 @@ export type Correction =
   | { kind: 'together' | 'apart'; strokes: readonly Stroke[] };
 
 /**
- * What a step does to masks: `paints`, then `table`, which gives labels others in all frames. Where the session decided, it
- * is so many of its `corrections`, and no more.
+ * The effect of a step: `paints`, then `table`, which maps labels to others in all frames. If the session applied it,
+ * `corrections` is how many corrections of the session it took, and the rest is empty.
  */
 export type Change = { paints: Paint[]; table: Readonly<Record<number, number>>; corrections: number };
 
@@ -56,21 +56,18 @@ type SavedEdit = Correction & {
   paints: (Omit<Paint, 'parts'> & { parts: (Part & { t: number })[] })[];
 };
 
-/** Edits in a form for JSON. */
+/** Edits as plain objects for JSON. */
 export type SavedEdits = { width: number; height: number; numFrames: number; edits: object[] };
 
-/**
- * Masks with edits over them: wherever masks are taken, an editor may stand. Regions are kept as runs; the masks
- * themselves are made when they are asked for.
- */
+/** Masks with edits over them; an editor is accepted wherever masks are. Regions are kept as runs, masks made on request. */
 export class MaskEditor {
   #masks;
   #options;
-  #done: Edit[] = [];
-  /** What was undone, the last first to be done again. */
+  #applied: Edit[] = [];
+  /** Undone edits, the next to redo last. */
   #undone: Edit[] = [];
-  /** The labels of the masks below. */
-  #below: Set<number> | undefined;
+  /** The labels of the masks below the edits. */
+  #originalLabels: Set<number> | undefined;
 
   /** Width of the masks in pixels. */
   width: number;
@@ -78,11 +75,11 @@ export class MaskEditor {
   height: number;
   /** Number of frames. */
   numFrames: number;
-  /** Stretches of frames without a cut, where they are known. */
+  /** Ranges of frames without a cut, if known. */
   shots: readonly { first: number; last: number }[] | undefined;
-  /** The time of each frame in seconds, where known. */
+  /** The time of each frame in seconds, if known. */
   times: ArrayLike<number> | null;
-  /** When the last frame ends, in seconds, where known. */
+  /** Time at which the last frame ends, in seconds, if known. */
   end: number | null;
 
   constructor(masks: MaskSource, options: EditOptions) {
@@ -97,50 +94,50 @@ export class MaskEditor {
     this.end = masks.end ?? null;
   }
 
-  /** The masks below the edits: of a session, its result as corrected. */
+  /** The masks below the edits; for a session its corrected result. */
   get masks() {
     return this.#masks;
   }
 
   /** The edits in force, first to last. */
   get edits(): readonly Edit[] {
-    return this.#done;
+    return this.#applied;
   }
 
-  /** How many edits can be undone. */
+  /** Number of edits that can be undone. */
   get undoable() {
-    return this.#done.length;
+    return this.#applied.length;
   }
 
-  /** How many can be done again. */
+  /** Number of edits that can be redone. */
   get redoable() {
     return this.#undone.length;
   }
 
-  /** Whether the session decides on the next correction: it knows nothing of what was changed on the masks themselves. */
+  /** True if the session applies the next correction: it does not know edits of the masks themselves. */
   get usesSession() {
-    return this.#options.session !== undefined && this.#done.every(({ corrections }) => corrections > 0);
+    return this.#options.session !== undefined && this.#applied.every(({ corrections }) => corrections > 0);
   }
 
-  /** The trajectories of the masks, where they have some, each with the label of its object. */
+  /** The trajectories of the masks, if any, each with the label of its object. */
   get trajectories(): ClipTrajectories | undefined {
-    return clipTrajectories(this.#masks, (label) => this.labelOf(label));
+    return getTrajectories(this.#masks, (label) => this.labelOf(label));
   }
 
-  /** Returns what a label of the masks below is now. */
+  /** Returns the present label of an object of the masks below. */
   labelOf(label: number): number {
-    return this.#done.reduce((now, { table }) => table[now] ?? now, label);
+    return this.#applied.reduce((current, { table }) => table[current] ?? current, label);
   }
 
-  /** The mask of frame `t` with all edits, a copy. */
+  /** Returns the mask of frame `t` with all edits, a copy. */
   labels(t: number): Uint8Array<ArrayBuffer> {
-    const labels = Uint8Array.from(labelsOf(this.#masks, t));
-    for (const edit of this.#done) apply(edit, t, labels);
+    const labels = Uint8Array.from(readLabels(this.#masks, t));
+    for (const edit of this.#applied) applyEdit(edit, t, labels);
     return labels;
   }
 
   /**
-   * A label that nothing has in any frame.
+   * Returns an unused label.
    * @returns 1 to 255
    */
   newLabel(): number {
@@ -160,77 +157,74 @@ export class MaskEditor {
   }
 
   /**
-   * Makes other objects a part of object `into`; with `into` = 0 they become background.
+   * Merges other objects into object `into`; with `into` = 0 they become background.
    * @param into 0 to 255
    * @param others 1 to 255
    */
   async merge(into: number, others: number | readonly number[]): Promise<Edit> {
-    const list = [others].flat();
-    if (list.length === 0) throw illegal('param', 'others', others, 'a label or more');
-    for (const one of list) mergeOf(into, one);
-    return this.#do({ kind: 'merge', into, others: list }, async () => ({ table: tableOf(into, list) }));
+    const labels = [others].flat();
+    if (labels.length === 0) throw illegal('param', 'others', others, 'a label or more');
+    for (const label of labels) toMerge(into, label);
+    return this.#apply({ kind: 'merge', into, others: labels }, async () => ({ table: createTable(into, labels) }));
   }
 
   /**
-   * Parts an object. The session parts it where its motion and its extent are weakest; without it the piece at a place of
-   * its mask becomes an object of its own.
+   * Splits an object. The session splits it where its motion and its extent are weakest; without a session the piece of
+   * its mask at a place becomes a new object.
    * @param label 0 to 255; the background, 0, only with a session
    */
   async split(label: number, at?: Place): Promise<Edit> {
-    if (at) splitOf(label, at, this);
-    return this.#do({ kind: 'split', label, at }, async () => {
+    if (at) toSplit(label, at, this);
+    return this.#apply({ kind: 'split', label, at }, async () => {
       if (!at || label === 0)
-        throw new TraceCutError('param', 'only an object can be split, at a place of the piece that is another thing');
+        throw new TraceCutError('param', 'split needs an object and a place on the piece to separate');
       const labels = this.labels(at.t);
       if (labels[Math.round(at.y) * this.width + Math.round(at.x)] !== label)
         throw illegal('param', 'at', at, `a place of object ${label}`);
-      return this.#parted(at.t, label, [pieceRegion({ labels, width: this.width, height: this.height }, at)]);
+      return this.#separate(at.t, label, [findPiece({ labels, width: this.width, height: this.height }, at)]);
     });
   }
 
   /**
-   * Each of these strokes is a thing of its own. The session decides by motion and place what goes with which; without it
-   * each pixel of the object goes to the nearest stroke, and all but the first become objects.
+   * Makes each stroke an object of its own. The session assigns the rest by motion and place; without it each pixel of the
+   * object goes to the nearest stroke, and all strokes but the first become new objects.
    * @param strokes 2 to 255; without a session in one frame
    */
   async apart(strokes: readonly Stroke[]): Promise<Edit> {
-    const list = this.#copied('apart', strokes);
-    return this.#do({ kind: 'apart', strokes: list }, async () => {
+    const list = this.#copyStrokes('apart', strokes);
+    return this.#apply({ kind: 'apart', strokes: list }, async () => {
       const t = Number(list[0]?.t);
       if (list.some((stroke) => stroke.t !== t))
-        throw new TraceCutError('param', 'the strokes lie in different frames: paint all of them in one');
+        throw new TraceCutError('param', 'the strokes lie in different frames (expected one frame)');
       const { label, regions } = await divideRegions(this.labels(t), list, this, this.#options.decoder);
-      return this.#parted(t, label, regions.slice(1));
+      return this.#separate(t, label, regions.slice(1));
     });
   }
 
   /**
-   * All that these strokes touch is one thing: the objects that they lie over become one, with the lowest label. A session
-   * adds what else is under them.
+   * Joins the objects under the strokes to one, with the lowest label. A session adds the other pixels under them.
    * @param strokes 1 to 255
    */
   async together(strokes: readonly Stroke[]): Promise<Edit> {
-    const list = this.#copied('together', strokes);
-    return this.#do({ kind: 'together', strokes: list }, async () => {
+    const list = this.#copyStrokes('together', strokes);
+    return this.#apply({ kind: 'together', strokes: list }, async () => {
       const counts = await Promise.all(list.map((stroke) => this.labelsUnder(stroke)));
-      const labels = Array.from({ length: MAX_LABEL }, (_, k) => k + 1).filter((one) => counts.some((has) => has[one]));
+      const labels = Array.from({ length: MAX_LABEL }, (_, k) => k + 1).filter((label) =>
+        counts.some((count) => count[label]),
+      );
       const [into = 0, ...others] = labels;
-      if (others.length === 0)
-        throw new TraceCutError(
-          'param',
-          'the strokes lie on one object at most: paint over each of those that are one',
-        );
-      return { table: tableOf(into, others) };
+      if (others.length === 0) throw new TraceCutError('param', 'the strokes lie on fewer than two objects');
+      return { table: createTable(into, others) };
     });
   }
 
   /**
-   * Gives pixels of one frame a label.
+   * Assigns a label to pixels of one frame.
    * @param painted.label 1 to 255; 0 erases
-   * @param painted.stroke what a brush covers
-   * @param painted.t or the pixels of this frame
-   * @param painted.region that are meant, as `encodeRuns` makes it of 1 inside and 0 outside
-   * @param painted.over only pixels that have one of these labels; all where it is left out
+   * @param painted.stroke the pixels that a brush covers
+   * @param painted.t or the frame of the pixels
+   * @param painted.region and the pixels, as `encodeRuns` encodes 1 inside and 0 outside
+   * @param painted.over only pixels that have one of these labels; all if not given
    */
   async paint(painted: {
     label: number;
@@ -241,7 +235,7 @@ export class MaskEditor {
   }): Promise<Edit> {
     if (!isPlainObject(painted)) throw illegal('param', 'painted', painted, 'an object {label, stroke}');
     const { label, stroke, over = null } = painted;
-    const t = stroke ? stroke.t : wholeNumber('param', 't', painted.t, 0, this.numFrames - 1);
+    const t = stroke ? stroke.t : checkWholeNumber('param', 't', painted.t, 0, this.numFrames - 1);
     const region = stroke
       ? encodeRuns(await strokePixels(stroke, 'stroke', this, this.#options.decoder))
       : checkRuns('region', painted.region, this.width * this.height);
@@ -249,67 +243,66 @@ export class MaskEditor {
   }
 
   /**
-   * Carries what an edit paints to the frames before and after it, within the shot, along the optical flow, as long as the
-   * picture there looks like what it came from. It stays one step.
+   * Carries the regions of an edit along the optical flow to the frames before and after it within the shot, as long as
+   * the picture there looks like the one they came from. It stays one step.
    */
-  async carry(edit: Edit, options: CarryOptions = {}): Promise<Carried> {
+  async carry(edit: Edit, options: CarryOptions = {}): Promise<CarryRange> {
     const { picture, engine } = this.#options;
-    if (!picture)
-      throw new TraceCutError('state', 'nothing can be carried without pictures: editMasks(masks, {picture})');
-    return (await part(import('./carry.js'))).carry(this, edit, { ...options, picture }, engine);
+    if (!picture) throw new TraceCutError('state', 'carry needs pictures: editMasks(masks, {picture})');
+    return (await loadPart(import('./carry.js'))).carry(this, edit, { ...options, picture }, engine);
   }
 
   /**
-   * Adds another frame to an edit that is in force: part of the same step, undone with it.
+   * Adds another frame to an edit in force: part of the same step, undone with it.
    * @param evidence 0 to 1
-   * @param paint which of its paints; the first if not given
+   * @param paint one of its paints; the first if not given
    */
   extend(edit: Edit, t: number, region: Region, evidence: number, paint: Paint | undefined = edit.paints?.[0]) {
-    wholeNumber('param', 't', t, 0, this.numFrames - 1);
+    checkWholeNumber('param', 't', t, 0, this.numFrames - 1);
     checkRuns('region', region, this.width * this.height);
-    if (!paint || !this.#done.includes(edit))
-      throw new TraceCutError('state', 'only a painted edit that is in force can go on in other frames');
+    if (!paint || !this.#applied.includes(edit))
+      throw new TraceCutError('state', 'only a painted edit in force can be extended');
     paint.parts.set(t, { region, evidence });
   }
 
   /**
-   * Takes the last edit back.
-   * @returns null where there was none
+   * Undoes the last edit.
+   * @returns null if there was none
    */
   async undo(): Promise<Edit | null> {
-    const edit = this.#done.at(-1);
+    const edit = this.#applied.at(-1);
     if (!edit) return null;
-    await this.#takeBack(edit.corrections);
-    this.#done.pop();
+    await this.#undoCorrections(edit.corrections);
+    this.#applied.pop();
     this.#undone.push(edit);
     return edit;
   }
 
   /**
-   * Does again what was undone last.
-   * @returns null where there was nothing
+   * Applies the last undone edit again.
+   * @returns null if there was none
    */
   async redo(): Promise<Edit | null> {
     const edit = this.#undone.at(-1);
     if (!edit) return null;
-    if (edit.corrections > 0) await this.#ask(edit);
+    if (edit.corrections > 0) await this.#correct(edit);
     this.#undone.pop();
-    this.#done.push(edit);
+    this.#applied.push(edit);
     return edit;
   }
 
   /**
-   * Returns the masks with all edits as a result of their own, which no longer knows them.
-   * @param frameRate frames per second, where the masks have no times; 25 if not given
+   * Returns the masks with all edits as a separate result.
+   * @param frameRate frames per second, if the masks have no times; 25 if not given
    */
   async toResult(frameRate?: number): Promise<VideoResult> {
-    return (await part(import('./project.js'))).resultOf(this, frameRate);
+    return (await loadPart(import('./project.js'))).toVideoResult(this, frameRate);
   }
 
-  /** The edits in force, for `restore`, but for those of the session, which `masks` have. */
+  /** Returns the edits in force for `restore`, without the session's corrections, which `masks` include. */
   toJSON(): SavedEdits {
-    const own = this.#done.filter(({ corrections }) => corrections === 0);
-    const edits = own.map((edit) => ({
+    const maskEdits = this.#applied.filter(({ corrections }) => corrections === 0);
+    const edits = maskEdits.map((edit) => ({
       ...edit,
       paints: edit.paints.map((paint) => ({
         ...paint,
@@ -320,44 +313,44 @@ export class MaskEditor {
   }
 
   /**
-   * Does saved edits, after those that are in force.
-   * @param saved as `toJSON` gave it, of masks of this size
+   * Applies saved edits after the edits in force.
+   * @param saved as returned by `toJSON`, of masks of this size
    */
   restore(saved: SavedEdits) {
     const { width, height, numFrames } = this;
     const size = isPlainObject(saved) ? `${saved.width} × ${saved.height} × ${saved.numFrames}` : 'nothing';
     if (size !== `${width} × ${height} × ${numFrames}`)
-      throw new TraceCutError('data', `these edits are of ${size} (expected ${width} × ${height} × ${numFrames})`);
-    // Checked as a whole before anything is done: nothing is half restored.
+      throw new TraceCutError('data', `the edits are for ${size} (expected ${width} × ${height} × ${numFrames})`);
+    // All is checked before anything is applied: nothing is half restored.
     const trial = new MaskEditor(this.#masks, {});
-    for (const edit of savedList('edits', saved.edits as SavedEdit[])) {
+    for (const edit of checkList('edits', saved.edits as SavedEdit[])) {
       if (!isPlainObject(edit.table)) throw illegal('data', 'table', edit.table, 'the label that each label becomes');
-      const paints = savedList('paints', edit.paints).map((one) => {
-        const parts = savedList('parts', one.parts).map(({ t, region, evidence }) => {
+      const paints = checkList('paints', edit.paints).map((paint) => {
+        const parts = checkList('parts', paint.parts).map(({ t, region, evidence }) => {
           const runs = checkRuns('region', Uint32Array.from(region ?? []), width * height);
-          return [wholeNumber('data', 't', t, 0, numFrames - 1), { region: runs, evidence }] as const;
+          return [checkWholeNumber('data', 't', t, 0, numFrames - 1), { region: runs, evidence }] as const;
         });
-        return { ...one, parts: new Map(parts) };
+        return { ...paint, parts: new Map(parts) };
       });
       trial.#push(edit, { paints, table: edit.table });
     }
-    this.#done.push(...trial.#done);
+    this.#applied.push(...trial.#applied);
     this.#undone = [];
   }
 
   /**
-   * Does a correction: by the session as long as that knows the masks, else on the masks.
-   * @param change what it does to the masks
+   * Applies a correction: by the session as long as it knows the masks, else on the masks.
+   * @param change computes the effect on the masks
    */
-  async #do(correction: Correction, change: () => Promise<Partial<Change>>): Promise<Edit> {
-    if (this.usesSession) return this.#push(correction, { corrections: await this.#ask(correction) });
+  async #apply(correction: Correction, change: () => Promise<Partial<Change>>): Promise<Edit> {
+    if (this.usesSession) return this.#push(correction, { corrections: await this.#correct(correction) });
     const edit = this.#push(correction, await change());
     if (edit.paints.length === 0 || !this.#options.picture) return edit;
     try {
       await this.carry(edit);
       return edit;
     } catch (error) {
-      this.#done = this.#done.filter((one) => one !== edit);
+      this.#applied = this.#applied.filter((applied) => applied !== edit);
       throw error;
     }
   }
@@ -365,116 +358,118 @@ export class MaskEditor {
   #push(correction: Correction, change: Partial<Change>) {
     const edit: Edit = { ...correction, paints: [], table: {}, corrections: 0, ...change };
     for (const { label, over } of edit.paints) {
-      wholeNumber('param', 'label', label, 0, MAX_LABEL);
-      over?.forEach((one, k) => wholeNumber('param', `over[${k}]`, one, 0, MAX_LABEL));
+      checkWholeNumber('param', 'label', label, 0, MAX_LABEL);
+      over?.forEach((old, k) => checkWholeNumber('param', `over[${k}]`, old, 0, MAX_LABEL));
     }
-    for (const label of Object.entries(edit.table).flat()) wholeNumber('param', 'a label', Number(label), 0, MAX_LABEL);
-    this.#done.push(edit);
+    for (const label of Object.entries(edit.table).flat())
+      checkWholeNumber('param', 'a label', Number(label), 0, MAX_LABEL);
+    this.#applied.push(edit);
     this.#undone = [];
     return edit;
   }
 
-  #copied(kind: 'together' | 'apart', strokes: readonly Stroke[]): Stroke[] {
-    strokesOf(kind, strokes, this);
+  #copyStrokes(kind: 'together' | 'apart', strokes: readonly Stroke[]): Stroke[] {
+    toStrokes(kind, strokes, this);
     return strokes.map(({ t, points, radius }) => ({ t, points: Array.from(points), radius }));
   }
 
-  /** Asks the session; what it refuses on the way leaves nothing half done. */
-  async #ask(correction: Correction): Promise<number> {
+  /** Lets the session apply a correction; if it fails on the way, nothing is left half done. */
+  async #correct(correction: Correction): Promise<number> {
     let count = 0;
     try {
-      for await (const result of answers(this.#options.session!, correction)) {
+      for await (const result of applyToSession(this.#options.session!, correction)) {
         this.#masks = result;
         count += 1;
       }
     } catch (error) {
-      await this.#takeBack(count);
+      await this.#undoCorrections(count);
       throw error;
     }
-    this.#below = undefined;
+    this.#originalLabels = undefined;
     return count;
   }
 
-  async #takeBack(corrections: number) {
+  async #undoCorrections(corrections: number) {
     for (let k = 0; k < corrections; k += 1) this.#masks = await this.#options.session!.undo();
-    if (corrections > 0) this.#below = undefined;
+    if (corrections > 0) this.#originalLabels = undefined;
   }
 
-  /** Regions of an object that become objects. */
-  #parted(t: number, label: number, regions: Region[]) {
+  /** Returns the change that makes regions of an object new objects. */
+  #separate(t: number, label: number, regions: Region[]) {
     const labels = this.#newLabels(regions.length);
-    const part = (region: Region) => new Map([[t, { region, evidence: 1 }]]);
+    const createParts = (region: Region) => new Map([[t, { region, evidence: 1 }]]);
     return {
-      paints: regions.map((region, k) => ({ label: Number(labels[k]), over: [label], parts: part(region) })),
+      paints: regions.map((region, k) => ({ label: Number(labels[k]), over: [label], parts: createParts(region) })),
     };
   }
 
   #newLabels(count: number) {
-    const used = new Set(this.#used());
-    const free = Array.from({ length: MAX_LABEL }, (_, k) => k + 1).filter((label) => !used.has(label));
+    const usedLabels = new Set(this.#usedLabels());
+    const free = Array.from({ length: MAX_LABEL }, (_, k) => k + 1).filter((label) => !usedLabels.has(label));
     if (free.length < count)
       throw new TraceCutError('state', `all ${MAX_LABEL} labels are in use; merge or erase objects first`);
     return free.slice(0, count);
   }
 
-  *#used() {
-    this.#below ??= new Set(this.#labelsBelow());
-    yield* this.#below;
-    for (const { table, paints } of this.#done) {
+  *#usedLabels() {
+    this.#originalLabels ??= new Set(this.#scanLabels());
+    yield* this.#originalLabels;
+    for (const { table, paints } of this.#applied) {
       yield* Object.values(table);
       for (const { label } of paints) yield label;
     }
   }
 
-  *#labelsBelow() {
-    for (let t = 0; t < this.numFrames; t += 1) yield* new Set(labelsOf(this.#masks, t));
+  *#scanLabels() {
+    for (let t = 0; t < this.numFrames; t += 1) yield* new Set(readLabels(this.#masks, t));
   }
 }
 
-/** Asks a session for a correction: it merges one object at a time. */
-async function* answers(session: Session, correction: Correction) {
-  if (correction.kind === 'merge') for (const one of correction.others) yield await session.merge(correction.into, one);
+/** Applies a correction to a session, which merges one object at a time; yields the result of each step. */
+async function* applyToSession(session: Session, correction: Correction) {
+  if (correction.kind === 'merge')
+    for (const label of correction.others) yield await session.merge(correction.into, label);
   if (correction.kind === 'split') yield await session.split(correction.label, correction.at);
   if (correction.kind === 'together' || correction.kind === 'apart')
     yield await session[correction.kind](correction.strokes);
 }
 
-function savedList<T>(name: string, list: readonly T[]): readonly T[] {
+function checkList<T>(name: string, list: readonly T[]): readonly T[] {
   if (!Array.isArray(list) || !list.every(isPlainObject)) throw illegal('data', name, list, 'a list of objects');
   return list;
 }
 
-function tableOf(into: number, others: readonly number[]): Record<number, number> {
-  return Object.fromEntries(others.map((one) => [one, into]));
+function createTable(into: number, others: readonly number[]): Record<number, number> {
+  return Object.fromEntries(others.map((label) => [label, into]));
 }
 
-function apply({ paints, table }: Edit, t: number, labels: Uint8Array) {
+function applyEdit({ paints, table }: Edit, t: number, labels: Uint8Array) {
   for (const { label, over, parts } of paints) {
-    const painted = parts.get(t);
-    if (!painted) continue;
-    const has = over && new Set(over);
-    forEachRun(painted.region, (inside, from, to) => {
+    const part = parts.get(t);
+    if (!part) continue;
+    const replaceable = over && new Set(over);
+    forEachRun(part.region, (inside, from, to) => {
       if (!inside) return;
-      if (!has) labels.fill(label, from, to);
-      else for (let p = from; p < to; p += 1) if (has.has(Number(labels[p]))) labels[p] = label;
+      if (!replaceable) labels.fill(label, from, to);
+      else for (let p = from; p < to; p += 1) if (replaceable.has(Number(labels[p]))) labels[p] = label;
     });
   }
   if (Object.keys(table).length === 0) return;
-  const all = Uint8Array.from({ length: MAX_LABEL + 1 }, (_, label) => table[label] ?? label);
-  for (let p = 0; p < labels.length; p += 1) labels[p] = Number(all[Number(labels[p])]);
+  const newLabels = Uint8Array.from({ length: MAX_LABEL + 1 }, (_, label) => table[label] ?? label);
+  for (let p = 0; p < labels.length; p += 1) labels[p] = Number(newLabels[Number(labels[p])]);
 }
 
 /**
- * Masks that can be merged, split, painted and erased, step by step, each of which can be undone.
+ * Opens an editor of masks: they can be merged, split, painted and erased in steps, each of which can be undone.
  *
  * ```js
  * const editor = editMasks(result, { session, picture: (t) => frames[t] });
  * await editor.merge(1, [2, 3]);
  * const edit = await editor.paint({ label: 0, stroke: { t: 4, points: [100, 80, 120, 90], radius: 6 } });
  * await editor.carry(edit);
- * await maskZip(editor);
+ * await masksZip(editor);
  * ```
  */
 export function editMasks(masks: MaskSource, options?: EditOptions): MaskEditor {
-  return new MaskEditor(masks, checkedOptions(options ?? {}, ['session', 'picture', 'engine', 'decoder']));
+  return new MaskEditor(masks, checkOptions(options ?? {}, ['session', 'picture', 'engine', 'decoder']));
 }

@@ -1,10 +1,10 @@
-// Masks at the size of the source: what the caller gives, and the workers that it goes to where there are workers.
+// Enlarges masks to the size of the source: checks the arguments and hands the work to workers, if there are any.
 
-import { TraceCutError, checkSides, checkedOptions, illegal, typeTag } from '../../check/errors.js';
-import { type ObjectChoice, chosenLabels } from '../../check/masks.js';
+import { TraceCutError, checkOptions, checkSides, illegal, typeTag } from '../../check/errors.js';
+import { type ObjectChoice, selectLabels } from '../../check/masks.js';
 import { type WasmSource, checkWorker } from '../../check/options.js';
-import { platform, workerStarter } from '../../platform.js';
-import { type EnlargeTask, type EnlargedMask, type Image, enlargeHere } from '../../worker/decode.js';
+import { getWorkerStarter, platform } from '../../platform.js';
+import { type EnlargeTask, type EnlargedMask, type HeldImage, enlargeInThread } from '../../worker/decode.js';
 import { type FrameSource, toRawFrame } from '../../worker/frames.js';
 import { TaskWorkers } from '../../worker/remote.js';
 import type { WorkerSource } from '../../places.js';
@@ -14,48 +14,48 @@ export type FrameMask = { labels: Uint8Array; width: number; height: number };
 
 /** Options of enlarging. */
 export interface EnlargeOptions {
-  /** The labels whose opacity is wanted, all objects if not given, also such that this frame does not have. */
+  /** Labels whose opacity is returned, also those absent from this frame; all objects if not given. */
   objects?: ObjectChoice;
-  /** Where the wasm file is that enlarges, when not beside the package. */
+  /** The wasm file that enlarges, if it is not beside the package. */
   decoder?: WasmSource;
-  /** False to work on the calling thread (Node does so unless it is true), or where the worker is. */
+  /** False to work on the calling thread (the default in Node), or the source of the worker. */
   worker?: boolean | WorkerSource;
 }
 
 /** Most workers at once: each holds a picture and its masks. */
-const MOST_WORKERS = 4;
+const MAX_WORKERS = 4;
 
 /**
- * A mask at the size of its picture, which is larger than the mask or as large: borders come to where the picture parts
- * its colours, and are as soft as they are there. In browsers it runs in a worker, as many at once as there are cores, four
- * at most; in Node on the calling thread.
+ * Enlarges a mask to the size of its picture, which is at least as large: borders move to the picture's colour edges and
+ * become as soft as they are. In browsers it runs in workers, one for each core, at most four; in Node on the calling
+ * thread.
  *
  * ```js
  * const { width, height, labels, alpha } = await enlargeMask({ labels, width: 480, height: 270 }, bitmap);
  * ```
  * @param mask at the size that frames were processed at
- * @param picture the frame as it was before it was reduced
+ * @param picture the frame before it was reduced
  */
 export async function enlargeMask(
   mask: FrameMask,
   picture: FrameSource,
   options?: EnlargeOptions,
 ): Promise<EnlargedMask> {
-  const { objects, decoder, worker } = checkedOptions(options ?? {}, ['objects', 'decoder', 'worker']);
+  const { objects, decoder, worker } = checkOptions(options ?? {}, ['objects', 'decoder', 'worker']);
   if (worker !== undefined) checkWorker(worker);
-  const startWorker = workerStarter(worker);
-  const chosen = new Uint8Array(chosenLabels(objects));
-  const { labels, width } = copied(mask);
+  const startWorker = getWorkerStarter(worker);
+  const selected = new Uint8Array(selectLabels(objects));
+  const { labels, width } = copyMask(mask);
   const load = () => platform.loadDecoder(decoder);
-  const held = (startWorker && image(picture)) ?? toRawFrame(picture, load);
-  const [raw, module] = await Promise.all([held, load()]);
-  const task: EnlargeTask = { labels, width, picture: raw, chosen, module };
-  if (!startWorker) return enlargeHere(task);
+  const copying = (startWorker && copyImage(picture)) ?? toRawFrame(picture, load);
+  const [raw, module] = await Promise.all([copying, load()]);
+  const task: EnlargeTask = { labels, width, picture: raw, chosen: selected, module };
+  if (!startWorker) return enlargeInThread(task);
   return workers.give(startWorker, (remote) => remote.send({ type: 'enlarge', data: task }));
 }
 
-/** A copy of a picture that the browser holds, taken before this returns; nothing where it is none, or empty. */
-function image(picture: FrameSource): Promise<Image> | undefined {
+/** Copies a picture that the browser holds before this returns; undefined for other sources and empty pictures. */
+function copyImage(picture: FrameSource): Promise<HeldImage> | undefined {
   switch (typeTag(picture)) {
     case 'VideoFrame': {
       const frame = picture as VideoFrame;
@@ -74,7 +74,7 @@ function image(picture: FrameSource): Promise<Image> | undefined {
 }
 
 /** Copies a mask, so that the caller may change it at once. */
-function copied(mask: FrameMask) {
+function copyMask(mask: FrameMask) {
   if (typeof mask !== 'object' || mask === null)
     throw illegal('data', 'mask', mask, 'an object {labels, width, height}');
   checkSides('data', 'mask.', mask);
@@ -86,10 +86,10 @@ function copied(mask: FrameMask) {
   return { labels: new Uint8Array(labels), width };
 }
 
-/** They are shared by all calls. */
-const workers = new TaskWorkers(enlargedAtOnce);
+/** Shared by all calls. */
+const workers = new TaskWorkers(countParallelEnlargements);
 
-/** Returns the number of masks that workers enlarge at once; 0 where none do. */
-export function enlargedAtOnce(): number {
-  return workerStarter(undefined) ? Math.min(MOST_WORKERS, platform.cores() ?? 1) : 0;
+/** Returns the number of masks that workers enlarge at once; 0 without workers. */
+export function countParallelEnlargements(): number {
+  return getWorkerStarter(undefined) ? Math.min(MAX_WORKERS, platform.cores() ?? 1) : 0;
 }

@@ -1,29 +1,26 @@
-// Masks that flicker less: each pixel has the label that most of the frames around give to where it was and will be.
-// Along the flow, since what moves fast is somewhere else in the next frame: a vote at the same place would wipe it out.
+// Reduces the flicker of masks: each pixel gets the label that most neighbouring frames give to its past and future places.
+// The vote follows the flow: fast objects are elsewhere in the next frame, and a vote at the same place would erase them.
 
-import { TraceCutError, illegal, isPlainObject, wholeNumber } from '../../check/errors.js';
-import { MAX_LABEL, type MaskSource, checkMasks, labelsOf, timesOf } from '../../check/masks.js';
+import { TraceCutError, checkWholeNumber, illegal, isPlainObject } from '../../check/errors.js';
+import { MAX_LABEL, type MaskSource, checkMasks, getTimes, readLabels } from '../../check/masks.js';
 import { type Runs, decodeRuns, encodeRuns } from '../../session/runs.js';
 import { type ImageEngine, createImageEngine } from '../../stages/image.js';
 import type { FlowField } from '../../session/engine.js';
 import type { FlowBetween, Picture } from './carry.js';
 
-/** How masks are smoothed. */
+/** Options of smoothing. */
 export interface SmoothMasksOptions {
-  /** Gives a frame's pixels as RGBA bytes, at any size. */
+  /** Returns a frame's pixels as RGBA bytes, at any size. */
   picture: (t: number) => Picture | Promise<Picture>;
-  /**
-   * The number of frames before and after a frame that have a vote, 0 to 4, 1 if not given; frames beyond a cut have
-   * none.
-   */
+  /** Number of frames before and after a frame that vote, 0 to 4, 1 if not given; frames beyond a cut do not. */
   reach?: number;
-  /** The frame that is smoothed first, 0 if not given: then those after it, then those before. */
+  /** The frame that is smoothed first, 0 if not given; then those after it, then those before. */
   first?: number;
-  /** Saves opening one. */
+  /** Computes the flow; saves opening an engine. */
   engine?: ImageEngine;
-  /** Ends the work: the promise rejects with its reason. */
+  /** Aborts the work: the promise rejects with its reason. */
   signal?: AbortSignal;
-  /** Told of each frame; `masks` has those that are there by now. */
+  /** Called for each frame; `masks` has the frames smoothed so far. */
   onFrame?: (smoothed: {
     t: number;
     labels: Uint8Array<ArrayBuffer>;
@@ -33,13 +30,14 @@ export interface SmoothMasksOptions {
   }) => void;
 }
 
-const MOST_REACH = 4;
+/** Largest `reach`. */
+const MAX_REACH = 4;
 
 /**
- * Masks that flicker less: each pixel has the label that most of the frames around give to where the optical flow says
- * that it was and will be. What is in a single frame alone goes, what is missing in a single one comes. On eight
- * sequences of DAVIS 2016 that leaves J and F as they are (each .001 higher in the mean) and takes three tenths of the
- * changes along the flow away.
+ * Reduces the flicker of masks: each pixel gets the label that most neighbouring frames give to its places along the
+ * optical flow. Objects seen in a single frame disappear, and gaps of a single frame are filled. On eight sequences of
+ * DAVIS 2016 this left J and F as they were (both .001 higher on average) and removed three tenths of the changes along
+ * the flow.
  *
  * ```js
  * const calm = await smoothMasks(result, { picture: (t) => frames[t] });
@@ -47,27 +45,27 @@ const MOST_REACH = 4;
  * @returns of the same size, times and shots
  */
 export async function smoothMasks(masks: MaskSource, options: SmoothMasksOptions): Promise<MaskSource> {
-  checked(masks, options);
+  checkSmoothing(masks, options);
   const engine = options.engine ?? (await createImageEngine());
   try {
-    return await smooth(masks, options, (from, to) => engine.flow(from, to));
+    return await smoothAll(masks, options, (from, to) => engine.flow(from, to));
   } finally {
     if (!options.engine) engine.close();
   }
 }
 
-function checked(masks: MaskSource, options: SmoothMasksOptions) {
+function checkSmoothing(masks: MaskSource, options: SmoothMasksOptions) {
   checkMasks(masks);
   if (!isPlainObject(options) || typeof options.picture !== 'function')
     throw illegal('param', 'options.picture', options?.picture, 'a function that gives the pixels of frame t');
   const { reach = 1, first = 0, picture, signal, onFrame } = options;
-  wholeNumber('param', 'reach', reach, 0, MOST_REACH);
-  wholeNumber('param', 'first', first, 0, masks.numFrames - 1);
+  checkWholeNumber('param', 'reach', reach, 0, MAX_REACH);
+  checkWholeNumber('param', 'first', first, 0, masks.numFrames - 1);
   return { reach, first, picture, signal, onFrame };
 }
 
-export async function smooth(masks: MaskSource, options: SmoothMasksOptions, flow: FlowBetween): Promise<MaskSource> {
-  const { reach, first, picture, signal, onFrame } = checked(masks, options);
+async function smoothAll(masks: MaskSource, options: SmoothMasksOptions, flow: FlowBetween): Promise<MaskSource> {
+  const { reach, first, picture, signal, onFrame } = checkSmoothing(masks, options);
   const { width, height, numFrames, shots, end } = masks;
   const neighbours = new Neighbours(masks, reach, picture, flow);
   const runs: Runs[] = [];
@@ -75,31 +73,31 @@ export async function smooth(masks: MaskSource, options: SmoothMasksOptions, flo
     width,
     height,
     numFrames,
-    times: timesOf(masks),
+    times: getTimes(masks),
     end: end ?? null,
     ...(Array.isArray(shots) ? { shots } : {}),
-    labels: (t) => decodeRuns(runs[wholeNumber('param', 't', t, 0, numFrames - 1)]!),
+    labels: (t) => decodeRuns(runs[checkWholeNumber('param', 't', t, 0, numFrames - 1)]!),
   };
-  for (let done = 0; done < numFrames; done += 1) {
+  for (let numDone = 0; numDone < numFrames; numDone += 1) {
     signal?.throwIfAborted();
-    const t = (first + done) % numFrames;
-    const own = labelsOf(masks, t);
+    const t = (first + numDone) % numFrames;
+    const labelsOfFrame = readLabels(masks, t);
     const votes = [];
     for await (const vote of neighbours.votes(t)) {
       signal?.throwIfAborted();
       votes.push(vote);
     }
-    const labels = elected(own, votes);
+    const labels = elect(labelsOfFrame, votes);
     runs[t] = encodeRuns(labels);
-    onFrame?.({ t, labels, masks: smoothed, done: done + 1, total: numFrames });
+    onFrame?.({ t, labels, masks: smoothed, done: numDone + 1, total: numFrames });
   }
   return smoothed;
 }
 
-/** A vote of nobody: the place is outside of the frame. */
-const NONE = -1;
+/** Vote of a pixel whose place is outside of the frame. */
+const NO_VOTE = -1;
 
-/** What the frames around a frame say about its pixels. Flow is kept as long as the next frames may want it. */
+/** Votes of the frames around a frame. Flow is kept as long as the next frames may need it. */
 class Neighbours {
   #flows = new Map<string, Promise<FlowField>>();
   #pictures = new Map<number, Picture | Promise<Picture>>();
@@ -111,31 +109,31 @@ class Neighbours {
     readonly flow: FlowBetween,
   ) {}
 
-  /** The label of each pixel of frame `t` in each of the frames around it, `NONE` where it is not in view. */
+  /** Yields for each neighbouring frame the label of each pixel of frame `t` there, `NO_VOTE` outside of the frame. */
   async *votes(t: number): AsyncGenerator<Int16Array, void, undefined> {
     const { masks, reach } = this;
     const { width, height, numFrames } = masks;
     const shot = masks.shots?.find(({ first, last }) => first <= t && t <= last);
     const [first, last] = [shot?.first ?? 0, shot?.last ?? numFrames - 1];
     for (const step of [1, -1]) {
-      const places = placesOf(width, height);
+      const places = createPlaces(width, height);
       for (let k = t; Math.abs(k + step - t) <= reach && k + step >= first && k + step <= last; k += step) {
-        follow(places, await this.flowOf(k, k + step), this.masks);
-        yield read(places, labelsOf(masks, k + step), width, height);
+        follow(places, await this.getFlow(k, k + step), this.masks);
+        yield readVotes(places, readLabels(masks, k + step), width, height);
       }
     }
   }
 
-  async flowOf(from: number, to: number) {
+  async getFlow(from: number, to: number) {
     const key = `${from} ${to}`;
-    const known = this.#flows.get(key);
-    if (known) return known;
-    const made = this.flow(await this.pictureOf(from), await this.pictureOf(to));
-    remember(this.#flows, key, made, 4 * this.reach);
-    return made;
+    const cached = this.#flows.get(key);
+    if (cached) return cached;
+    const computing = this.flow(await this.getPicture(from), await this.getPicture(to));
+    remember(this.#flows, key, computing, 4 * this.reach);
+    return computing;
   }
 
-  async pictureOf(t: number) {
+  async getPicture(t: number) {
     const picture = await (this.#pictures.get(t) ?? this.picture(t));
     const { data, width, height } = picture ?? {};
     if (!data || data.length !== 4 * width * height)
@@ -145,21 +143,21 @@ class Neighbours {
   }
 }
 
-/** @param most the oldest goes */
+/** @param most the oldest entry is dropped beyond this number */
 function remember<K, V>(map: Map<K, V>, key: K, value: V, most: number) {
   map.delete(key);
   map.set(key, value);
   if (map.size > most) map.delete(map.keys().next().value!);
 }
 
-/** The place of each pixel. */
-function placesOf(width: number, height: number) {
+/** Returns the place of each pixel. */
+function createPlaces(width: number, height: number) {
   const [x, y] = [new Float32Array(width * height), new Float32Array(width * height)];
   for (let p = 0; p < x.length; p += 1) [x[p], y[p]] = [p % width, Math.floor(p / width)];
   return { x, y };
 }
 
-/** Moves places to where they are in the next frame; those outside stay there. */
+/** Moves places along the flow to the next frame; those outside of the frame stay. */
 function follow(
   { x, y }: { x: Float32Array; y: Float32Array },
   flow: FlowField,
@@ -181,37 +179,37 @@ function isOutside(x: number, y: number, width: number, height: number) {
   return !(x >= -0.5 && y >= -0.5 && x < width - 0.5 && y < height - 0.5);
 }
 
-function read({ x, y }: { x: Float32Array; y: Float32Array }, labels: Uint8Array, width: number, height: number) {
-  const found = new Int16Array(x.length);
+function readVotes({ x, y }: { x: Float32Array; y: Float32Array }, labels: Uint8Array, width: number, height: number) {
+  const votes = new Int16Array(x.length);
   for (let p = 0; p < x.length; p += 1) {
     const [px, py] = [Number(x[p]), Number(y[p])];
-    found[p] = isOutside(px, py, width, height)
-      ? NONE
+    votes[p] = isOutside(px, py, width, height)
+      ? NO_VOTE
       : Number(labels[Math.floor(py + 0.5) * width + Math.floor(px + 0.5)]);
   }
-  return found;
+  return votes;
 }
 
-/** The label with most votes; the own one unless another has more, of others the lowest. */
-function elected(own: Uint8Array, votes: Int16Array[]) {
-  const labels = Uint8Array.from(own);
+/** Returns the label with most votes: the pixel's own unless another has more, of those the lowest. */
+function elect(current: Uint8Array, votes: Int16Array[]) {
+  const labels = Uint8Array.from(current);
   if (votes.length < 2) return labels;
   const count = new Uint8Array(MAX_LABEL + 1);
   for (let p = 0; p < labels.length; p += 1) {
-    const mine = Number(own[p]);
-    if (votes.every((vote) => vote[p] === mine)) continue;
-    count[mine] = 1;
-    for (const vote of votes) if (vote[p] !== NONE) count[Number(vote[p])] = Number(count[Number(vote[p])]) + 1;
-    let best = mine;
+    const ownLabel = Number(current[p]);
+    if (votes.every((vote) => vote[p] === ownLabel)) continue;
+    count[ownLabel] = 1;
+    for (const vote of votes) if (vote[p] !== NO_VOTE) count[Number(vote[p])] = Number(count[Number(vote[p])]) + 1;
+    let best = ownLabel;
     for (const vote of votes) {
-      const one = Number(vote[p]);
-      if (one === NONE) continue;
-      const more = Number(count[one]) - Number(count[best]);
-      if (more > 0 || (more === 0 && best !== mine && one < best)) best = one;
+      const label = Number(vote[p]);
+      if (label === NO_VOTE) continue;
+      const lead = Number(count[label]) - Number(count[best]);
+      if (lead > 0 || (lead === 0 && best !== ownLabel && label < best)) best = label;
     }
     labels[p] = best;
-    count[mine] = 0;
-    for (const vote of votes) if (vote[p] !== NONE) count[Number(vote[p])] = 0;
+    count[ownLabel] = 0;
+    for (const vote of votes) if (vote[p] !== NO_VOTE) count[Number(vote[p])] = 0;
   }
   return labels;
 }

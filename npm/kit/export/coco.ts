@@ -1,45 +1,46 @@
-// Masks as COCO has them: run lengths, and the JSON for videos. Rust makes the runs, in the module that reads files too.
+// Masks in COCO format: run lengths, and the JSON for videos. The decoder's wasm module encodes the runs.
 
-import { checkedOptions, illegal, isPlainObject, wholeNumber } from '../../check/errors.js';
-import { MAX_LABEL, checkMasks, chosenLabels, firstOf, labelsOf, timesOf } from '../../check/masks.js';
+import { checkOptions, checkWholeNumber, illegal, isPlainObject } from '../../check/errors.js';
+import { MAX_LABEL, checkMasks, getFirstFrame, getTimes, readLabels, selectLabels } from '../../check/masks.js';
 import { cocoMask, cocoRuns } from '../../decoder.js';
 import { VERSION } from '../../parameters.js';
 import { platform } from '../../platform.js';
 import { callDecoder } from '../../worker/decode.js';
-import { pngName } from './data.js';
+import { formatPngName } from './data.js';
 import type { MaskSource, ObjectChoice } from '../../check/masks.js';
 import type { WasmSource } from '../../check/options.js';
 
 /**
- * A mask as COCO has it: `size` is height and width, `counts` its runs as a string, or as plain lengths: columns from left
- * to right, each from top to bottom; first a run of 0, which may be empty, then of 1, and so on.
+ * A COCO mask: `size` is height and width, `counts` its run lengths as a string or as plain numbers: columns from left to
+ * right, each from top to bottom; first a run of 0, which may be empty, then of 1, and so on.
  */
 export type CocoRle = { size: readonly number[]; counts: string | readonly number[] };
 
+/** Largest side of a COCO mask. */
 const MAX_COCO_SIDE = 65535;
 
 /**
- * The mask of a COCO segmentation, the inverse of what `cocoRle` writes.
- * @param options `decoder` says where `decoder_bg.wasm` is, when not beside the package
+ * Decodes the mask of a COCO segmentation, the inverse of `cocoRle`.
+ * @param options `decoder` is the file `decoder_bg.wasm`, if it is not beside the package
  * @returns 0 or 1 for each pixel, row by row
  */
 export async function fromCocoRle(
   segmentation: CocoRle,
   options: { decoder?: WasmSource } = {},
 ): Promise<Uint8Array<ArrayBuffer>> {
-  const { decoder } = checkedOptions(options, ['decoder']);
+  const { decoder } = checkOptions(options, ['decoder']);
   const { size, counts } = isPlainObject(segmentation) ? segmentation : { size: undefined, counts: undefined };
   if (!Array.isArray(size) || size.length !== 2 || !(typeof counts === 'string' || Array.isArray(counts))) {
     throw illegal('data', 'segmentation', segmentation, 'an object {size: [height, width], counts}');
   }
-  const height = wholeNumber('data', 'size[0]', size[0], 1, MAX_COCO_SIDE);
-  const width = wholeNumber('data', 'size[1]', size[1], 1, MAX_COCO_SIDE);
-  const most = width * height;
-  // No letter of a string is beyond ASCII, and a string that is empty covers no more than no lengths.
+  const height = checkWholeNumber('data', 'size[0]', size[0], 1, MAX_COCO_SIDE);
+  const width = checkWholeNumber('data', 'size[1]', size[1], 1, MAX_COCO_SIDE);
+  const maxLength = width * height;
+  // Characters beyond ASCII are illegal, and replaced by another illegal one. An empty string has no lengths.
   const [text, lengths] =
     typeof counts === 'string'
       ? [Array.from(counts, (letter) => Math.min(letter.charCodeAt(0), 127)), []]
-      : [[], counts.map((length, i) => wholeNumber('data', `counts[${i}]`, length, 0, most))];
+      : [[], counts.map((length, i) => checkWholeNumber('data', `counts[${i}]`, length, 0, maxLength))];
   const mask = await callDecoder(
     await platform.loadDecoder(decoder),
     () => cocoMask(Uint8Array.from(text), Uint32Array.from(lengths), width, height),
@@ -50,21 +51,21 @@ export async function fromCocoRle(
 
 /** Options of `cocoRle`. */
 export interface CocoOptions {
-  /** All but the background if not given. */
+  /** Objects to write; all but the background if not given. */
   objects?: ObjectChoice;
-  /** Of each frame's image, by its number in the clip; `00000.png` and so on if not given. */
+  /** Returns the file name of an image by its number in the clip; `00000.png` and so on if not given. */
   fileName?: (t: number) => string;
-  /** The clip's name; `video` if not given. */
+  /** Name of the clip; `video` if not given. */
   video?: string;
-  /** Of all objects, or of each; `object` if not given. */
+  /** Category of all objects, or of each; `object` if not given. */
   category?: string | ((label: number) => string);
-  /** Frames per second, where the masks have no times. */
+  /** Frames per second, if the masks have no times. */
   frameRate?: number;
-  /** Where `decoder_bg.wasm` is, when not beside the package. */
+  /** The file `decoder_bg.wasm`, if it is not beside the package. */
   decoder?: WasmSource;
 }
 
-/** A frame; `timestamp` is its time in seconds and missing where none is known. */
+/** A frame; `timestamp` is its time in seconds, absent if unknown. */
 export type CocoImage = {
   id: number;
   video_id: number;
@@ -76,8 +77,9 @@ export type CocoImage = {
 };
 
 /**
- * An object in a frame. `track_id` is its label, the same in all frames, and under `attributes` for importers that look
- * there; `id` is the same whatever window the frame is written from; `bbox` is left, top, width and height in pixels.
+ * An object in a frame. `track_id` is its label, the same in all frames, and repeated under `attributes` for importers
+ * that read it there; `id` does not depend on the window that the frame is written from; `bbox` is left, top, width and
+ * height in pixels.
  */
 export type CocoAnnotation = {
   id: number;
@@ -92,10 +94,10 @@ export type CocoAnnotation = {
   segmentation: { size: [number, number]; counts: string };
 };
 
-/** A video; `frame_times` are the times of its images in seconds, and missing where none are known. */
+/** A video; `frame_times` are the times of its images in seconds, absent if unknown. */
 export type CocoVideo = { id: number; name: string; width: number; height: number; frame_times?: number[] };
 
-/** A clip's masks as COCO has them: images are its frames, tracks its objects. */
+/** A clip's masks in COCO format: its frames are images, its objects tracks. */
 export type CocoMasks = {
   info: { description: string; version: string };
   videos: CocoVideo[];
@@ -107,7 +109,7 @@ export type CocoMasks = {
 
 const LEGAL = ['objects', 'fileName', 'video', 'category', 'frameRate', 'decoder'];
 
-export type Runs = [
+type CocoRunRow = [
   label: number,
   area: number,
   left: number,
@@ -117,13 +119,13 @@ export type Runs = [
   counts: string,
 ];
 
-/** There is one video; numbers start from 1, because pycocotools takes 0 for none. */
-const VIDEO = 1;
+/** Number of the only video; numbers start from 1, because pycocotools reads 0 as none. */
+const VIDEO_ID = 1;
 
 /**
- * The masks as a COCO JSON for videos: an image for each frame, an annotation for each object in each frame where it
- * is, its pixels as compressed run lengths that pycocotools reads. Of a window of a clip the settled frames are written,
- * with the clip's numbers: the images, annotations and `frame_times` of all windows, one after the other, are those of the clip.
+ * Converts masks to a COCO JSON for videos: an image for each frame, an annotation for each object in each frame, its
+ * pixels as compressed run lengths that pycocotools reads. For a window of a clip only the settled frames are written,
+ * with the clip's numbers: the images, annotations and `frame_times` of all windows add up to the clip's.
  *
  * ```js
  * const json = JSON.stringify(await cocoRle(masks));
@@ -134,39 +136,43 @@ export async function cocoRle(masks: MaskSource, options: CocoOptions = {}): Pro
   checkMasks(masks);
   const {
     objects,
-    fileName = pngName,
+    fileName = formatPngName,
     video = 'video',
     category = 'object',
     frameRate,
     decoder,
-  } = checkedOptions(options, LEGAL);
-  const chosen = chosenLabels(objects);
-  const times = timesOf(masks, frameRate);
+  } = checkOptions(options, LEGAL);
+  const selected = selectLabels(objects);
+  const times = getTimes(masks, frameRate);
   const categories = new Categories(category);
   const module = await platform.loadDecoder(decoder);
   const { width, height } = masks;
-  const { from, to } = framesOf(masks);
-  const first = firstOf(masks);
+  const { from, to } = getFrameRange(masks);
+  const first = getFirstFrame(masks);
   const images = Array.from({ length: to - from }, (_, k) => {
     const t = from + k;
     const index = first + t;
-    const image = { id: index + 1, video_id: VIDEO, frame_index: index, width, height, file_name: fileName(index) };
+    const image = { id: index + 1, video_id: VIDEO_ID, frame_index: index, width, height, file_name: fileName(index) };
     return times ? { ...image, timestamp: Number(times[t]) } : image;
   });
   const annotations: CocoAnnotation[] = [];
   const tracks = new Set<number>();
   for (let t = from; t < to; t += 1) {
-    const labels = labelsOf(masks, t);
-    const runs: Runs[] = await callDecoder(module, () => cocoRuns(labels, width, chosen), 'run lengths cannot be made');
+    const labels = readLabels(masks, t);
+    const runs: CocoRunRow[] = await callDecoder(
+      module,
+      () => cocoRuns(labels, width, selected),
+      'run lengths cannot be made',
+    );
     for (const [label, area, left, top, across, down, counts] of runs) {
       tracks.add(label);
       const ids = {
-        // By frame and label, so that windows can be put together.
+        // By frame and label, so that windows can be combined.
         id: (first + t) * (MAX_LABEL + 1) + label + 1,
         image_id: first + t + 1,
-        video_id: VIDEO,
+        video_id: VIDEO_ID,
         track_id: label,
-        category_id: categories.of(label),
+        category_id: categories.idOf(label),
         attributes: { track_id: label },
       };
       annotations.push({
@@ -180,22 +186,22 @@ export async function cocoRle(masks: MaskSource, options: CocoOptions = {}): Pro
   }
   return {
     info: { description: 'Masks of moving objects by TraceCut', version: VERSION },
-    videos: [{ id: VIDEO, name: video, width, height, ...(times && { frame_times: [...times.slice(from, to)] }) }],
+    videos: [{ id: VIDEO_ID, name: video, width, height, ...(times && { frame_times: [...times.slice(from, to)] }) }],
     images,
     tracks: [...tracks]
       .sort((a, b) => a - b)
-      .map((label) => ({ id: label, category_id: categories.of(label), video_id: VIDEO })),
+      .map((label) => ({ id: label, category_id: categories.idOf(label), video_id: VIDEO_ID })),
     categories: categories.list,
     annotations,
   };
 }
 
-/** The frames that are written: of a window those that it settles, so that over all windows each is there once. */
-function framesOf({ numFrames, settled }: MaskSource & { settled?: { from: number; to: number } }) {
+/** Returns the range of frames to write: for a window the settled frames, so that each frame is in one window. */
+function getFrameRange({ numFrames, settled }: MaskSource & { settled?: { from: number; to: number } }) {
   return settled ?? { from: 0, to: numFrames };
 }
 
-/** Categories by name, numbered from 1 as they come up. */
+/** Categories by name, numbered from 1 in order of appearance. */
 class Categories {
   name: (label: number) => string;
   list: { id: number; name: string }[];
@@ -207,10 +213,10 @@ class Categories {
     this.list = typeof category === 'string' ? [{ id: 1, name: category }] : [];
   }
 
-  of(label: number) {
+  idOf(label: number) {
     const name = this.name(label);
-    const known = this.list.find((entry) => entry.name === name) ?? { id: this.list.length + 1, name };
-    if (!this.list.includes(known)) this.list.push(known);
-    return known.id;
+    const category = this.list.find((entry) => entry.name === name) ?? { id: this.list.length + 1, name };
+    if (!this.list.includes(category)) this.list.push(category);
+    return category.id;
   }
 }

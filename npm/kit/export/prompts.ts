@@ -1,19 +1,20 @@
-// Prompts for models that follow an object from a hint, such as SAM 2: which frame shows it best, its box, points and mask.
+// Prompts for models that follow an object, such as SAM 2: the frame that shows the object best, its box, points and mask.
 
-import { checkedOptions } from '../../check/errors.js';
-import { checkMasks, chosenLabels, firstOf, labelsOf, timesOf } from '../../check/masks.js';
+import { checkOptions } from '../../check/errors.js';
+import { checkMasks, getFirstFrame, getTimes, readLabels, selectLabels } from '../../check/masks.js';
 import { Prompts } from '../../decoder.js';
 import { VERSION } from '../../parameters.js';
 import { platform } from '../../platform.js';
 import { callDecoder } from '../../worker/decode.js';
-import { breath } from '../../worker/pause.js';
+import { yieldThread } from '../../worker/pause.js';
 import type { MaskSource, ObjectChoice } from '../../check/masks.js';
 import type { WasmSource } from '../../check/options.js';
 
 /**
- * What tells a promptable model which object is meant, under the names that SAM 2's video predictor has for it, in pixels:
- * `box` is left, top, right and bottom; `points` are `[x, y]`, of which `labels` says 1 for on the object and 0 for beside it;
- * `mask` holds the object's largest connected part as COCO run lengths. `obj_id` is the label, `frame_idx` the frame that shows it best.
+ * A prompt that selects an object, with the field names of SAM 2's video predictor, in pixels: `box` is left, top, right
+ * and bottom; `points` are `[x, y]`, with 1 in `labels` for points on the object and 0 for points beside it; `mask` holds
+ * the object's largest connected part as COCO run lengths. `obj_id` is the label, `frame_idx` the frame that shows it
+ * best.
  */
 export type ObjectPrompt = {
   obj_id: number;
@@ -26,15 +27,15 @@ export type ObjectPrompt = {
 
 /** Options of `prompts`. */
 export interface PromptsOptions {
-  /** All but the background if not given. */
+  /** Objects to prompt for; all but the background if not given. */
   objects?: ObjectChoice;
-  /** Where `decoder_bg.wasm` is, when not beside the package. */
+  /** The file `decoder_bg.wasm`, if it is not beside the package. */
   decoder?: WasmSource;
 }
 
 /**
- * The prompts of a clip, with the size of its masks in pixels, and the times of its frames (of a window: of its own) in
- * seconds, where they are known.
+ * The prompts of a clip, with the size of its masks in pixels, and the times of its frames (of a window's frames for a
+ * window) in seconds, if known.
  */
 export type PromptList = {
   info: { description: string; version: string };
@@ -44,7 +45,7 @@ export type PromptList = {
   times?: number[];
 };
 
-export type Entry = [
+type PromptRow = [
   object: number,
   frame: number,
   box: Uint32Array,
@@ -53,12 +54,12 @@ export type Entry = [
   counts: string,
 ];
 
-/** Frames between two breaths. */
+/** Frames between two pauses for the page's thread. */
 const BATCH = 8;
 
 /**
- * A prompt for each object: nobody has to click for models that follow an object from a click, a box or a mask. Points lie as
- * deep in the object as may be, and as far from it; docs/interchange.md says how SAM 2, SAM 3 and ComfyUI take them.
+ * Returns a prompt for each object, for models that follow an object from a click, a box or a mask. Points lie as deep in
+ * the object, and as far from it, as possible; docs/interchange.md shows how to pass them to SAM 2, SAM 3 and ComfyUI.
  *
  * ```js
  * const json = JSON.stringify(await prompts(result));
@@ -67,19 +68,19 @@ const BATCH = 8;
  */
 export async function prompts(masks: MaskSource, options: PromptsOptions = {}): Promise<PromptList> {
   checkMasks(masks);
-  const { objects, decoder } = checkedOptions(options, ['objects', 'decoder']);
-  const chosen = chosenLabels(objects);
+  const { objects, decoder } = checkOptions(options, ['objects', 'decoder']);
+  const selected = selectLabels(objects);
   const { width, height, numFrames } = masks;
-  const times = timesOf(masks);
+  const times = getTimes(masks);
   const module = await platform.loadDecoder(decoder);
   const call = <T>(work: () => T) => callDecoder(module, work, 'prompts cannot be made');
-  const found = await call(() => new Prompts());
+  const collector = await call(() => new Prompts());
   for (let t = 0; t < numFrames; t += 1) {
-    if (t % BATCH === BATCH - 1) await breath();
-    const labels = labelsOf(masks, t);
-    await call(() => found.add(firstOf(masks) + t, labels, width, chosen));
+    if (t % BATCH === BATCH - 1) await yieldThread();
+    const labels = readLabels(masks, t);
+    await call(() => collector.add(getFirstFrame(masks) + t, labels, width, selected));
   }
-  const entries: Entry[] = await call(() => found.finish());
+  const entries: PromptRow[] = await call(() => collector.finish());
   return {
     info: { description: 'Prompts for objects that TraceCut found', version: VERSION },
     width,
@@ -88,14 +89,14 @@ export async function prompts(masks: MaskSource, options: PromptsOptions = {}): 
       obj_id: object,
       frame_idx: frame,
       box: Array.from(box),
-      points: [...pairs(inside), ...pairs(outside)],
-      labels: [...pairs(inside).map(() => 1), ...pairs(outside).map(() => 0)],
+      points: [...toPairs(inside), ...toPairs(outside)],
+      labels: [...toPairs(inside).map(() => 1), ...toPairs(outside).map(() => 0)],
       mask: { size: [height, width], counts },
     })),
     ...(times && { times: [...times] }),
   };
 }
 
-function pairs(places: Uint32Array) {
+function toPairs(places: Uint32Array) {
   return Array.from({ length: places.length / 2 }, (_, k) => [Number(places[2 * k]), Number(places[2 * k + 1])]);
 }

@@ -1,15 +1,15 @@
-// How finely videos are encoded, and about how large they become.
+// Encoding quality of videos, and an estimate of their size.
 
-import { checkNumber, checkedOptions, illegal, wholeNumber } from '../../check/errors.js';
+import { checkNumber, checkOptions, checkWholeNumber, illegal } from '../../check/errors.js';
 
 export type Codec = 'vp9' | 'vp8' | 'av1' | 'avc';
 
-/** How finely a video is encoded. */
+/** Encoding quality of a video. */
 export type VideoQuality = 'low' | 'medium' | 'high' | 'very-high';
 
 export const QUALITIES: readonly VideoQuality[] = ['low', 'medium', 'high', 'very-high'];
 
-/** For each quality how coarsely each codec may round, on its own scale. */
+/** Quantizer for each quality and codec, on the codec's own scale. Chosen by eye. */
 export const QUANTIZER: Record<VideoQuality, Partial<Record<Codec, number>>> = {
   low: { avc: 34, vp9: 44, av1: 176 },
   medium: { avc: 28, vp9: 36, av1: 144 },
@@ -18,61 +18,61 @@ export const QUANTIZER: Record<VideoQuality, Partial<Record<Codec, number>>> = {
 };
 
 /**
- * Bits for each pixel of each frame, where an encoder wants to know that instead; what a frame does not need it does not
- * take. H.264 encoders of browsers are made for calls: they need more for the same.
+ * Bits per pixel and frame, for encoders that need a bitrate instead; frames that need less use less. The H.264 encoders
+ * of browsers are made for calls: they need more for the same quality. Chosen by eye.
  */
-const BITS: Record<VideoQuality, { avc: number; others: number }> = {
-  low: { avc: 0.35, others: 0.06 },
-  medium: { avc: 0.5, others: 0.12 },
-  high: { avc: 0.75, others: 0.24 },
-  'very-high': { avc: 1.2, others: 0.48 },
+const BITS_PER_PIXEL: Record<VideoQuality, { avc: number; other: number }> = {
+  low: { avc: 0.35, other: 0.06 },
+  medium: { avc: 0.5, other: 0.12 },
+  high: { avc: 0.75, other: 0.24 },
+  'very-high': { avc: 1.2, other: 0.48 },
 };
 
-/** Bits for each pixel of each frame that videos of cameras took. */
-const USUAL: Record<VideoQuality, number> = { low: 0.16, medium: 0.2, high: 0.26, 'very-high': 0.36 };
+/** Bits per pixel and frame that videos from cameras took. */
+const TYPICAL_BITS_PER_PIXEL: Record<VideoQuality, number> = { low: 0.16, medium: 0.2, high: 0.26, 'very-high': 0.36 };
 
-/** Of that, what objects cut out take, alpha and all. */
-const CUTOUT = 0.4;
+/** Share of these bits that cut-out objects took, with their alpha. */
+const CUTOUT_SHARE = 0.4;
 
-/** Small pictures need more for each of their pixels. */
-const LEAST_BITRATE = 500_000;
+/** Lowest bitrate in bits per second: small pictures need more bits per pixel. */
+const MIN_BITRATE = 500_000;
 
-/** Returns the bitrate, in bits per second. */
-export function bitrateOf(
+/** Computes the bitrate, in bits per second. */
+export function computeBitrate(
   quality: VideoQuality,
   codec: Codec,
   { width, height, frameRate }: { width: number; height: number; frameRate: number },
 ): number {
-  const bits = BITS[quality][codec === 'avc' ? 'avc' : 'others'];
-  return Math.max(LEAST_BITRATE, Math.round(bits * width * height * frameRate));
+  const bits = BITS_PER_PIXEL[quality][codec === 'avc' ? 'avc' : 'other'];
+  return Math.max(MIN_BITRATE, Math.round(bits * width * height * frameRate));
 }
 
-/** What is known of a video before it is made. */
+/** Properties of a video that are known before it is encoded. */
 export interface VideoEstimate {
-  /** In pixels. */
+  /** Pixels in a row. */
   width: number;
   height: number;
   numFrames: number;
-  /** `overlay` if not given. */
+  /** Style as of `encodeVideo`; `overlay` if not given. */
   style?: 'overlay' | 'cutout' | 'masks' | 'alpha';
-  /** `high` if not given. */
+  /** Quality as of `encodeVideo`; `high` if not given. */
   quality?: VideoQuality;
 }
 
 /**
- * About how large a file `encodeVideo` makes, in bytes. What is in the picture decides, so it may be three times as much
- * or a third.
+ * Estimates the size of the file that `encodeVideo` makes, in bytes. Depending on the pictures it may be three times as
+ * large or a third.
  */
 export function estimateVideoSize(video: VideoEstimate): number {
   const legal = ['width', 'height', 'numFrames', 'style', 'quality'];
-  const { width, height, numFrames, style = 'overlay', quality = 'high' } = checkedOptions(video, legal);
-  wholeNumber('param', 'width', width, 1, 16384);
-  wholeNumber('param', 'height', height, 1, 16384);
+  const { width, height, numFrames, style = 'overlay', quality = 'high' } = checkOptions(video, legal);
+  checkWholeNumber('param', 'width', width, 1, 16384);
+  checkWholeNumber('param', 'height', height, 1, 16384);
   checkNumber('numFrames', numFrames, 1, 10_000_000);
   if (!QUALITIES.includes(quality))
     throw illegal('param', 'quality', quality, QUALITIES.map((word) => `'${word}'`).join(', '));
   if (!['overlay', 'cutout', 'masks', 'alpha'].includes(style))
     throw illegal('param', 'style', style, "'overlay', 'cutout', 'masks', 'alpha'");
-  const part = style === 'overlay' ? 1 : CUTOUT;
-  return Math.round((part * USUAL[quality] * width * height * numFrames) / 8);
+  const share = style === 'overlay' ? 1 : CUTOUT_SHARE;
+  return Math.round((share * TYPICAL_BITS_PER_PIXEL[quality] * width * height * numFrames) / 8);
 }

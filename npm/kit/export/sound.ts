@@ -1,21 +1,21 @@
-// The sound of a clip, for videos that are made of it.
+// The sound of a clip, for videos made from it.
 
 import { illegal, isPlainObject, typeTag } from '../../check/errors.js';
-import { part } from '../../places.js';
+import { loadPart } from '../../places.js';
 
-/** Where sound is taken from. */
+/** Source of the sound. */
 export interface SoundOptions {
-  /** A video file. */
+  /** Video file. */
   source: Blob | ArrayBuffer | Uint8Array;
-  /** Seconds; the file's beginning if not given. */
+  /** Start in seconds; the file's start if not given. */
   start?: number;
-  /** Seconds; the file's end if not given. */
+  /** End in seconds; the file's end if not given. */
   end?: number;
 }
 
 /**
- * The sound of a file: the codec, and the formats of `encodeVideo` that can have it; in those of `converted` it is Opus,
- * which this browser makes of it, in all others it is as in the file.
+ * The sound of a file: its codec, and the formats of `encodeVideo` that can hold it. Formats in `converted` get it as
+ * Opus, encoded by this browser; all others get it as it is in the file.
  */
 export type SoundInfo = {
   readonly codec: string;
@@ -25,24 +25,29 @@ export type SoundInfo = {
   readonly converted: ('webm' | 'mp4')[];
 };
 
-/** What a file's sound is, and which formats can have it; null where it has none. */
+/** Returns the codec of a file's sound and the formats that can hold it; null if the file has none. */
 export async function soundInfo(source: Blob | ArrayBuffer | Uint8Array): Promise<SoundInfo | null> {
-  const [media, { formatOf, opened }] = await Promise.all([import('../../vendor/media.js'), import('./video-file.js')]);
-  const input = opened(media, source);
+  const [media, { createFormat, openInput: openInput }] = await Promise.all([
+    import('../../vendor/media.js'),
+    import('./video-file.js'),
+  ]);
+  const input = openInput(media, source);
   try {
     const track = (await input.canRead()) ? await input.getPrimaryAudioTrack() : null;
     const codec = await track?.getCodec();
     if (!track || !codec) return null;
-    const all: ('webm' | 'mp4')[] = ['webm', 'mp4'];
-    const others = all.filter((format) => !formatOf(media, format).getSupportedAudioCodecs().includes(codec));
+    const formats: ('webm' | 'mp4')[] = ['webm', 'mp4'];
+    const unsupported = formats.filter(
+      (format) => !createFormat(media, format).getSupportedAudioCodecs().includes(codec),
+    );
     const isConverted =
-      others.length > 0 && (await (await part(import('./sound-convert.js'))).conversionOf(track)) !== null;
-    const converted = isConverted ? others : [];
+      unsupported.length > 0 && (await (await loadPart(import('./sound-convert.js'))).findConversion(track)) !== null;
+    const converted = isConverted ? unsupported : [];
     return {
       codec,
       channels: await track.getNumberOfChannels(),
       sampleRate: await track.getSampleRate(),
-      formats: all.filter((format) => !others.includes(format) || converted.includes(format)),
+      formats: formats.filter((format) => !unsupported.includes(format) || converted.includes(format)),
       converted,
     };
   } finally {
@@ -50,8 +55,8 @@ export async function soundInfo(source: Blob | ArrayBuffer | Uint8Array): Promis
   }
 }
 
-/** Refuses what is no sound. */
-export function checkedSound(sound: unknown): Required<SoundOptions> | null {
+/** Checks the option `sound`; returns null if it is not given. */
+export function checkSound(sound: unknown): Required<SoundOptions> | null {
   if (sound === undefined) return null;
   const legal = 'an object {source, start, end} with a video file and seconds';
   if (!isPlainObject(sound)) throw illegal('param', 'sound', sound, legal);

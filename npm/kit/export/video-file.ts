@@ -1,22 +1,22 @@
-// A video file as it is written: frames, the sound of the source, and a layer of opacity for WebM.
+// Writes a video file: frames, the sound of the source, and for WebM a layer of opacity.
 
 import { TraceCutError, typeTag } from '../../check/errors.js';
-import { part } from '../../places.js';
-import { type Codec, QUANTIZER, bitrateOf } from './quality.js';
+import { loadPart } from '../../places.js';
+import { type Codec, QUANTIZER, computeBitrate } from './quality.js';
 import type { Output, Quality } from '../../vendor/media.js';
 import type { SoundOptions } from './sound.js';
 import type { Painter } from './video-painter.js';
-import type { Plan } from './video.js';
+import type { VideoPlan } from './video.js';
 import type { EncodedAudioPacketSource, EncodedPacket, Input, InputAudioTrack } from 'mediabunny';
 
-/** What a file may hold, best first: what browsers play, then what is small. */
+/** Codecs that a file may hold, best first: those that browsers play, then those that compress well. */
 const CODECS: Record<'webm' | 'mp4' | 'alpha', Codec[]> = {
   webm: ['vp9', 'vp8', 'av1'],
   mp4: ['avc', 'vp9', 'av1'],
   alpha: ['vp9', 'vp8'],
 };
 
-const NAME = { webm: 'WebM', mp4: 'MP4' };
+const FORMAT_NAMES = { webm: 'WebM', mp4: 'MP4' };
 
 /** A file that is being written; times are in seconds. */
 export type VideoFile = {
@@ -25,9 +25,9 @@ export type VideoFile = {
   cancel: () => Promise<void>;
 };
 
-export async function openFile(painter: Painter, plan: Plan): Promise<VideoFile> {
-  const media = await part(import('../../vendor/media.js'));
-  // A page in WebKitGTK dies where an encoder is the first to wake its media library; players wake it well.
+export async function openVideoFile(painter: Painter, plan: VideoPlan): Promise<VideoFile> {
+  const media = await loadPart(import('../../vendor/media.js'));
+  // A page in WebKitGTK crashes if an encoder is the first to load its media library; players load it safely.
   globalThis.document?.createElement('video').canPlayType('video/webm');
   const { width, height } = painter.canvas;
   const video = { width, height, frameRate: plan.frameRate };
@@ -35,17 +35,17 @@ export async function openFile(painter: Painter, plan: Plan): Promise<VideoFile>
   const codec = (await media.getFirstEncodableVideoCodec(codecs, {
     width,
     height,
-    quality: new media.Quality({ bitrate: bitrateOf(plan.quality, 'avc', video) }),
+    quality: new media.Quality({ bitrate: computeBitrate(plan.quality, 'avc', video) }),
   })) as Codec | null;
-  if (!codec) throw noEncoder(plan, width, height, codecs);
-  const bitrate = bitrateOf(plan.quality, codec, video);
+  if (!codec) throw createNoEncoderError(plan, width, height, codecs);
+  const bitrate = computeBitrate(plan.quality, codec, video);
   const quantizer = QUANTIZER[plan.quality][codec];
   const quality = new media.Quality(quantizer === undefined ? { bitrate } : { bitrate, quantizer });
   const target = new media.BufferTarget();
-  const output = new media.Output({ format: formatOf(media, plan.format), target });
+  const output = new media.Output({ format: createFormat(media, plan.format), target });
   const encoder = plan.alpha
-    ? withAlpha(media, output, painter, codec, bitrate)
-    : opaque(media, output, painter, codec, quality);
+    ? createAlphaEncoder(media, output, painter, codec, bitrate)
+    : createOpaqueEncoder(media, output, painter, codec, quality);
   const sound = plan.sound && (await addSound(media, output, plan.sound, plan.format));
   await output.start();
   return {
@@ -68,7 +68,7 @@ export async function openFile(painter: Painter, plan: Plan): Promise<VideoFile>
   };
 }
 
-function opaque(
+function createOpaqueEncoder(
   media: typeof import('../../vendor/media.js'),
   output: Output,
   painter: Painter,
@@ -81,8 +81,8 @@ function opaque(
   return { add, finish: async () => {}, close: () => {} };
 }
 
-/** @param codec one of those that can be transparent */
-function withAlpha(
+/** @param codec one that supports alpha */
+function createAlphaEncoder(
   media: typeof import('../../vendor/media.js'),
   output: Output,
   painter: Painter,
@@ -98,66 +98,64 @@ function withAlpha(
   return { add, finish: () => encoder.finish(), close: () => encoder.close() };
 }
 
-function noEncoder({ format, alpha }: Plan, width: number, height: number, codecs: string[]) {
-  const other = format === 'mp4' ? "format: 'webm'" : alpha ? "a background colour and format: 'mp4'" : "format: 'mp4'";
+function createNoEncoderError({ format, alpha }: VideoPlan, width: number, height: number, codecs: string[]) {
+  const alternative =
+    format === 'mp4' ? "format: 'webm'" : alpha ? "a background colour and format: 'mp4'" : "format: 'mp4'";
   return new TraceCutError(
     'unsupported',
-    `this browser encodes none of ${codecs.join(', ')} for ${NAME[format]} files of ${width} × ${height} pixels; try ${other}, or take PNG files from masksZip`,
+    `this browser encodes none of ${codecs.join(', ')} for ${FORMAT_NAMES[format]} files of ${width} × ${height} pixels; try ${alternative}, or PNG files by masksZip`,
   );
 }
 
-// A video that is transparent: WebM keeps the alpha of each frame as a second picture beside the first, whose
-// brightness it is. Both are encoded here and not by the muxer's library, because that splits frames in a worker of its
-// own making, which a strict content security policy forbids.
+// A transparent video: WebM keeps the alpha of each frame as the brightness of a second picture beside the first. Both are
+// encoded here and not by the muxer's library, because that splits frames in a worker that it creates from text, which a
+// strict content security policy forbids.
 
+/** Codec strings of WebCodecs: VP9 of profile 0, level 5.1, 8 bits; VP8 has no levels. */
 const CODEC_STRING = { vp9: 'vp09.00.51.08', vp8: 'vp8' };
 
-/** Frames from one key frame to the next, at most. */
-const KEY_FRAMES = 50;
+/** Most frames from one key frame to the next: two seconds at 25 frames per second. */
+const KEY_FRAME_INTERVAL = 50;
 
-/** Frames on their way through an encoder before more are painted. */
-const MOST_WAITING = 4;
+/** Frames in an encoder before painting waits. */
+const MAX_QUEUED = 4;
 
 const MICROSECONDS = 1e6;
 
-/** Takes a coded picture and the coded alpha that belongs to it. */
-export type WritePair = (
-  color: EncodedVideoChunk,
-  alpha: Uint8Array,
-  meta?: EncodedVideoChunkMetadata,
-) => Promise<void>;
+/** Writes an encoded picture and its encoded alpha. */
+type WritePair = (color: EncodedVideoChunk, alpha: Uint8Array, meta?: EncodedVideoChunkMetadata) => Promise<void>;
 
-/** Encodes what a painter has painted, colours and alpha, and hands both on together. */
+/** Encodes the colours and the alpha of painted frames, and writes both together. */
 class AlphaEncoder {
-  failure: unknown = null;
-  count = 0;
-  written: Promise<void> = Promise.resolve();
-  colors: [EncodedVideoChunk, EncodedVideoChunkMetadata | undefined][] = [];
-  alphas: EncodedVideoChunk[] = [];
+  #failure: unknown = null;
+  #count = 0;
+  #written: Promise<void> = Promise.resolve();
+  #colors: [EncodedVideoChunk, EncodedVideoChunkMetadata | undefined][] = [];
+  #alphas: EncodedVideoChunk[] = [];
   color: VideoEncoder;
   alpha: VideoEncoder;
 
-  /** @param config bitrate of each of the two, in bits a second */
+  /** @param config bitrate of each of the two encoders, in bits a second */
   constructor(
     readonly painter: Painter,
     config: { codec: 'vp9' | 'vp8'; bitrate: number },
     readonly write: WritePair,
   ) {
-    this.color = this.encoder(config, (chunk, meta) => this.colors.push([chunk, meta]));
-    this.alpha = this.encoder(config, (chunk) => this.alphas.push(chunk));
+    this.color = this.#createEncoder(config, (chunk, meta) => this.#colors.push([chunk, meta]));
+    this.alpha = this.#createEncoder(config, (chunk) => this.#alphas.push(chunk));
   }
 
-  encoder(
-    { codec, bitrate }: { codec: 'vp9' | 'vp8'; bitrate: number },
+  #createEncoder(
+    { codec: codec, bitrate }: { codec: 'vp9' | 'vp8'; bitrate: number },
     take: (chunk: EncodedVideoChunk, meta?: EncodedVideoChunkMetadata) => void,
   ) {
     const { width, height } = this.painter.canvas;
     const encoder = new VideoEncoder({
       output: (chunk, meta) => {
         take(chunk, meta);
-        this.pair();
+        this.#writePairs();
       },
-      error: (error) => (this.failure ??= error),
+      error: (error) => (this.#failure ??= error),
     });
     encoder.configure({ codec: CODEC_STRING[codec], width, height, bitrate, latencyMode: 'quality', alpha: 'discard' });
     return encoder;
@@ -165,14 +163,14 @@ class AlphaEncoder {
 
   /** @param time in seconds */
   async add(time: number, duration: number) {
-    const keyFrame = this.count % KEY_FRAMES === 0;
-    this.count += 1;
+    const keyFrame = this.#count % KEY_FRAME_INTERVAL === 0;
+    this.#count += 1;
     const init = { timestamp: Math.round(time * MICROSECONDS), duration: Math.round(duration * MICROSECONDS) };
     encode(this.color, new VideoFrame(this.painter.canvas, { ...init, alpha: 'discard' }), keyFrame);
     const { width, height } = this.painter.size;
     encode(
       this.alpha,
-      new VideoFrame(brightness(this.painter.alpha(), width, height), {
+      new VideoFrame(toI420(this.painter.alpha(), width, height), {
         ...init,
         format: 'I420',
         codedWidth: width,
@@ -181,30 +179,30 @@ class AlphaEncoder {
       keyFrame,
     );
     for (const encoder of [this.color, this.alpha]) {
-      while (encoder.encodeQueueSize > MOST_WAITING && !this.failure)
-        await new Promise((done) => encoder.addEventListener('dequeue', done, { once: true }));
+      while (encoder.encodeQueueSize > MAX_QUEUED && !this.#failure)
+        await new Promise((resolve) => encoder.addEventListener('dequeue', resolve, { once: true }));
     }
-    await this.written;
-    this.check();
+    await this.#written;
+    this.#check();
   }
 
-  /** Hands on what has come of both; encoders keep the order. */
-  pair() {
-    while (this.colors.length > 0 && this.alphas.length > 0) {
-      const [chunk, meta] = this.colors.shift()!;
-      const beside = this.alphas.shift()!;
-      const alpha = new Uint8Array(beside.byteLength);
-      beside.copyTo(alpha);
-      this.written = this.written
+  /** Writes the pictures of which both parts are encoded; encoders keep the order. */
+  #writePairs() {
+    while (this.#colors.length > 0 && this.#alphas.length > 0) {
+      const [chunk, meta] = this.#colors.shift()!;
+      const encodedAlpha = this.#alphas.shift()!;
+      const alpha = new Uint8Array(encodedAlpha.byteLength);
+      encodedAlpha.copyTo(alpha);
+      this.#written = this.#written
         .then(() => this.write(chunk, alpha, meta))
-        .catch((error) => void (this.failure ??= error));
+        .catch((error) => void (this.#failure ??= error));
     }
   }
 
   async finish() {
-    await Promise.all([this.color.flush(), this.alpha.flush()]).catch((error) => (this.failure ??= error));
-    await this.written;
-    this.check();
+    await Promise.all([this.color.flush(), this.alpha.flush()]).catch((error) => (this.#failure ??= error));
+    await this.#written;
+    this.#check();
     this.close();
   }
 
@@ -212,10 +210,10 @@ class AlphaEncoder {
     for (const encoder of [this.color, this.alpha]) if (encoder.state !== 'closed') encoder.close();
   }
 
-  check() {
-    if (!this.failure) return;
-    const words = this.failure instanceof Error ? this.failure.message : String(this.failure);
-    throw new TraceCutError('unsupported', `the browser's video encoder gave up: ${words}`, { cause: this.failure });
+  #check() {
+    if (!this.#failure) return;
+    const reason = this.#failure instanceof Error ? this.#failure.message : String(this.#failure);
+    throw new TraceCutError('unsupported', `the browser's video encoder failed: ${reason}`, { cause: this.#failure });
   }
 }
 
@@ -227,8 +225,8 @@ function encode(encoder: VideoEncoder, frame: VideoFrame, keyFrame: boolean) {
   }
 }
 
-/** A grey picture as encoders take it: brightness, then two planes of half the size for colours. */
-function brightness(values: Uint8Array, width: number, height: number) {
+/** Converts a grey picture to I420: brightness, then two planes of half the size for colours. */
+function toI420(values: Uint8Array, width: number, height: number) {
   const planes = new Uint8Array(values.length + 2 * Math.ceil(width / 2) * Math.ceil(height / 2)).fill(128);
   planes.set(values);
   return planes;
@@ -236,18 +234,18 @@ function brightness(values: Uint8Array, width: number, height: number) {
 
 export type SoundTrack = { write: (until: number) => Promise<void>; close: () => void };
 
-export function formatOf(media: typeof import('../../vendor/media.js'), format: 'webm' | 'mp4') {
+export function createFormat(media: typeof import('../../vendor/media.js'), format: 'webm' | 'mp4') {
   return format === 'mp4' ? new media.Mp4OutputFormat({ fastStart: 'in-memory' }) : new media.WebMOutputFormat();
 }
 
-/** Adds a track for the sound to a file that is about to be written; null where the source has none. */
+/** Adds a sound track to a file that is about to be written; null if the source has none. */
 async function addSound(
   media: typeof import('../../vendor/media.js'),
   output: Output,
   { source, start, end }: Required<SoundOptions>,
   format: 'webm' | 'mp4',
 ): Promise<SoundTrack | null> {
-  const input = opened(media, source);
+  const input = openInput(media, source);
   try {
     const track = (await input.canRead()) ? await input.getPrimaryAudioTrack() : null;
     const codec = await track?.getCodec();
@@ -257,24 +255,24 @@ async function addSound(
       return null;
     }
     if (!output.format.getSupportedAudioCodecs().includes(codec)) {
-      const { conversionOf, converted } = await part(import('./sound-convert.js'));
-      const conversion = await conversionOf(track);
-      if (!conversion) throw cannotHold(codec, format);
+      const { findConversion, convertSound } = await loadPart(import('./sound-convert.js'));
+      const conversion = await findConversion(track);
+      if (!conversion) throw createSoundError(codec, format);
       const target = new media.EncodedAudioPacketSource('opus');
       output.addAudioTrack(target);
-      const { write, close } = converted(media, track, { conversion, target, start, end });
+      const { write, close } = convertSound(media, track, { conversion, target, start, end });
       return { write, close: () => (close(), input.dispose()) };
     }
     const target = new media.EncodedAudioPacketSource(codec);
     output.addAudioTrack(target);
-    return copied(media, input, { packets: packetsOf(media, track, start, end), target, decoderConfig, start });
+    return copySound(media, input, { packets: readPackets(media, track, start, end), target, decoderConfig, start });
   } catch (error) {
     input.dispose();
     throw error;
   }
 }
 
-function copied(
+function copySound(
   media: typeof import('../../vendor/media.js'),
   input: Input,
   {
@@ -289,14 +287,14 @@ function copied(
     start: number;
   },
 ): SoundTrack {
-  /** Read, but not written yet; null after the last. */
+  /** Read, but not written yet; null after the last packet. */
   let next: EncodedPacket | null | undefined;
   let isFirst = true;
-  const read = async () => (await packets.next()).value ?? null;
+  const readNext = async () => (await packets.next()).value ?? null;
   return {
     async write(until) {
-      if (next === undefined) next = await read();
-      for (; next && next.timestamp - start < until; next = await read()) {
+      if (next === undefined) next = await readNext();
+      for (; next && next.timestamp - start < until; next = await readNext()) {
         const timestamp = Math.max(0, next.timestamp - start);
         await target.add(next.clone({ timestamp }), isFirst ? { decoderConfig } : undefined);
         isFirst = false;
@@ -310,10 +308,10 @@ function copied(
 }
 
 /**
- * Packets of which more than half lies in the stretch that is wanted: each lasts some hundredths of a second, so the
- * sound is as long as the video to within one of them. Those of plain samples may last longer and are cut.
+ * Yields the packets that lie more than half within the range: each lasts some hundredths of a second, so the sound is
+ * as long as the video to within one of them. Packets of plain samples may be longer and are cut.
  */
-async function* packetsOf(
+async function* readPackets(
   media: typeof import('../../vendor/media.js'),
   track: InputAudioTrack,
   start: number,
@@ -323,8 +321,8 @@ async function* packetsOf(
   const first = (await sink.getPacket(start)) ?? (await sink.getFirstPacket()) ?? undefined;
   const isPlain = /^(pcm|[au]law)/.test(String(await track.getCodec()));
   const rate = await track.getSampleRate();
-  for await (const whole of sink.packets(first)) {
-    const packet = isPlain ? cutTo(whole, rate, start, end) : whole;
+  for await (const original of sink.packets(first)) {
+    const packet = isPlain ? cutPacket(original, rate, start, end) : original;
     const middle = packet.timestamp + packet.duration / 2;
     if (middle >= end) return;
     if (middle >= start) yield packet;
@@ -332,7 +330,7 @@ async function* packetsOf(
 }
 
 /** @param rate samples a second */
-function cutTo(packet: EncodedPacket, rate: number, start: number, end: number) {
+function cutPacket(packet: EncodedPacket, rate: number, start: number, end: number) {
   const count = Math.round(packet.duration * rate);
   const [from, to] = [start, end].map((at) => Math.min(count, Math.max(0, Math.round((at - packet.timestamp) * rate))));
   if (from === undefined || to === undefined || from >= to || to - from === count) return packet;
@@ -341,7 +339,7 @@ function cutTo(packet: EncodedPacket, rate: number, start: number, end: number) 
   return packet.clone({ data, timestamp: packet.timestamp + from / rate, duration: (to - from) / rate });
 }
 
-export function opened(media: typeof import('../../vendor/media.js'), source: Blob | ArrayBuffer | Uint8Array) {
+export function openInput(media: typeof import('../../vendor/media.js'), source: Blob | ArrayBuffer | Uint8Array) {
   const blob = typeTag(source) === 'Blob' || typeTag(source) === 'File' ? source : new Blob([source as BlobPart]);
   return new media.Input({
     source: new media.BlobSource(blob as Blob, { handleUnhandledError: () => {} }),
@@ -349,10 +347,10 @@ export function opened(media: typeof import('../../vendor/media.js'), source: Bl
   });
 }
 
-function cannotHold(codec: string, format: 'webm' | 'mp4') {
-  const [name, other] = format === 'mp4' ? ['MP4', 'webm'] : ['WebM', 'mp4'];
+function createSoundError(codec: string, format: 'webm' | 'mp4') {
+  const [name, alternative] = format === 'mp4' ? ['MP4', 'webm'] : ['WebM', 'mp4'];
   return new TraceCutError(
     'unsupported',
-    `sound: ${name} files cannot hold ${codec} as it is, and this browser does not turn it into Opus; try format: '${other}', or leave the sound out (soundInfo says which formats can)`,
+    `sound: ${name} files cannot hold ${codec} as it is, and this browser cannot convert it to Opus; try format: '${alternative}', or omit the sound (soundInfo lists the formats)`,
   );
 }

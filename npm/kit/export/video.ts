@@ -1,23 +1,23 @@
-// Masks and frames as a video file, encoded by the browser.
+// Encodes masks and frames as a video file in the browser.
 
 import {
   TraceCutError,
+  checkChoice,
   checkFlag,
   checkNumber,
-  checkedOptions,
+  checkOptions,
   illegal,
   isIterable,
-  oneOf,
 } from '../../check/errors.js';
-import { type MaskSource, type ObjectChoice, checkMasks, chosenLabels, endOf, timesOf } from '../../check/masks.js';
-import { GROUNDS, type Ground, isGround } from '../../draw/cutout.js';
+import { type MaskSource, type ObjectChoice, checkMasks, getEnd, getTimes, selectLabels } from '../../check/masks.js';
+import { type Backdrop, LEGAL_BACKDROPS, isBackdrop } from '../../draw/cutout.js';
 import { type LabelColors, SCREEN_GREEN } from '../../draw/palette.js';
-import { type MaskEdges, checkedEdges } from '../edit/adjust.js';
-import { ahead } from '../edit/ahead.js';
-import { tooFew } from '../edit/at-size.js';
-import { breath } from '../../worker/pause.js';
+import { type MaskEdges, checkEdges } from '../edit/adjust.js';
+import { prefetch } from '../edit/prefetch.js';
+import { createTooFewError } from '../edit/at-size.js';
+import { yieldThread } from '../../worker/pause.js';
 import { QUALITIES, type VideoQuality } from './quality.js';
-import { type SoundOptions, checkedSound } from './sound.js';
+import { type SoundOptions, checkSound } from './sound.js';
 import type { WasmSource } from '../../check/options.js';
 import type { PixelFrame } from '../../worker/frames.js';
 import type { ExportProgress } from './masks.js';
@@ -25,7 +25,7 @@ import type { VideoFile } from './video-file.js';
 
 /**
  * A frame to encode: anything a canvas can draw, pixels, the bytes of an image file, or an object with one of these as
- * its `frame`, as `videoFrames` gives them.
+ * its `frame`, as `videoFrames` yields them.
  */
 export type EncodeFrame = CanvasImageSource | PixelFrame | Blob;
 
@@ -38,47 +38,45 @@ export type EncodeItem = EncodeFrame | { frame: EncodeFrame };
 export interface EncodeVideoOptions {
   /**
    * `overlay`, the frames with the masks drawn over them, if not given; `cutout`, the objects alone; `masks`, the
-   * masks' colours on black, without frames; `alpha`, how opaque the objects are, white on black: a matte for
-   * editors, of the frames' size where frames are given.
+   * masks' colours on black, without frames; `alpha`, the opacity of the objects, white on black: a matte for editors, of
+   * the frames' size if there are frames.
    */
   style?: 'overlay' | 'cutout' | 'masks' | 'alpha';
-  /** `webm` if not given. */
+  /** File format; `webm` if not given. */
   format?: 'webm' | 'mp4';
   /**
-   * Of cut-out objects: `transparent` (WebM only, and its default), `blurred`, `desaturated`, `dimmed`, any CSS
-   * colour (`#00b140`, the green of screens, in MP4 if not given), or a picture.
+   * Backdrop of cut-out objects: `transparent` (WebM only, and its default), `blurred`, `desaturated`, `dimmed`, any CSS
+   * colour (in MP4 `#00b140`, green-screen green, if not given), or a picture.
    */
-  background?: Ground;
-  /** All but the background if not given. */
+  background?: Backdrop;
+  /** Objects to show; all but the background if not given. */
   objects?: ObjectChoice;
-  /**
-   * Of the masks in overlays, cut-outs and mattes: specks left out, objects grown or shrunk, cut-outs with soft edges.
-   */
+  /** Adjusts the masks of overlays, cut-outs and mattes: removes specks, grows or shrinks objects, softens cut-outs. */
   edges?: MaskEdges;
-  /** Of the masks; `objectColor` if not given. */
+  /** Colours of the masks; `objectColor` if not given. */
   colors?: LabelColors;
-  /** Of the masks' fill in an overlay, 0 to 1; 0.5 if not given. */
+  /** Opacity of the masks' fill in an overlay, 0 to 1; 0.5 if not given. */
   opacity?: number;
-  /** Of the masks in an overlay as a whole, fill and outline, 0 to 1; 1 if not given. */
+  /** Opacity of a mask as a whole in an overlay, fill and outline, 0 to 1; 1 if not given. */
   maskOpacity?: number;
-  /** Of the masks in an overlay; true if not given. */
+  /** Draws outlines in an overlay; true if not given. */
   outline?: boolean;
-  /** In pixels of the video; 2 if not given. */
+  /** Width in pixels of the video; 2 if not given. */
   outlineWidth?: number;
-  /** Frames per second, where the masks have no times; 25 if not given. */
+  /** Frames per second, if the masks have no times; 25 if not given. */
   frameRate?: number;
-  /** `high` if not given. */
+  /** Encoding quality; `high` if not given. */
   quality?: VideoQuality;
   /**
-   * Kept in the video: packet by packet where the format can hold it as it is, converted to Opus where not; none if
-   * not given. Whether this browser can do it, `soundInfo` says.
+   * Sound of the video: copied packet by packet if the format can hold it, else converted to Opus; none if not given.
+   * `soundInfo` tells if this browser can do it.
    */
   sound?: SoundOptions;
-  /** As for a session, where masks are smaller than the frames. */
+  /** As for a session; needed if masks are smaller than the frames. */
   decoder?: WasmSource;
-  /** Told of each frame. */
+  /** Called for each frame. */
   onProgress?: (progress: ExportProgress) => void;
-  /** Ends the work: the promise rejects with its reason. */
+  /** Aborts the work: the promise rejects with its reason. */
   signal?: AbortSignal;
 }
 
@@ -103,12 +101,13 @@ const LEGAL = [
 
 const STYLES = ['overlay', 'cutout', 'masks', 'alpha'] as const;
 
-const FRAME_RATE = 25;
+/** Frames per second of masks without times. */
+const DEFAULT_FRAME_RATE = 25;
 
 /**
  * Encodes masks and frames as a video with the masks' own times (the first frame is at 0). The video has the frames'
- * size, and masks that are smaller are enlarged by the frames (`enlargeMask`); MP4 wants even numbers, so an odd side
- * gets one more row or column, a copy of the last. Frames are neither kept nor closed.
+ * size, and smaller masks are enlarged (`enlargeMask`). MP4 requires even sizes, so an odd side gets one more row or
+ * column, a copy of the last. Frames are neither kept nor closed.
  * @param frames null for the style `masks`, which needs none
  */
 export async function encodeVideo(
@@ -117,36 +116,36 @@ export async function encodeVideo(
   options: EncodeVideoOptions = {},
 ): Promise<Blob> {
   checkMasks(masks);
-  const plan = planned(masks, frames, checkedOptions(options, LEGAL));
+  const plan = planVideo(masks, frames, checkOptions(options, LEGAL));
   if (typeof VideoEncoder === 'undefined' || typeof OffscreenCanvas === 'undefined') {
     throw new TraceCutError(
       'unsupported',
-      'encodeVideo needs WebCodecs and OffscreenCanvas, which this engine does not have; masksZip gives the masks as PNG files',
+      'encodeVideo needs WebCodecs and OffscreenCanvas, which this engine lacks; masksZip saves the masks as PNG files',
     );
   }
   const { onProgress, signal } = options;
-  // Loaded when a video is made: few pages make any.
-  const [{ openFile }, { Painter }] = await Promise.all([import('./video-file.js'), import('./video-painter.js')]);
+  // Loaded on use, as few pages encode videos.
+  const [{ openVideoFile }, { Painter }] = await Promise.all([import('./video-file.js'), import('./video-painter.js')]);
   let file: VideoFile | null = null;
   const painter = new Painter(masks, plan);
   let t = 0;
   try {
     const items: Iterable<EncodeItem | null> | AsyncIterable<EncodeItem | null> =
-      frames && plan.style !== 'masks' ? frames : blanks(masks.numFrames);
-    const take = (item: EncodeItem | null, at: number) => {
+      frames && plan.style !== 'masks' ? frames : createBlanks(masks.numFrames);
+    const take = (item: EncodeItem | null, index: number) => {
       signal?.throwIfAborted();
-      return painter.take(item, at);
+      return painter.take(item, index);
     };
-    for await (const { picture, mask } of ahead(items, masks.numFrames, take)) {
+    for await (const { picture, mask } of prefetch(items, masks.numFrames, take)) {
       signal?.throwIfAborted();
       painter.paint(picture, mask, t);
-      file ??= await openFile(painter, plan);
+      file ??= await openVideoFile(painter, plan);
       const { time, duration } = plan.timing(t);
       await file.add(time, duration);
       t += 1;
       onProgress?.({ done: t, total: masks.numFrames });
     }
-    if (t < masks.numFrames) throw tooFew(t, masks.numFrames);
+    if (t < masks.numFrames) throw createTooFewError(t, masks.numFrames);
     signal?.throwIfAborted();
     return await file!.finish();
   } catch (error) {
@@ -155,16 +154,16 @@ export async function encodeVideo(
   }
 }
 
-async function* blanks(count: number) {
+async function* createBlanks(count: number) {
   for (let t = 0; t < count; t += 1) {
-    await breath();
+    await yieldThread();
     yield null;
   }
 }
 
-export type Plan = ReturnType<typeof planned>;
+export type VideoPlan = ReturnType<typeof planVideo>;
 
-function planned(masks: MaskSource, frames: EncodeFrames | null, options: EncodeVideoOptions) {
+function planVideo(masks: MaskSource, frames: EncodeFrames | null, options: EncodeVideoOptions) {
   const {
     style = 'overlay',
     format = 'webm',
@@ -176,56 +175,55 @@ function planned(masks: MaskSource, frames: EncodeFrames | null, options: Encode
     outline = true,
     outlineWidth = 2,
   } = options;
-  oneOf('style', style, STYLES);
-  oneOf('format', format, ['webm', 'mp4']);
-  oneOf('quality', quality, QUALITIES);
+  checkChoice('style', style, STYLES);
+  checkChoice('format', format, ['webm', 'mp4']);
+  checkChoice('quality', quality, QUALITIES);
   checkNumber('opacity', opacity, 0, 1);
   checkNumber('maskOpacity', maskOpacity, 0, 1);
   checkNumber('outlineWidth', outlineWidth, 0, 1000);
   checkFlag('outline', outline);
   const { background = format === 'webm' ? 'transparent' : SCREEN_GREEN } = options;
-  if (!isGround(background)) throw illegal('param', 'background', background, GROUNDS);
+  if (!isBackdrop(background)) throw illegal('param', 'background', background, LEGAL_BACKDROPS);
   const alpha = style === 'cutout' && background === 'transparent';
   if (alpha && format === 'mp4')
     throw illegal('param', 'background', background, "a colour: MP4 files cannot be transparent, format: 'webm' can");
-  const isAlone = style === 'masks' || (style === 'alpha' && frames === null);
-  if (!isAlone && !isIterable(frames))
+  const needsNoFrames = style === 'masks' || (style === 'alpha' && frames === null);
+  if (!needsNoFrames && !isIterable(frames))
     throw illegal('param', 'frames', frames, 'an iterable of the frames, one for each frame of the masks');
-  const frameRate = options.frameRate ?? FRAME_RATE;
-  const times = (timesOf(masks, options.frameRate) ?? timesOf(masks, FRAME_RATE))!;
+  const frameRate = options.frameRate ?? DEFAULT_FRAME_RATE;
+  const times = (getTimes(masks, options.frameRate) ?? getTimes(masks, DEFAULT_FRAME_RATE))!;
   return {
     style,
     format,
     quality,
     background,
     alpha,
-    chosen: chosenLabels(objects),
+    selected: selectLabels(objects),
     labels: { colors, opacity, outline },
     outlineWidth,
     maskOpacity,
-    edges: checkedEdges(options.edges),
+    edges: checkEdges(options.edges),
     decoder: options.decoder,
-    sound: checkedSound(options.sound),
-    frameRate: rateOf(times, frameRate),
-    timing: timing(times, endOf(masks, times, frameRate)),
+    sound: checkSound(options.sound),
+    frameRate: computeRate(times, frameRate),
+    timing: createTiming(times, getEnd(masks, times, frameRate)),
   };
 }
 
 /**
+ * Computes the average frame rate, in frames per second.
  * @param frameRate of a single frame
- * @returns frames per second in the mean
  */
-function rateOf(times: Float64Array, frameRate: number): number {
+function computeRate(times: Float64Array, frameRate: number): number {
   const last = times.length - 1;
   return last > 0 ? last / (Number(times[last]) - Number(times[0])) : frameRate;
 }
 
 /**
- * When a frame is shown and for how long, counted from the first.
- * @param end of the last
- * @returns in seconds
+ * Returns a function from frame to time, counted from the first frame, and duration, both in seconds.
+ * @param end of the last frame
  */
-export function timing(times: Float64Array, end: number): (t: number) => { time: number; duration: number } {
+export function createTiming(times: Float64Array, end: number): (t: number) => { time: number; duration: number } {
   const first = Number(times[0]);
   return (t) => ({ time: Number(times[t]) - first, duration: Number(times[t + 1] ?? end) - Number(times[t]) });
 }

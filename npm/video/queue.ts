@@ -1,4 +1,4 @@
-// Several clips, one after the other; one that fails stops nothing.
+// Segments several clips, one after the other; a clip that fails does not stop the others.
 
 import { illegal } from '../check/errors.js';
 import { type Damage, asOptions } from './reader.js';
@@ -8,17 +8,17 @@ import type { VideoSource } from './source.js';
 
 /** A clip of a queue. */
 export interface QueuedClip {
-  /** The caller's own. */
+  /** The caller's name of the clip. */
   name: string;
-  /** What `segmentVideo` takes. */
+  /** Source for `segmentVideo`. */
   source: VideoSource;
-  /** Takes it out of the queue, before it begins or on the way. */
+  /** Removes the clip from the queue, before or while it runs. */
   signal?: AbortSignal;
 }
 
 /**
- * What became of a clip: its result, or the error that ended it (the signal's reason where that took it out); `damage`
- * is what the source ended with, if the result is of the frames before that.
+ * Outcome of a clip: its result, or the error that ended it (the signal's reason if that removed it); `damage` describes
+ * the damage of its source, if the result contains the frames before it.
  */
 export type SegmentedClip = {
   readonly index: number;
@@ -28,18 +28,18 @@ export type SegmentedClip = {
   readonly damage: Damage | null;
 };
 
-/** How a queue reports. */
+/** Progress callback of a queue. */
 export interface EachProgress {
-  /** Hears of each stage, and of which clip. */
+  /** Called for each stage of each clip. */
   onProgress?: (progress: VideoProgress & { index: number; name: string }) => void;
 }
 
-/** Options for all clips, as of `segmentVideo`; `signal` ends the whole queue. */
+/** Options for all clips, as for `segmentVideo`; `signal` ends the whole queue. */
 export type EachOptions = Omit<VideoOptions, 'onProgress' | 'onDamage'> & EachProgress;
 
 /**
- * Segments several clips, one after the other, and gives what became of each: a clip that fails, or that its own signal
- * takes out, stops no other. The clips may be a generator: a queue that grows on the way.
+ * Segments several clips, one after the other, and yields the outcome of each: a clip that fails, or that its own signal
+ * removes, does not stop the others. The clips may be a generator: a queue that grows meanwhile.
  *
  * ```js
  * for await (const { name, result, error } of segmentEach(files.map((file) => ({ name: file.name, source: file }))))
@@ -60,15 +60,15 @@ export async function* segmentEach(
       throw illegal('data', `clips[${index}]`, clip, 'an object {name, source}');
     const { name } = clip;
     let damage: Damage | null = null;
-    const stop = new AbortController();
-    const release = [signal, clip.signal].map((one) => follow(one, stop));
-    const at = index;
-    // Options that are wrong are the caller's error, not the clip's.
+    const controller = new AbortController();
+    const release = [signal, clip.signal].map((source) => linkSignal(source, controller));
+    const clipIndex = index;
+    // Invalid options are the caller's error, not the clip's.
     const video = segmentVideo(clip.source, {
       ...rest,
-      signal: stop.signal,
-      onDamage: (told) => (damage = told),
-      onProgress: (progress) => onProgress?.({ index: at, name, ...progress }),
+      signal: controller.signal,
+      onDamage: (reported) => (damage = reported),
+      onProgress: (progress) => onProgress?.({ index: clipIndex, name, ...progress }),
     });
     try {
       const result = await video.collect();
@@ -83,7 +83,7 @@ export async function* segmentEach(
   }
 }
 
-function follow(signal: AbortSignal | undefined, controller: AbortController) {
+function linkSignal(signal: AbortSignal | undefined, controller: AbortController) {
   const abort = () => controller.abort(signal?.reason);
   if (signal?.aborted) abort();
   signal?.addEventListener('abort', abort, { once: true });

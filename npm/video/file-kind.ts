@@ -1,9 +1,9 @@
-// Kinds of files by their first bytes: endings, and the types that systems make of them, are often missing or wrong.
+// Detects the kind of a file by its first bytes, as extensions, and the types that systems derive from them, are often missing or wrong.
 
-/** Bytes that are looked at: a transport stream shows in the sync bytes of three packets of up to 204 bytes. */
+/** Number of bytes inspected: a transport stream is detected by the sync bytes of three packets of up to 204 bytes. */
 const HEAD_BYTES = 512;
 
-/** The kind of a file, and the media type that its content has. */
+/** Kind of a file, and media type of its content. */
 export type FileKind = { readonly kind: 'video' | 'image'; readonly type: string };
 
 /** First bytes of formats, one character each. */
@@ -28,57 +28,59 @@ const FORMATS: { kind: 'video' | 'image'; type: string; begins: RegExp }[] = [
   { kind: 'video', type: 'video/x-ms-wmv', begins: /^0&\xb2u\x8ef\xcf\x11/ },
 ];
 
-/** Finds the kind of a file; null for what is neither a video nor an image, and for what cannot be read. */
-export async function fileKind(file: Blob): Promise<FileKind | null> {
+/** Detects the kind of a file; null if it is neither a video nor an image, or cannot be read. */
+export async function detectKind(file: Blob): Promise<FileKind | null> {
   const bytes = await file
     .slice(0, HEAD_BYTES)
     .arrayBuffer()
     .catch(() => new ArrayBuffer(0));
   const head = String.fromCharCode(...new Uint8Array(bytes));
-  const found = FORMATS.find(({ begins }) => begins.test(head));
-  return found ? { kind: found.kind, type: found.type } : null;
+  const format = FORMATS.find(({ begins }) => begins.test(head));
+  return format ? { kind: format.kind, type: format.type } : null;
 }
 
-/** A file that a user chose; `kind` and `type` are null where it is neither a video nor an image. */
+/** A file chosen by a user; `kind` and `type` are null if it is neither a video nor an image. */
 export type SortedFile = { readonly file: File; readonly kind: 'video' | 'image' | null; readonly type: string | null };
 
 /**
- * Sorts files that a user chose by their names, as a person would (`IMG_2` before `img_10`), and finds the kind of each by
- * its content, whatever it is called. Hidden files beside others, such as `._clip.mp4`, are left out. Whether a file can
- * be decoded is another question.
+ * Sorts files chosen by a user in natural order of their names (`IMG_2` before `img_10`), and detects the kind of each by
+ * its content. Hidden files beside others, such as `._clip.mp4`, are dropped. A file that is listed may still be
+ * undecodable.
  *
  * ```js
  * const [{ file, kind, type }] = await sortFiles(input.files); // such as 'video', 'video/mp2t'
  * ```
  */
 export async function sortFiles(files: Iterable<File>): Promise<SortedFile[]> {
-  const all = [...files];
-  const shown = all.length > 1 ? all.filter(({ name }) => !name.startsWith('.')) : all;
-  shown.sort((a, b) => compareNames(a.name, b.name));
-  return Promise.all(shown.map(async (file) => ({ file, ...((await fileKind(file)) ?? { kind: null, type: null }) })));
+  const allFiles = [...files];
+  const visible = allFiles.length > 1 ? allFiles.filter(({ name }) => !name.startsWith('.')) : allFiles;
+  visible.sort((a, b) => compareNames(a.name, b.name));
+  return Promise.all(
+    visible.map(async (file) => ({ file, ...((await detectKind(file)) ?? { kind: null, type: null }) })),
+  );
 }
 
 /**
- * Orders names of files as a person would: digits by their value, letters whatever their case (`IMG_2` before `img_10`),
- * then by the exact name; the same everywhere, whatever the language of the machine. For `sort`.
- * @returns below 0 where `a` comes first, above 0 where `b` does
+ * Compares file names in natural order: digits by their value, letters regardless of case (`IMG_2` before `img_10`), then
+ * by the exact name; independent of the machine's language. For `sort`.
+ * @returns below 0 if `a` comes first, above 0 if `b` does
  */
 export function compareNames(a: string, b: string): number {
-  const [first, second] = [partsOf(a), partsOf(b)];
+  const [first, second] = [split(a), split(b)];
   for (let k = 0; k < Math.min(first.length, second.length); k += 1) {
-    const found = compared(String(first[k]), String(second[k]));
-    if (found !== 0) return found;
+    const difference = compareParts(String(first[k]), String(second[k]));
+    if (difference !== 0) return difference;
   }
-  return first.length - second.length || order(a, b);
+  return first.length - second.length || compareText(a, b);
 }
 
-/** Numbers, and the other letters one by one. */
-const partsOf = (name: string) => name.toLowerCase().match(/\d+|\D/gu) ?? [];
+/** Splits a name into numbers and single other characters. */
+const split = (name: string) => name.toLowerCase().match(/\d+|\D/gu) ?? [];
 
-function compared(a: string, b: string) {
-  if (!/^\d/.test(a) || !/^\d/.test(b)) return order(a, b);
+function compareParts(a: string, b: string) {
+  if (!/^\d/.test(a) || !/^\d/.test(b)) return compareText(a, b);
   const [first, second] = [a, b].map((digits) => digits.replace(/^0+(?=\d)/, ''));
-  return Number(first?.length) - Number(second?.length) || order(String(first), String(second));
+  return Number(first?.length) - Number(second?.length) || compareText(String(first), String(second));
 }
 
-const order = (a: string, b: string) => (a < b ? -1 : Number(a > b));
+const compareText = (a: string, b: string) => (a < b ? -1 : Number(a > b));

@@ -1,27 +1,24 @@
-// Frames in a list, and those that lie as image files in a folder.
+// Reads frames from a list, and frames that are image files in a folder.
 
-import { TraceCutError, illegal, inFrame, typeTag } from '../check/errors.js';
+import { TraceCutError, illegal, typeTag, withFrame } from '../check/errors.js';
 import { type FrameSource, type RawFrame, toRawFrame } from '../worker/frames.js';
-import { compareNames } from './kind.js';
+import { compareNames } from './file-kind.js';
 import type { Reader } from './reader.js';
 
 /** A frame with its time. */
 export interface FrameAtTime {
   frame: FrameSource;
-  /** Seconds; its number in the list and `frameRate` say when it is if not given. */
+  /** Time in seconds; computed from its number in the list and `frameRate` if not given. */
   time?: number;
-  /** For how long it is shown, in seconds, where that is known. */
+  /** Duration in seconds, if known. */
   duration?: number;
-  /** For errors: the file that it is from. */
+  /** File name for errors. */
   name?: string;
-  /**
-   * Which clip it is of: a frame of another than the one before begins anew, with a size, times from 0, objects and
-   * shots of its own.
-   */
+  /** Clip of the frame: a frame of another clip than the one before starts over, with its own size, times, objects, shots. */
   clip?: string;
 }
 
-/** A frame of a list or a stream, with its time or without: then its number and `frameRate` say when it is. */
+/** A frame of a list or a stream, with or without a time. */
 export type ListedFrame = FrameSource | FrameAtTime;
 
 export function openListed(
@@ -34,21 +31,18 @@ export function openListed(
 ): Reader {
   return {
     async info() {
-      throw new TraceCutError(
-        'unsupported',
-        'a list or stream of frames has no facts before its frames are read; ask the frames themselves',
-      );
+      throw new TraceCutError('unsupported', 'a list or stream of frames has no info before its frames are read');
     },
     async *frames() {
       let index = 0;
       let before = -Infinity;
       let begin = 0;
-      let present: string | undefined;
-      for await (const item of itemsOf(list)) {
-        const at = index;
-        const clip = clipOf(item, at);
-        if (clip !== present) [present, begin, before] = [clip, at, -Infinity];
-        const { frame, time, duration, name } = placed(item, at, at - begin, frameRate);
+      let currentClip: string | undefined;
+      for await (const item of readItems(list)) {
+        const frameIndex = index;
+        const clip = getClip(item, frameIndex);
+        if (clip !== currentClip) [currentClip, begin, before] = [clip, frameIndex, -Infinity];
+        const { frame, time, duration, name } = withTime(item, frameIndex, frameIndex - begin, frameRate);
         if (!(time > before)) {
           closeFrame(frame);
           throw new TraceCutError(
@@ -63,21 +57,21 @@ export function openListed(
           duration: duration ?? 1 / frameRate,
           isGuess: duration === undefined,
           clip,
-          read: () => readAs(toRawFrame(frame, loadDecoder, maxPixels), at, name),
+          read: () => readFrame(toRawFrame(frame, loadDecoder, maxPixels), frameIndex, name),
           close: () => closeFrame(frame),
         };
       }
     },
     async times() {
-      if (!Array.isArray(list) || list.some((item, index) => clipOf(item, index) !== undefined)) return null;
-      return Float64Array.from(list, (item, index) => placed(item, index, index, frameRate).time);
+      if (!Array.isArray(list) || list.some((item, index) => getClip(item, index) !== undefined)) return null;
+      return Float64Array.from(list, (item, index) => withTime(item, index, index, frameRate).time);
     },
     close() {},
   };
 }
 
-/** Streams are read through a reader: not every browser lets one iterate over them. */
-async function* itemsOf(
+/** Yields the items of a list or stream; streams are read through a reader, as not every browser can iterate over them. */
+async function* readItems(
   list: AsyncIterable<ListedFrame> | Iterable<ListedFrame | Promise<ListedFrame>> | ReadableStream<ListedFrame>,
 ): AsyncGenerator<ListedFrame, void, unknown> {
   if (typeTag(list) !== 'ReadableStream') {
@@ -85,41 +79,41 @@ async function* itemsOf(
     return;
   }
   const reader = (list as ReadableStream<ListedFrame>).getReader();
-  let ended = false;
+  let isDone = false;
   try {
     for (;;) {
       const { done, value } = await reader.read();
-      ended = done;
+      isDone = done;
       if (done) return;
       yield value;
     }
   } finally {
-    if (!ended) reader.cancel().catch(() => {});
+    if (!isDone) reader.cancel().catch(() => {});
     reader.releaseLock();
   }
 }
 
-async function readAs(reading: Promise<RawFrame>, index: number, name: string | undefined): Promise<RawFrame> {
+async function readFrame(reading: Promise<RawFrame>, index: number, name: string | undefined): Promise<RawFrame> {
   try {
     const raw = await reading;
     return raw.kind === 'file' ? { ...raw, index, name: name ?? raw.name } : raw;
   } catch (error) {
-    throw inFrame(error, { index, name });
+    throw withFrame(error, { index, name });
   }
 }
 
-function clipOf(item: unknown, index: number): string | undefined {
+function getClip(item: unknown, index: number): string | undefined {
   if (typeof item !== 'object' || item === null || !('frame' in item)) return undefined;
   const { clip } = item as FrameAtTime;
   if (clip !== undefined && typeof clip !== 'string') throw illegal('data', `clip of frame ${index}`, clip, 'a string');
   return clip;
 }
 
-/** @param place which frame of its clip it is */
-function placed(item: unknown, index: number, place: number, frameRate: number): FrameAtTime & { time: number } {
-  const otherwise = place / frameRate;
+/** @param place number of the frame in its clip */
+function withTime(item: unknown, index: number, place: number, frameRate: number): FrameAtTime & { time: number } {
+  const defaultTime = place / frameRate;
   if (typeof item === 'object' && item !== null && 'frame' in item) {
-    const time = 'time' in item && item.time !== undefined ? item.time : otherwise;
+    const time = 'time' in item && item.time !== undefined ? item.time : defaultTime;
     if (typeof time !== 'number' || !Number.isFinite(time)) {
       throw new TraceCutError('data', `time = ${String(time)} of frame ${index} (expected a number of seconds)`);
     }
@@ -129,49 +123,49 @@ function placed(item: unknown, index: number, place: number, frameRate: number):
     return { frame, time, duration, name };
   }
   if (typeTag(item) === 'VideoFrame') return { frame: item as VideoFrame, time: (item as VideoFrame).timestamp / 1e6 };
-  return { frame: item as FrameSource, time: otherwise };
+  return { frame: item as FrameSource, time: defaultTime };
 }
 
 function closeFrame(frame: unknown) {
   if (typeTag(frame) === 'VideoFrame') (frame as VideoFrame).close();
 }
 
-/** A frame of a folder, as `segmentVideo` and `videoFrames` take it: the bytes or the file, and its name. */
+/** A frame of a folder, as `segmentVideo` and `videoFrames` take it: its bytes or file, and its name. */
 export interface FrameFile {
   frame: Uint8Array<ArrayBuffer> | File;
   name: string;
 }
 
-/** What is read by the name's ending, and what looks like a picture but cannot be read. */
-const FRAME = /\.(png|jpe?g)$/i;
-const PICTURE = /\.(webp|gif|bmp|tiff?|avif|heic|p[pgn]m|exr)$/i;
+/** Names of files that are read, and of images that cannot be read. */
+const FRAME_NAME = /\.(png|jpe?g)$/i;
+const OTHER_IMAGE_NAME = /\.(webp|gif|bmp|tiff?|avif|heic|p[pgn]m|exr)$/i;
 
 /**
- * The names of frames, in their order: numbers in them count as numbers, so that frame2 comes before frame10. Hidden
- * files and what is no picture are left out.
- * @param folder what it is called, for errors
+ * Selects and sorts the names of frames in natural order (frame2 before frame10). Hidden files and files that are no image
+ * are dropped.
+ * @param folder its name, for errors
  */
-export function frameNames(names: readonly string[], folder: string): string[] {
-  const seen = names.filter((name) => !name.startsWith('.'));
-  const foreign = seen.find((name) => PICTURE.test(name));
-  if (foreign !== undefined) throw illegal('data', 'a frame', foreign, 'the name of a PNG or JPEG file');
-  const frames = seen.filter((name) => FRAME.test(name)).sort(compareNames);
+export function sortFrameNames(names: readonly string[], folder: string): string[] {
+  const visible = names.filter((name) => !name.startsWith('.'));
+  const unsupported = visible.find((name) => OTHER_IMAGE_NAME.test(name));
+  if (unsupported !== undefined) throw illegal('data', 'a frame', unsupported, 'the name of a PNG or JPEG file');
+  const frames = visible.filter((name) => FRAME_NAME.test(name)).sort(compareNames);
   if (frames.length > 0) return frames;
-  const there = seen.length > 0 ? `only ${seen.slice(0, 3).join(', ')}` : 'nothing';
-  throw new TraceCutError('no-frames', `${folder} has no PNG or JPEG files; there is ${there}`);
+  const content = visible.length > 0 ? `only ${visible.slice(0, 3).join(', ')}` : 'nothing';
+  throw new TraceCutError('no-frames', `${folder} has no PNG or JPEG files; there is ${content}`);
 }
 
 /**
- * The frames that lie as PNG or JPEG files in a folder, in the order of the numbers in their names (frame2 before
- * frame10), one read at a time. Hidden files and what is no picture are left out. In Node a folder is its path; a page
- * gives the files that a user chose.
+ * Reads the frames that are PNG or JPEG files in a folder, in the order of the numbers in their names (frame2 before
+ * frame10), one at a time. Hidden files and files that are no image are dropped. In Node a folder is given by its path; a
+ * page passes the files that a user chose.
  *
  * ```js
  * for await (const window of segmentVideo(readFrames('frames'), { frameRate: 30 })) console.log(window.objects);
  * ```
  * @param folder its path or `file:` address, or its files
- * @returns for `segmentVideo`; errors of one that cannot be decoded say its name
- * @throws TraceCutError `no-frames` where the folder has no such file, `data` where a frame is in another format
+ * @returns for `segmentVideo`; an error in decoding a frame contains its name
+ * @throws TraceCutError `no-frames` if the folder has no such file, `data` if a frame is in another format
  */
 export async function* readFrames(folder: string | URL | Iterable<File>): AsyncGenerator<FrameFile, void, undefined> {
   if (typeof folder === 'string' || typeTag(folder) === 'URL') {
@@ -186,5 +180,5 @@ export async function* readFrames(folder: string | URL | Iterable<File>): AsyncG
     if (byName.has(file.name)) throw illegal('data', 'a file of the folder', file.name, 'files of different names');
     byName.set(file.name, file);
   }
-  for (const name of frameNames([...byName.keys()], 'the list of files')) yield { frame: byName.get(name)!, name };
+  for (const name of sortFrameNames([...byName.keys()], 'the list of files')) yield { frame: byName.get(name)!, name };
 }
