@@ -141,7 +141,7 @@ def test_a_cut_begins_a_shot() -> None:
     frames = [*Scene("sample", 96, 64, 6, seed=1), *Scene("sample", 96, 64, 6, seed=7)]
     assert tracecut.segment(frames).shots == [0, 6]
     assert tracecut.segment(frames, window=4, overlap=1).shots == [0, 6]
-    assert tracecut.segment(frames, shot={"unmatched": 1.0}).shots == [0]
+    assert tracecut.segment(frames, shot={"max_unmatched": 1.0}).shots == [0]
 
 
 @pytest.mark.parametrize(

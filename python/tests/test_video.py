@@ -454,7 +454,7 @@ def test_the_program_keeps_results_and_tells_what_failed(frames: list[np.ndarray
     assert report["frames"] == NUM_FRAMES and len(report["times"]) == NUM_FRAMES and "truncated" not in report
     before = list(contents(out))
     again = program(clip, "--out", out)
-    assert again.returncode == 2 and "exists already (--overwrite" in again.stderr and list(contents(out)) == before
+    assert again.returncode == 2 and "exists already (use --overwrite" in again.stderr and list(contents(out)) == before
     assert program(clip, "--out", out, "--overwrite", "--window", 4).returncode == 0
     assert json.loads((out / "result.json").read_text())["options"] == {"window": 4}
     other = tmp_path / "other"

@@ -346,7 +346,7 @@ test('what cannot be encoded is refused in words', async () => {
     /^param: style = "outline" \(expected 'overlay', 'cutout', 'masks', 'alpha'\)/,
     /^param: codec = "vp9" \(expected no such option/,
     /^param: background = "no colour" \(expected 'transparent', 'blurred', 'desaturated', 'dimmed', a CSS colour or a picture\)/,
-    /^unsupported: .*masksZip gives the masks as PNG files/,
+    /^unsupported: .*masksZip saves the masks as PNG files/,
   ];
   expected.forEach((pattern, k) => assert.match(messages[k], pattern));
 });
@@ -374,7 +374,7 @@ test('takes the next codec where the browser lacks one, and says so where it lac
   assert.equal((await lacking('^avc', { format: 'mp4' })).codec, 'vp9');
   assert.match(
     (await lacking('^vp', { style: 'cutout' })).words,
-    /encodes none of vp9, vp8 for WebM files of 61 × 47 pixels; try a background colour and format: 'mp4', or take PNG files from masksZip/,
+    /encodes none of vp9, vp8 for WebM files of 61 × 47 pixels; try a background colour and format: 'mp4', or PNG files by masksZip/,
   );
   assert.match(
     (await lacking('.', { format: 'mp4' })).words,

@@ -269,7 +269,7 @@ describe('a clip of more than one window', () => {
     const frames = shots(130, 200);
     const masks = () =>
       page.evaluate(() => {
-        const { result } = globalThis.tracecutStudio.app.points;
+        const { result } = globalThis.tracecutStudio.app.segmentation;
         return Array.from({ length: result.numFrames }, (_, t) => String(result.labels(t)));
       });
     await openAll(page, frames);
