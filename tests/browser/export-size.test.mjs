@@ -82,7 +82,7 @@ describe('exports at the size of the source', () => {
       await page.waitForFunction(() => !document.querySelector('#export-with-sound').hidden);
       assert.match(
         await text(page, '#export-facts'),
-        new RegExp(`^${width} × ${height}, ${count} frames, 0\\.\\d\\ss, a video takes roughly [\\d.]+\\s[KM]B\\.$`),
+        new RegExp(`^${width} × ${height}, ${count} frames, 0\\.\\d\\ss, about [\\d.]+\\s[KM]B as video\\.$`),
       );
       assert.match(await text(page, '#export-sound-facts'), /^Opus, unchanged\.$/);
       await screenshot(page, `export-${height}`);

@@ -173,7 +173,7 @@ describe('work', () => {
     await other.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(5));
     await other.waitForFunction(() => !/%/.test(document.querySelector('#edge-smooth-text').textContent));
     await smooth(other);
-    await other.waitForFunction(() => globalThis.tracecutStudio.app.viewer.store.state.smoothed);
+    await other.waitForFunction(() => globalThis.tracecutStudio.app.viewer.store.state.smoothedMasks);
     assert.equal(await alpha(other), edged);
     await other.setInputFiles('#file', { ...file, buffer: file.buffer.subarray(0, 500) });
     await inPhase(other, 'error');
