@@ -209,8 +209,8 @@ mod tests {
     #[test]
     fn the_table_is_rust_and_a_kind_is_judged_by_the_others() {
         let table = table(&[vec![1.0, -0.25], vec![0.5], vec![0.25]], "bench fit");
-        assert!(table.contains("pub(super) const PAIR: [f64; 2] = [1.0000, -0.2500];\n"), "{table}");
-        assert!(table.ends_with("pub(super) const OBJECT_BEFORE_PLATE: [f64; 1] = [0.2500];\n"), "{table}");
+        assert!(table.contains("pub(super) const PAIR_WEIGHTS: [f64; 2] = [1.0000, -0.2500];\n"), "{table}");
+        assert!(table.ends_with("pub(super) const STILL_OBJECT_WEIGHTS: [f64; 1] = [0.2500];\n"), "{table}");
         // One kind obeys the term, the other its opposite: what is learned on one is wrong on the other.
         let lesson = |kind: &str, sign: f64| Lesson {
             kind: kind.to_owned(),

@@ -114,8 +114,8 @@ describe('exports at the size of the source', () => {
     await openSave(page);
     assert.deepEqual(await page.locator('#export-size option').allTextContents(), [
       `Same as source, ${WIDTH} × ${HEIGHT}`,
-      `Half of it, ${WIDTH / 2} × ${HEIGHT / 2}`,
-      'As computed, 480 × 270',
+      `Half, ${WIDTH / 2} × ${HEIGHT / 2}`,
+      'Working size, 480 × 270',
       'Other…',
     ]);
     const sizeOf = async (id) => {

@@ -214,10 +214,10 @@ mod tests {
 
     #[test]
     fn our_value_is_the_default_and_the_setting_is_the_other() {
-        let text = r#"{"name": "a", "paper": "b", "why": "c", "without": {"cut": {"weightByLength": false, "outlierWeight": 0}}}"#;
+        let text = r#"{"name": "a", "paper": "b", "why": "c", "without": {"cut": {"outlierWeight": 0, "weightByLength": false}}}"#;
         let choice: Choice = serde_json::from_str(text).unwrap();
-        assert_eq!(choice.ours(), "`cut.weightByLength` true, `cut.outlierWeight` 1");
-        assert_eq!(choice.arguments(), "--set cut.weightByLength=false --set cut.outlierWeight=0");
+        assert_eq!(choice.ours(), "`cut.outlierWeight` 1, `cut.weightByLength` true");
+        assert_eq!(choice.arguments(), "--set cut.outlierWeight=0 --set cut.weightByLength=false");
         assert_eq!(choice.params(&Params::default()).unwrap().cut.outlier_weight, 0.0);
     }
 }
