@@ -21,8 +21,10 @@ const DEFAULT_DURATION_US = 100_000;
 /** @param type media type of its content */
 export async function openImage(file: Blob, type: string): Promise<Reader> {
   const Kind = (globalThis as { ImageDecoder?: DecoderClass }).ImageDecoder;
-  if (Kind && (await Kind.isTypeSupported(type)))
-    return createAnimationReader(await openDecoder(Kind, file, type), type);
+  if (Kind && (await Kind.isTypeSupported(type))) {
+    const open = () => openDecoder(Kind, file, type);
+    return createAnimationReader(await open(), open, type);
+  }
   if (!(await isAnimated(file, type))) return createStillReader(await createBitmap(file, type), type);
   throw new TraceCutError(
     'unsupported',
@@ -30,7 +32,7 @@ export async function openImage(file: Blob, type: string): Promise<Reader> {
   );
 }
 
-async function openDecoder(Kind: DecoderClass, file: Blob, type: string) {
+async function openDecoder(Kind: DecoderClass, file: Blob, type: string): Promise<OpenDecoder> {
   const decoder = new Kind({ data: await file.arrayBuffer(), type });
   try {
     await decoder.tracks.ready;
@@ -42,9 +44,13 @@ async function openDecoder(Kind: DecoderClass, file: Blob, type: string) {
   return { decoder, fault };
 }
 
-/** @param image.fault set if the file ends too early */
+/** A decoder; `fault` is set if the file ends too early. */
+type OpenDecoder = { decoder: Decoder; fault: TraceCutError | null };
+
+/** @param open opens a decoder of the same file: Firefox cannot decode a frame again that was closed */
 function createAnimationReader(
-  { decoder, fault }: { decoder: Decoder; fault: TraceCutError | null },
+  { decoder, fault }: OpenDecoder,
+  open: () => Promise<OpenDecoder>,
   type: string,
 ): Reader {
   const count = decoder.tracks.selectedTrack?.frameCount ?? 0;
@@ -59,17 +65,29 @@ function createAnimationReader(
       return (await measureOnce()).times;
     },
     async *frames() {
-      let begin = 0;
-      for (let frameIndex = 0; frameIndex < count; frameIndex += 1) {
-        const image = await decodeFrame(decoder, frameIndex);
-        const durationUs = getDurationUs(image);
-        yield {
-          time: begin / 1e6,
-          duration: durationUs / 1e6,
-          read: async () => ({ kind: 'image', image: image.clone() }),
-          close: () => image.close(),
-        };
-        begin += durationUs;
+      const { decoder } = await open();
+      try {
+        let begin = 0;
+        for (let frameIndex = 0; frameIndex < count; frameIndex += 1) {
+          const image = await decodeFrame(decoder, frameIndex);
+          const durationUs = getDurationUs(image);
+          let isRead = false;
+          yield {
+            time: begin / 1e6,
+            duration: durationUs / 1e6,
+            // The caller closes the frames that it reads.
+            read: async () => {
+              isRead = true;
+              return { kind: 'image', image };
+            },
+            close: () => {
+              if (!isRead) image.close();
+            },
+          };
+          begin += durationUs;
+        }
+      } finally {
+        decoder.close();
       }
       if (fault) throw fault;
     },
