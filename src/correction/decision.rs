@@ -15,7 +15,7 @@
 //! Trajectories under a stroke always get its label; those under the strokes of earlier corrections keep theirs.
 
 use super::graph::proximity_graph;
-use super::random_walk::{Node, assign_to_strokes};
+use super::random_walk::{WalkNode, assign_to_strokes};
 use crate::Error;
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;
@@ -77,7 +77,7 @@ pub(crate) fn join_strokes(input: &StrokeInput) -> Result<Decision, Error> {
     }
     for from in input.labels_under_strokes() {
         if !sources.contains(&from) {
-            input.assign(from, &targets, Node::Bound, &mut label);
+            input.assign(from, &targets, WalkNode::Bound, &mut label);
         }
     }
     input.decision(label, targets, sources)
@@ -122,7 +122,7 @@ pub(crate) fn split_strokes(input: &StrokeInput) -> Result<Decision, Error> {
     }
     let mut label = input.label.to_vec();
     for from in input.labels_under_strokes() {
-        let kind = if divided.contains(&from) { Node::Free } else { Node::Bound };
+        let kind = if divided.contains(&from) { WalkNode::Free } else { WalkNode::Bound };
         input.assign(from, &targets, kind, &mut label);
     }
     input.decision(label, targets, main)
@@ -141,16 +141,16 @@ impl StrokeInput<'_> {
 
     /// Assigns trajectories labelled `from` to the strokes that they are tied to. Those not under a stroke are nodes of this
     /// kind.
-    fn assign(&self, from: u8, targets: &[u8], kind: Node, label: &mut [u8]) {
+    fn assign(&self, from: u8, targets: &[u8], kind: WalkNode, label: &mut [u8]) {
         let members = self.members(from);
         let node = |&i: &u32| match self.stroke[i as usize] {
-            Some(k) if kind == Node::Bound && targets[usize::from(k)] == from => Node::Fixed,
-            Some(k) => Node::Seed(k),
-            None if self.is_fixed[i as usize] => Node::Fixed,
+            Some(k) if kind == WalkNode::Bound && targets[usize::from(k)] == from => WalkNode::Fixed,
+            Some(k) => WalkNode::Seed(k),
+            None if self.is_fixed[i as usize] => WalkNode::Fixed,
             None => kind,
         };
-        let nodes: Vec<Node> = members.iter().map(node).collect();
-        if !nodes.iter().any(|node| matches!(node, Node::Seed(_))) {
+        let nodes: Vec<WalkNode> = members.iter().map(node).collect();
+        if !nodes.iter().any(|node| matches!(node, WalkNode::Seed(_))) {
             return;
         }
         let graph = proximity_graph(self.affinities, self.tracks, &members, self.spacing);
@@ -163,10 +163,10 @@ impl StrokeInput<'_> {
     fn largest_part(&self, m: u8, rivals: &[usize]) -> usize {
         let members = self.members(m);
         let node = |&i: &u32| match self.stroke[i as usize] {
-            Some(k) if rivals.contains(&usize::from(k)) => Node::Seed(k),
-            _ => Node::Free,
+            Some(k) if rivals.contains(&usize::from(k)) => WalkNode::Seed(k),
+            _ => WalkNode::Free,
         };
-        let nodes: Vec<Node> = members.iter().map(node).collect();
+        let nodes: Vec<WalkNode> = members.iter().map(node).collect();
         let graph = proximity_graph(self.affinities, self.tracks, &members, self.spacing);
         let strokes = assign_to_strokes(&graph, &nodes, self.core_labels.len() as u8);
         let num_points = |k: usize| -> usize {

@@ -28,7 +28,7 @@ const MAX_SWEEPS: usize = 200;
 
 /// The role of a trajectory in the walk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Node {
+pub(super) enum WalkNode {
     /// Under the stroke of this number, where walks end.
     Seed(u8),
     /// Walks end here and reach no stroke.
@@ -40,12 +40,12 @@ pub(super) enum Node {
 }
 
 /// Returns the stroke of each node of `graph`; `None` for nodes that keep their label. There are `count` strokes.
-pub(super) fn assign_to_strokes(graph: &SymCsr, nodes: &[Node], count: u8) -> Vec<Option<u8>> {
-    let start = |node: &Node| match node {
-        Node::Seed(s) => (f64::INFINITY, Some(*s)),
-        Node::Fixed => (f64::INFINITY, None),
-        Node::Free => (0.0, None),
-        Node::Bound => (0.5, None),
+pub(super) fn assign_to_strokes(graph: &SymCsr, nodes: &[WalkNode], count: u8) -> Vec<Option<u8>> {
+    let start = |node: &WalkNode| match node {
+        WalkNode::Seed(s) => (f64::INFINITY, Some(*s)),
+        WalkNode::Fixed => (f64::INFINITY, None),
+        WalkNode::Free => (0.0, None),
+        WalkNode::Bound => (0.5, None),
     };
     let mut best: Vec<(f64, Option<u8>)> = nodes.iter().map(start).collect();
     let degrees = graph.degrees();
@@ -60,16 +60,16 @@ pub(super) fn assign_to_strokes(graph: &SymCsr, nodes: &[Node], count: u8) -> Ve
 }
 
 /// Computes the probability that a walk from each node ends at `stroke`.
-fn reach_probabilities(graph: &SymCsr, degrees: &[f64], nodes: &[Node], stroke: u8) -> Vec<f64> {
+fn reach_probabilities(graph: &SymCsr, degrees: &[f64], nodes: &[WalkNode], stroke: u8) -> Vec<f64> {
     let n = graph.len();
-    let mut reach: Vec<f64> = nodes.iter().map(|node| f64::from(u8::from(*node == Node::Seed(stroke)))).collect();
+    let mut reach: Vec<f64> = nodes.iter().map(|node| f64::from(u8::from(*node == WalkNode::Seed(stroke)))).collect();
     for sweep in 0..MAX_SWEEPS {
         let mut is_changed = false;
         for k in 0..n {
             let i = if sweep % 2 == 0 { k } else { n - 1 - k };
             let survival = match nodes[i] {
-                Node::Free => 1.0 - ABSORPTION_IN_DIVIDED,
-                Node::Bound => 1.0 - ABSORPTION,
+                WalkNode::Free => 1.0 - ABSORPTION_IN_DIVIDED,
+                WalkNode::Bound => 1.0 - ABSORPTION,
                 _ => continue,
             };
             if degrees[i] > 0.0 {
@@ -88,7 +88,7 @@ fn reach_probabilities(graph: &SymCsr, degrees: &[f64], nodes: &[Node], stroke: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use Node::{Bound, Fixed, Free, Seed};
+    use WalkNode::{Bound, Fixed, Free, Seed};
 
     /// A chain with these weights.
     fn chain(weights: &[f32]) -> SymCsr {
