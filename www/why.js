@@ -61,7 +61,7 @@ export class Why {
 /** Lists the reasons, one sentence each. @param {Explanation} explanation */
 function reasonsOf({ source, superpixel, cluster, costs, voters, weight, flip, border, affinities }) {
   const runnerUp = flip && nameOf(costs.find((cost) => cost.cluster === flip.cluster).label);
-  const outliers = voters.filter(({ stranger }) => stranger).length;
+  const outliers = voters.filter(({ isOutlier }) => isOutlier).length;
   return [
     {
       superpixel: `The cut assigned its superpixel (${superpixel}) to cluster ${cluster}.`,

@@ -91,9 +91,9 @@ fn describe(session: &Session, [t, x, y]: [usize; 3], why: &Explanation) -> Stri
             cost.total
         ));
     }
-    let strangers = why.voters.iter().filter(|voter| voter.stranger).count();
+    let outliers = why.voters.iter().filter(|voter| voter.is_outlier).count();
     text.push(format!(
-        "  {} trajectories, {strangers} of them unlike their surroundings; weight {:.2}",
+        "  {} trajectories, {outliers} of them unlike their surroundings; weight {:.2}",
         why.voters.len(),
         why.weight
     ));

@@ -121,9 +121,9 @@ export function checkSides(code: ErrorCode, prefix: string, size: { width?: unkn
 /** Returns the options; throws if they are no object or have unknown names. */
 export function checkOptions<T extends object>(options: T, legal: string[]): T {
   if (!isPlainObject(options)) throw illegal('param', 'options', options, `an object with ${legal.join(', ')}`);
-  const stray = Object.keys(options).find((key) => !legal.includes(key));
-  if (stray !== undefined)
-    throw illegal('param', stray, options[stray], `no such option; there are ${legal.join(', ')}`);
+  const unknown = Object.keys(options).find((key) => !legal.includes(key));
+  if (unknown !== undefined)
+    throw illegal('param', unknown, options[unknown], `no such option; there are ${legal.join(', ')}`);
   return options;
 }
 

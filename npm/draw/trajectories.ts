@@ -36,7 +36,7 @@ export interface DrawTrajectoriesOptions {
   /** Radius of the points, in pixels of the input; by their distance if not given. */
   radius?: number;
   /** Draws a dark border that keeps points legible on bright footage; true if not given. */
-  rim?: boolean;
+  outline?: boolean;
   /**
    * Colour by object, with a smaller and fainter background, if not given; by cluster; one CSS colour; or a CSS colour
    * for each trajectory.
@@ -53,7 +53,7 @@ export interface DrawTrajectoriesOptions {
 /** Trajectories drawn in the same style. */
 type StyleGroup = { color: string; shape: Shape; muted: boolean; ids: number[] };
 
-const LEGAL = ['tail', 'width', 'radius', 'rim', 'color', 'shape', 'objects', 'which'];
+const LEGAL = ['tail', 'width', 'radius', 'outline', 'color', 'shape', 'objects', 'which'];
 
 /** Border of points; its width as a share of the tail's, chosen by eye. */
 const POINT_BORDER = { color: 'rgb(0 0 0 / 0.5)', share: 0.4 };
@@ -77,10 +77,10 @@ export function drawTrajectories(
   t: number,
   options: DrawTrajectoriesOptions = {},
 ) {
-  const { tail = 8, width = 1.5, rim = true } = checkOptions(options, LEGAL);
+  const { tail = 8, width = 1.5, outline = true } = checkOptions(options, LEGAL);
   checkWholeNumber('param', 'tail', tail, 0, 1_000_000);
   checkNumber('width', width, 0, 1000);
-  checkFlag('rim', rim);
+  checkFlag('outline', outline);
   const points = new FramePoints(result, t);
   const { radius = Math.max(RADIUS.minPx, RADIUS.share * points.distance()) } = options;
   checkNumber('radius', radius, 0, 1000);
@@ -90,7 +90,8 @@ export function drawTrajectories(
     for (const group of groups) drawTails(context, points, group, width, tail);
     for (const { ids, shape, color, muted } of groups) {
       const groupRadius = muted ? MUTED.radius * radius : radius;
-      if (rim) fillPoints(context, points, ids, shape, POINT_BORDER.color, groupRadius + POINT_BORDER.share * width);
+      if (outline)
+        fillPoints(context, points, ids, shape, POINT_BORDER.color, groupRadius + POINT_BORDER.share * width);
       fillPoints(context, points, ids, shape, color, groupRadius);
     }
   });

@@ -113,10 +113,10 @@ export type SuperpixelLink = {
 };
 
 /**
- * A trajectory in a superpixel: its place in input pixels, and its cluster, -1 if unknown. A stranger, which moves unlike
+ * A trajectory in a superpixel: its place in input pixels, and its cluster, -1 if unknown. An outlier, which moves unlike
  * anything around it, counts for all objects.
  */
-export type Voter = { readonly x: number; readonly y: number; readonly cluster: number; readonly stranger: boolean };
+export type Voter = { readonly x: number; readonly y: number; readonly cluster: number; readonly isOutlier: boolean };
 
 /**
  * Explanation of a pixel's label. Costs are in units of the energy, in whole steps of 1/65536, so that their sums are

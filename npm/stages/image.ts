@@ -211,8 +211,8 @@ async function requestOnce<T>(
 }
 
 function checkNames(options: ImageEngineOptions | undefined, legal: string[]) {
-  const stray = isPlainObject(options) && Object.keys(options).find((key) => !legal.includes(key));
-  if (stray) throw illegal('param', stray, options[stray], legal.join(', '));
+  const unknown = isPlainObject(options) && Object.keys(options).find((key) => !legal.includes(key));
+  if (unknown) throw illegal('param', unknown, options[unknown], legal.join(', '));
   return options;
 }
 

@@ -179,12 +179,12 @@ export type DecodedFrame = ShownFrame & {
 export function videoFrames(source: VideoSource, options?: TakeOptions): AsyncGenerator<DecodedFrame, void, undefined> {
   const { decoder, ...takeOptions } = asOptions(options);
   const { take, others } = splitTake(takeOptions);
-  const stray = Object.keys(others)[0];
-  if (stray)
+  const unknown = Object.keys(others)[0];
+  if (unknown)
     throw illegal(
       'param',
-      stray,
-      others[stray],
+      unknown,
+      others[unknown],
       'start, end, step, maxFrames, size, frameRate, decoder, signal or onDamage',
     );
   return decodeFrames(source, take, createDecoderLoader(decoder as WasmSource | undefined));
@@ -221,8 +221,8 @@ async function* decodeFrames(
  */
 export async function videoInfo(source: VideoSource, options?: Pick<TakeOptions, 'onDamage'>): Promise<VideoInfo> {
   const { take, others } = splitTake(asOptions(options));
-  const stray = Object.keys(others)[0];
-  if (stray) throw illegal('param', stray, others[stray], 'onDamage');
+  const unknown = Object.keys(others)[0];
+  if (unknown) throw illegal('param', unknown, others[unknown], 'onDamage');
   const reader = await openReader(source, take, createDecoderLoader(undefined));
   try {
     const info = { ...(await reader.info()), times: await reader.times() };

@@ -40,15 +40,15 @@ export async function* videoStrip(
   const { decoder, count = 12, ...takeOptions } = asOptions(options);
   checkWholeNumber('param', 'count', count, 1, 1000);
   const { take, others } = splitTake(takeOptions);
-  const stray = [
+  const unknown = [
     ...Object.keys(others),
     ...Object.keys(takeOptions).filter((name) => name === 'step' || name === 'maxFrames'),
   ][0];
-  if (stray)
+  if (unknown)
     throw illegal(
       'param',
-      stray,
-      takeOptions[stray],
+      unknown,
+      takeOptions[unknown],
       'count, start, end, size, frameRate, decoder, signal or onDamage',
     );
   take.signal?.throwIfAborted();

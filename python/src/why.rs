@@ -17,7 +17,7 @@ pub(crate) fn explanation<'py>(py: Python<'py>, why: &Explanation) -> Result<Bou
         (c.cluster, c.label, c.votes, c.trajectories, c.colours, c.evidence, c.links, c.forbidden, c.total)
     };
     let link = |l: &SuperpixelLink| (l.t, l.superpixel, l.cluster, l.tracks, l.cost);
-    let voter = |v: &Voter| (v.x, v.y, v.cluster.map_or(-1, i64::from), v.stranger);
+    let voter = |v: &Voter| (v.x, v.y, v.cluster.map_or(-1, i64::from), v.is_outlier);
     let fields = PyDict::new(py);
     fields.set_item("label", why.label)?;
     fields.set_item("source", source)?;

@@ -1,24 +1,16 @@
 // A result with cached masks and the positions of its objects.
 
-import { sceneMotion } from './library.js';
+import { type LabelledTrajectories, sceneMotion } from './library.js';
 import { Presence } from './presence.js';
 
 /**
  * A result in the form that the page uses. `trajectories` holds the points of trajectory `i` at `offset[i]..offset[i
  * + 1]`, starting in frame `startFrame[i]`, in pixels of the masks; `label` is its object.
  */
-export interface Result {
+export interface Result extends LabelledTrajectories {
   width: number;
   height: number;
-  numFrames: number;
-  trajectories: {
-    count: number;
-    startFrame: Uint32Array;
-    offset: Uint32Array;
-    x: Float32Array;
-    y: Float32Array;
-    label: ArrayLike<number>;
-  };
+  trajectories: LabelledTrajectories['trajectories'] & { label: ArrayLike<number> };
   /** Present if the clip fits into one window. */
   clusters?: { count: number; label: ArrayLike<number> };
   objects: readonly { label: number }[];

@@ -33,7 +33,7 @@ const MAX_AREA_SHARE = 0.5;
 const MAX_REGIONS = 3;
 const MAX_AREA_RATIO = 0.7;
 
-type SuperpixelStats = { area: number; rim: number; colour: number[]; motion: number[] };
+type SuperpixelStats = { area: number; frameBorder: number; colour: number[]; motion: number[] };
 type HasMotion = Pick<SuperpixelStats, 'motion'>;
 type Link = { to: number; length: number; weight: number };
 
@@ -83,12 +83,12 @@ function measureSuperpixels(
   { data }: FrameFeatures['picture'],
   { u, v }: FrameFeatures['flow'],
 ): SuperpixelStats[] {
-  const stats = Array.from({ length: count }, () => ({ area: 0, rim: 0, colour: [0, 0, 0], motion: [0, 0] }));
+  const stats = Array.from({ length: count }, () => ({ area: 0, frameBorder: 0, colour: [0, 0, 0], motion: [0, 0] }));
   for (let row = 0, p = 0; row < height; row += 1) {
     for (let column = 0; column < width; column += 1, p += 1) {
       const piece = stats[Number(label[p])]!;
       piece.area += 1;
-      piece.rim += Number(column === 0 || row === 0 || column === width - 1 || row === height - 1);
+      piece.frameBorder += Number(column === 0 || row === 0 || column === width - 1 || row === height - 1);
       addTo(piece.colour, [data[4 * p], data[4 * p + 1], data[4 * p + 2]]);
       addTo(piece.motion, [u[p], v[p]]);
     }
@@ -116,7 +116,7 @@ function collectLinks({ borders, count }: FrameFeatures['superpixels'], stats: S
 
 /** Grows a region until it covers half of the frame; returns the superpixels in order, and the region after each. */
 function growFrom(seed: number, stats: SuperpixelStats[], links: Link[][], pixels: number) {
-  const region = { area: 0, rim: 0, motion: [0, 0] };
+  const region = { area: 0, frameBorder: 0, motion: [0, 0] };
   /** The region's border, without the frame border: its length, and the sum of weight times length. */
   const border = { length: 0, sum: 0 };
   /** Superpixels that touch the region, and their common border with it. */
@@ -132,7 +132,7 @@ function growFrom(seed: number, stats: SuperpixelStats[], links: Link[][], pixel
     region.motion = region.motion.map(
       (component, k) => (component * region.area + Number(piece.motion[k]) * piece.area) / area,
     );
-    Object.assign(region, { area, rim: region.rim + piece.rim });
+    Object.assign(region, { area, frameBorder: region.frameBorder + piece.frameBorder });
     for (const { to, length, weight } of links[next] ?? []) {
       const sign = members.has(to) ? -1 : 1;
       border.length += sign * length;
@@ -141,7 +141,7 @@ function growFrom(seed: number, stats: SuperpixelStats[], links: Link[][], pixel
       const before = neighbours.get(to) ?? { length: 0, sum: 0 };
       neighbours.set(to, { length: before.length + length, sum: before.sum + length * weight });
     }
-    const strength = Math.max(0, border.sum) / Math.max(1, border.length + region.rim);
+    const strength = Math.max(0, border.sum) / Math.max(1, border.length + region.frameBorder);
     const score = strength + SIZE_WEIGHT * Math.sqrt(Math.sqrt(area / pixels));
     steps.push({ taken: members.size, area, score });
     if (area > MAX_AREA_SHARE * pixels) break;

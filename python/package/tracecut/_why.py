@@ -64,13 +64,13 @@ class SuperpixelLink(NamedTuple):
 class Voter(NamedTuple):
     """A trajectory in a superpixel, in input pixels; ``cluster`` is -1 if unknown.
 
-    A ``stranger`` moves unlike its surroundings, and votes for all objects.
+    An outlier moves unlike its surroundings, and votes for all objects.
     """
 
     x: float
     y: float
     cluster: int
-    stranger: bool
+    is_outlier: bool
 
 
 class Flip(NamedTuple):

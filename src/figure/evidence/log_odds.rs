@@ -459,6 +459,15 @@ mod tests {
         vec![DominantMotion::still(&FlowField { u: still.clone(), v: still }); FRAMES - 1]
     }
 
+    fn evidence_input<'a>(
+        tracks: &'a Trajectories,
+        discontinuities: &'a Discontinuities,
+        affinity: &'a AffinityParams,
+        camera: &'a [DominantMotion],
+    ) -> EvidenceInput<'a> {
+        EvidenceInput { tracks, discontinuities, affinity, camera, separation: None }
+    }
+
     fn discontinuities(tracks: &Trajectories, d: f64) -> Discontinuities {
         let neighborhoods = neighborhoods(tracks);
         let d = vec![d; neighborhoods.pairs.len()];
@@ -469,13 +478,7 @@ mod tests {
     fn clusters_that_move_with_the_camera_are_likelier_one() {
         let ((tracks, label), camera) = (scene(), at_rest());
         let (discontinuities, affinity) = (discontinuities(&tracks, 0.7), AffinityParams::default());
-        let input = EvidenceInput {
-            tracks: &tracks,
-            discontinuities: &discontinuities,
-            affinity: &affinity,
-            camera: &camera,
-            separation: None,
-        };
+        let input = evidence_input(&tracks, &discontinuities, &affinity, &camera);
         let pairs = cluster_pairs(&label, &input);
         assert_eq!(pairs.iter().map(|pair| pair.clusters).collect::<Vec<_>>(), [(0, 1), (1, 2)]);
         let [one, two] = [0, 1].map(|k| log_odds(&PAIR_WEIGHTS, &pairs[k].terms));
@@ -489,13 +492,7 @@ mod tests {
         let affinity = AffinityParams::default();
         let odds = |d: f64| {
             let discontinuities = discontinuities(&tracks, d);
-            let input = EvidenceInput {
-                tracks: &tracks,
-                discontinuities: &discontinuities,
-                affinity: &affinity,
-                camera: &camera,
-                separation: None,
-            };
+            let input = evidence_input(&tracks, &discontinuities, &affinity, &camera);
             let first = log_odds(&PAIR_WEIGHTS, &cluster_pairs(&label, &input)[0].terms);
             (first, cluster_pairs(&vec![UNLABELLED; tracks.len()], &input).len())
         };
@@ -507,13 +504,7 @@ mod tests {
     fn sums_of_two_clusters_add_up() {
         let ((tracks, label), camera) = (scene(), at_rest());
         let (discontinuities, affinity) = (discontinuities(&tracks, 0.7), AffinityParams::default());
-        let input = EvidenceInput {
-            tracks: &tracks,
-            discontinuities: &discontinuities,
-            affinity: &affinity,
-            camera: &camera,
-            separation: None,
-        };
+        let input = evidence_input(&tracks, &discontinuities, &affinity, &camera);
         let parts = ClusterSums::new(&label, 3, &input);
         let mut both = parts[0].clone();
         both.add(&parts[1]);
@@ -608,13 +599,7 @@ mod tests {
         let tracks = columns(8, 0.0);
         let discontinuities = Discontinuities { neighborhoods: neighborhoods(&tracks), ..Discontinuities::default() };
         let affinity = AffinityParams::default();
-        let input = EvidenceInput {
-            tracks: &tracks,
-            discontinuities: &discontinuities,
-            affinity: &affinity,
-            camera: &[],
-            separation: None,
-        };
+        let input = evidence_input(&tracks, &discontinuities, &affinity, &[]);
         let mut label = vec![UNLABELLED; 48];
         merge_by_evidence(&mut label, &input, THRESHOLD);
         assert_eq!(label, [UNLABELLED; 48]);

@@ -43,7 +43,7 @@ pub(crate) struct Outputs {
     /// `None` with `background.enabled` off.
     pub(crate) background: Option<Background>,
     /// Evidence per trajectory against its cluster being an object, although it was selected; may be empty.
-    pub(crate) doubts: Vec<f32>,
+    pub(crate) penalties: Vec<f32>,
     pub(crate) cut: Cut,
     /// One element per finished frame.
     pub(crate) masks: Vec<Plane<u8>>,

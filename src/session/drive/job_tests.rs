@@ -1,4 +1,4 @@
-//! Laws of pieces: whoever makes them, the run is the same.
+//! Invariant of jobs: the run is the same on any worker.
 
 use crate::flow::FlowScratch;
 use crate::image::Plane;

@@ -239,26 +239,26 @@ fn two_strokes_in_one_frame_part_players_who_move_alike_in_all_frames() {
 }
 
 #[test]
-fn doubts_stay_with_their_trajectories_when_clusters_are_made_anew() {
+fn penalties_stay_with_their_trajectories_when_clusters_are_recomputed() {
     let mut session = segmented();
     fn outputs(session: &mut Session) -> &mut Outputs {
         let Phase::Running(run) = &mut session.phase else { panic!("the run has not begun") };
         &mut run.outputs
     }
-    fn doubts_now(session: &mut Session, is_sure: bool) -> Vec<f32> {
-        let Outputs { clusters, doubts, .. } = outputs(session);
-        cluster_penalties(clusters, doubts, |_| is_sure)
+    fn current_penalties(session: &mut Session, is_sure: bool) -> Vec<f32> {
+        let Outputs { clusters, penalties, .. } = outputs(session);
+        cluster_penalties(clusters, penalties, |_| is_sure)
     }
     let of_cluster = session.objects().unwrap().of_cluster.clone();
-    let doubted = |l: &u32| f32::from(u8::from(of_cluster[*l as usize] == 2));
-    let doubts = session.clusters().unwrap().label.iter().map(doubted).collect();
-    outputs(&mut session).doubts = doubts;
+    let penalty = |l: &u32| f32::from(u8::from(of_cluster[*l as usize] == 2));
+    let penalties = session.clusters().unwrap().label.iter().map(penalty).collect();
+    outputs(&mut session).penalties = penalties;
     corrected(&mut session, &Correction::Split { label: 1, at: None });
     let of_cluster = session.objects().unwrap().of_cluster.clone();
     let expected: Vec<f32> = of_cluster.iter().map(|&label| f32::from(u8::from(label == 2))).collect();
     assert!(expected.contains(&1.0));
-    assert_eq!(doubts_now(&mut session, false), expected);
-    assert_eq!(doubts_now(&mut session, true), vec![0.0; of_cluster.len()]);
+    assert_eq!(current_penalties(&mut session, false), expected);
+    assert_eq!(current_penalties(&mut session, true), vec![0.0; of_cluster.len()]);
     session.undo_correction().unwrap();
-    assert!(doubts_now(&mut session, false).contains(&1.0));
+    assert!(current_penalties(&mut session, false).contains(&1.0));
 }

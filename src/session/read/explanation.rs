@@ -80,7 +80,8 @@ pub struct Voter {
     #[serde(serialize_with = "or_minus_one")]
     pub cluster: Option<u32>,
     /// True if its motion differs from all clusters around it, so that it votes for all objects.
-    pub stranger: bool,
+    #[serde(rename = "isOutlier")]
+    pub is_outlier: bool,
 }
 
 /// An affinity of a trajectory.
@@ -287,7 +288,7 @@ impl PixelQuery<'_> {
                 x: to_input(x, sx),
                 y: to_input(y, sy),
                 cluster: is_clustered.then_some(cluster),
-                stranger: cluster == OUTLIER,
+                is_outlier: cluster == OUTLIER,
             }
         };
         terms.voters.iter().map(voter).collect()

@@ -200,7 +200,7 @@ impl CutTerms {
             let CutInput { tracks, label, objects: is_object, .. } = terms.input(outputs, &[]);
             let is_sure =
                 |cluster: usize| recut.is_some_and(|recut| recut.is_open[usize::from(objects.of_cluster[cluster])]);
-            let penalties = cluster_penalties(&outputs.clusters, &outputs.doubts, is_sure);
+            let penalties = cluster_penalties(&outputs.clusters, &outputs.penalties, is_sure);
             let segmented = SegmentedTracks { tracks, label, is_object };
             terms.evidence =
                 background.evidence(superpixels, &clip.flows, segmented, &penalties, &clip.params.background);
@@ -294,7 +294,7 @@ impl ObjectSelection {
         });
         let (is_object, mask_track_labels) = match classes {
             Some(classes) => {
-                (outputs.clusters, outputs.doubts) = (classes.clusters, classes.penalties);
+                (outputs.clusters, outputs.penalties) = (classes.clusters, classes.penalties);
                 (classes.is_object, Some(classes.label))
             }
             None => {
