@@ -4,12 +4,12 @@ mod cache;
 mod ledger;
 
 use super::batch::{in_order, require_dense};
-use super::clips::{Suite, list};
-use super::points::{Item, items};
+use super::clips::Suite;
+use super::points::{Item, PointScores, items};
+use super::runs::{Excerpt, RunOptions, SEEDS};
 use super::shot::Shot;
 use crate::measures::davis::scored_frames;
 use crate::measures::masks::{ClipScorer, MaskScores, Truth};
-use crate::measures::moseg::{Scores, best_clusters, score};
 use cache::{Cache, Key, Score};
 use clap::Args;
 use ledger::{Choice, Effect, markdown, read_choices};
@@ -18,7 +18,6 @@ use tracecut::image::Plane;
 use tracecut::session::Forks;
 use tracecut::{Params, Session};
 use tracecut_cli::failure::{Failure, Result, print, write};
-use tracecut_cli::input::{ClipFrame, Input};
 
 const HELP: &str = "\
 Runs every clip with all choices in force, and with each one of the table taken away, under every seed; writes how J moves on each kind
@@ -49,12 +48,11 @@ pub(crate) struct AblateArgs {
     /// Use the first N frames of each clip, or all where it is shorter
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(3..))]
     frames: u32,
-    /// Run each clip under each of these seeds
-    #[arg(long, value_name = "SEED,...", value_delimiter = ',', default_value = "0,1,2")]
-    seeds: Vec<u32>,
+    #[command(flatten)]
+    runs: RunOptions,
 }
 
-/// The scores of each clip under each seed, `None` where it was not run.
+/// The scores of each run of each clip, `None` where it was not run.
 type Table = Vec<Vec<Option<Score>>>;
 
 pub(super) fn eval(args: &AblateArgs) -> Result<()> {
@@ -70,7 +68,7 @@ pub(super) fn eval(args: &AblateArgs) -> Result<()> {
     let base = columns(tables[0].as_ref(), &items, &kinds);
     let effect = |table: &Table| difference(&columns(Some(table), &items, &kinds), &base);
     let effects: Vec<Option<Effect>> = tables[1..].iter().map(|table| table.as_ref().map(effect)).collect();
-    let options = format!("--cache CACHE --seeds {} --frames {}", list(&args.seeds), args.frames);
+    let options = format!("--cache CACHE {} --frames {}", args.runs.arguments(&args.runs.seeds(&SEEDS)), args.frames);
     write(&args.out, markdown(&choices, &kinds, &base, &effects, &args.suite.command("ablate", &options)))?;
     print(format_args!("see {}", args.out.display()))
 }
@@ -106,66 +104,60 @@ fn measure(variants: &[Option<(String, Params)>], items: &[Item], args: &AblateA
     Ok(variants.iter().map(|v| v.as_ref().and_then(|_| run.next()).map(table)).collect())
 }
 
-/// The scores of a clip, variant by variant, under each seed: from the cache, or else by running it.
+/// The scores of a clip, variant by variant, of each run: from the cache, or else by running it.
 fn scores_of(
     item: &Item,
     variants: &[Option<(String, Params)>],
     cache: &Cache,
     args: &AblateArgs,
 ) -> Result<Vec<Vec<Option<Score>>>> {
-    let place = item.images().canonicalize().unwrap_or_else(|_| item.images().to_owned());
-    let mut forks = None;
-    let mut score_of = |params: &Params, seed: u32| {
-        let mut params = params.clone();
-        params.clip.seed = seed;
-        let key = Key { clip: &place, frames: args.frames, params: &params };
-        if let Some(known) = cache.get(&key)? {
-            return Ok(Some(known));
+    let place = item.path().canonicalize().unwrap_or_else(|_| item.path().to_owned());
+    let seeds = args.runs.seeds(&SEEDS);
+    let variants: Vec<&Params> = variants.iter().flatten().map(|(_, params)| params).collect();
+    let mut rows = vec![Vec::new(); variants.len()];
+    for excerpt in item.excerpts(&args.runs, args.frames)? {
+        let mut forks = None;
+        for (row, params) in rows.iter_mut().zip(&variants) {
+            for &seed in &seeds {
+                let mut params = Params::clone(params);
+                params.clip.seed = seed;
+                let (start, mirrored) = (excerpt.start, excerpt.mirrored);
+                let key = Key { clip: &place, start, mirrored, frames: args.frames, params: &params };
+                let known = cache.get(&key)?;
+                if known.is_some() || args.cached {
+                    row.push(known);
+                    continue;
+                }
+                let (forks, truth) = match &mut forks {
+                    Some(begun) => begun,
+                    none => {
+                        let session = excerpt.session(args.suite.settings.params()?)?;
+                        none.insert((Forks::new(session)?, GroundTruth::read(item, &excerpt)?))
+                    }
+                };
+                let score = truth.score(forks.labelled(&params)?)?;
+                cache.put(&key, score.clone())?;
+                row.push(Some(score));
+            }
         }
-        if args.cached {
-            return Ok(None);
-        }
-        let (forks, truth) = match &mut forks {
-            Some(begun) => begun,
-            none => none.insert((Forks::new(load(item, args)?)?, GroundTruth::read(item, args.frames)?)),
-        };
-        let score = truth.score(forks.labelled(&params)?)?;
-        cache.put(&key, score.clone())?;
-        Ok(Some(score))
-    };
-    let of_variant = |(_, params): &(String, Params)| args.seeds.iter().map(|&seed| score_of(params, seed)).collect();
-    variants.iter().flatten().map(of_variant).collect()
-}
-
-/// The clip, of which nothing is run yet.
-fn load(item: &Item, args: &AblateArgs) -> Result<Session> {
-    let mut session = Session::new(args.suite.settings.params()?)?;
-    for frame in Input::open(item.images(), Some(args.frames))?.frames()? {
-        let ClipFrame { name, frame, .. } = frame?;
-        session.push_frame(frame).map_err(|e| Failure::about(name, e))?;
     }
-    Ok(session)
+    Ok(rows)
 }
 
-/// The true masks of a clip, of all frames, and the regions of its points.
+/// The true masks of an excerpt, of all frames, and the regions of its points.
 struct GroundTruth {
     masks: Vec<Option<Plane<Truth>>>,
     shot: Shot,
 }
 
 impl GroundTruth {
-    fn read(item: &Item, frames: u32) -> Result<Self> {
-        Ok(Self { masks: item.masks(frames)?, shot: item.shot(frames)? })
+    fn read(item: &Item, excerpt: &Excerpt) -> Result<Self> {
+        Ok(Self { masks: item.masks(excerpt)?, shot: item.shot(excerpt)? })
     }
 
     /// Scores points, and makes masks and scores them where there are true ones.
     fn score(&self, mut session: Session) -> Result<Score> {
-        let Shot { definition, maps } = &self.shot;
-        let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-            return Err(Failure::missing_result());
-        };
-        let points = score(definition, maps, tracks, clusters)?;
-        let best_points = best_clusters(definition, maps, tracks, clusters)?;
+        let points = PointScores::of(&session, &self.shot)?;
         let mut scorer = ClipScorer::default();
         if self.masks.iter().any(Option::is_some) {
             session.run()?;
@@ -175,16 +167,7 @@ impl GroundTruth {
                 }
             }
         }
-        let masks = MaskScores::mean_of(scorer.frames());
-        let Scores { overall, average, oversegmentation, extracted, .. } = points;
-        Ok(Score {
-            masks,
-            error: overall,
-            region: average,
-            fragments: oversegmentation,
-            objects: extracted,
-            best_points,
-        })
+        Ok(Score { masks: MaskScores::mean_of(scorer.frames()), points })
     }
 }
 
@@ -199,7 +182,7 @@ fn columns(table: Option<&Table>, items: &[Item], kinds: &[&str]) -> Effect {
     let mut columns: Vec<_> =
         kinds.iter().map(|kind| rows(&|item| item.has_masks() && item.kind == *kind, &j)).collect();
     let mean = mean_rows(&columns);
-    columns.splice(0..0, [mean, rows(&|_| true, &|score| score.error)]);
+    columns.splice(0..0, [mean, rows(&|_| true, &|score| score.points.error.unwrap_or_default())]);
     Effect { columns }
 }
 

@@ -54,12 +54,12 @@ fn known_masks_have_known_scores_per_clip_kind_and_in_all() {
     let frames: Vec<u64> =
         right["runs"][0]["ofFrames"].as_array().unwrap().iter().map(|f| f["frame"].as_u64().unwrap()).collect();
     assert_eq!(frames, [1, 2, 3, 5, 6, 7, 8]);
-    close(&report["kinds"]["toy"]["j"], 1.0);
-    close(&report["kinds"]["odd"]["j"], empty / 2.0);
-    close(&report["meanOfKinds"]["j"], 0.5 + empty / 4.0);
-    close(&report["meanOfClips"]["j"], 0.5 + empty / 4.0);
+    close(&report["kinds"]["toy"]["j"]["mean"], 1.0);
+    close(&report["kinds"]["odd"]["j"]["mean"], empty / 2.0);
+    close(&report["meanOfKinds"]["j"]["mean"], 0.5 + empty / 4.0);
+    close(&report["meanOfClips"]["j"]["mean"], 0.5 + empty / 4.0);
     // Three clips have an object.
-    close(&report["meanOfClips"]["best"], 2.0 / 3.0);
+    close(&report["meanOfClips"]["best"]["mean"], 2.0 / 3.0);
 }
 
 #[test]
@@ -72,14 +72,14 @@ fn seeds_layouts_and_parts_of_a_folder_can_be_chosen() {
     fs::rename(davis.join("masks"), davis.join("Annotations")).unwrap();
     let pictures = root.join("pictures");
     let (table, _) = scored("masks", &root, &["--seeds", "0,5", "--overlay", pictures.to_str().unwrap()]);
-    assert!(table.lines().next().unwrap().contains("spread"), "{table}");
+    assert!(table.lines().next().unwrap().contains(" SE "), "{table}");
     // The folder's own name is the kind of what names none.
     assert_eq!(row(&table, "chosen (1)")[0], "chosen");
     assert_eq!(names_in(&pictures.join("other")), ["00000.png"]);
 
     let (table, _) = scored("masks", &root, &["--only", "nothing,othe", "--frames", "6"]);
     assert_eq!(row(&table, "other")[1], "6");
-    assert!(!table.contains("toy--right") && !table.contains("spread"), "{table}");
+    assert!(!table.contains("toy--right") && !table.contains(" SE "), "{table}");
     // A single clip.
     let (single, _) = scored("masks", &davis, &["--frames", "6"]);
     assert_eq!(row(&single, "other")[..9], row(&table, "other")[..9]);
