@@ -9,6 +9,7 @@ use super::points::{Item, PointScores, items};
 use super::runs::{Excerpt, RunOptions, SEEDS};
 use super::shot::Shot;
 use crate::measures::davis::scored_frames;
+use crate::measures::estimate::Estimate;
 use crate::measures::masks::{ClipScorer, MaskScores, Truth};
 use cache::{Cache, Key, Score};
 use clap::Args;
@@ -20,10 +21,11 @@ use tracecut::{Params, Session};
 use tracecut_cli::failure::{Failure, Result, print, write};
 
 const HELP: &str = "\
-Runs every clip with all choices in force, and with each one of the table taken away, under every seed; writes how J moves on each kind
-of clip, and how the error of the labelled points does. What a choice does not touch is run once a clip. Scores are kept in the folder
-of --cache under the program, the clip's place and all parameters: a run that was broken off goes on where it was, and one with more
-rules or clips runs only what is new. After clips were changed in their place, empty it.";
+Runs every clip with all choices in force, and with each one of the table taken away, from every start, mirrored and under every seed (0, 1
+and 2 if --seeds is not given); writes how J moves on each kind of clip, and how the error of the labelled points does, with the standard
+error over the clips. What a choice does not touch is run once for each start. Scores are kept in the folder of --cache under the program,
+the clip's place and all parameters: a run that was broken off goes on where it was, and one with more rules or clips runs only what is new.
+After clips were changed in their place, empty it.";
 
 #[derive(Args, Debug)]
 #[command(after_help = HELP)]
@@ -65,9 +67,10 @@ pub(super) fn eval(args: &AblateArgs) -> Result<()> {
     let mut kinds: Vec<&str> = items.iter().filter(|item| item.has_masks()).map(|item| item.kind.as_str()).collect();
     kinds.sort_unstable();
     kinds.dedup();
-    let base = columns(tables[0].as_ref(), &items, &kinds);
-    let effect = |table: &Table| difference(&columns(Some(table), &items, &kinds), &base);
-    let effects: Vec<Option<Effect>> = tables[1..].iter().map(|table| table.as_ref().map(effect)).collect();
+    let with_all = tables[0].as_ref();
+    let base = effect(with_all, None, &items, &kinds);
+    let change = |table: &Table| effect(Some(table), with_all, &items, &kinds);
+    let effects: Vec<Option<Effect>> = tables[1..].iter().map(|table| table.as_ref().map(change)).collect();
     let options = format!("--cache CACHE {} --frames {}", args.runs.arguments(&args.runs.seeds(&SEEDS)), args.frames);
     write(&args.out, markdown(&choices, &kinds, &base, &effects, &args.suite.command("ablate", &options)))?;
     print(format_args!("see {}", args.out.display()))
@@ -171,47 +174,64 @@ impl GroundTruth {
     }
 }
 
-/// Computes, for each seed, the mean J of each kind and over the kinds, and the mean error of points over all clips.
-fn columns(table: Option<&Table>, items: &[Item], kinds: &[&str]) -> Effect {
-    let rows = |is_selected: &dyn Fn(&Item) -> bool, value: &dyn Fn(&Score) -> f64| {
-        let selected = items.iter().zip(table.into_iter().flatten()).filter(|(item, _)| is_selected(item));
-        let rows = selected.map(|(_, row)| row.iter().map(|score| score.as_ref().map(value)).collect());
-        mean_rows(&rows.collect::<Vec<_>>())
+/// Computes figures of a table: the mean J over the kinds, the error of points over all clips, and J of each kind. With
+/// `base` they are differences to it, paired run by run.
+fn effect(table: Option<&Table>, base: Option<&Table>, items: &[Item], kinds: &[&str]) -> Effect {
+    let selected = |is_selected: &dyn Fn(&Item) -> bool, value: fn(&Score) -> f64| {
+        let rows = (0..items.len()).filter(|&i| is_selected(&items[i]));
+        let clip = |i: usize| of_clip(&table?[i], base.map(|base| &base[i][..]), value);
+        rows.map(clip).collect::<Option<Vec<Estimate>>>()
+    };
+    // What a single table has is uncertain by its runs, what a choice changes by the clips.
+    let mean = |groups: &[Vec<Estimate>]| match base {
+        None => Estimate::mean_of(&groups.iter().map(|group| Estimate::mean_of(group)).collect::<Option<Vec<_>>>()?),
+        Some(_) => {
+            let means = |group: &Vec<Estimate>| group.iter().map(|clip| clip.mean).collect();
+            Estimate::of_groups(&groups.iter().map(means).collect::<Vec<Vec<f64>>>())
+        }
     };
     let j = |score: &Score| score.masks.j.unwrap_or_default();
-    let mut columns: Vec<_> =
-        kinds.iter().map(|kind| rows(&|item| item.has_masks() && item.kind == *kind, &j)).collect();
-    let mean = mean_rows(&columns);
-    columns.splice(0..0, [mean, rows(&|_| true, &|score| score.points.error.unwrap_or_default())]);
+    let clips_of = |kind: &&str| selected(&|item| item.has_masks() && item.kind == **kind, j);
+    let by_kind: Vec<Option<Vec<Estimate>>> = kinds.iter().map(clips_of).collect();
+    let error = selected(&|_| true, |score| score.points.error.unwrap_or_default());
+    let mut columns = vec![by_kind.iter().cloned().collect::<Option<Vec<_>>>().and_then(|groups| mean(&groups))];
+    columns.extend([error].into_iter().chain(by_kind).map(|group| mean(&[group?])));
     Effect { columns }
 }
 
-/// The mean of rows, column by column; `None` where a row is missing, or all are.
-fn mean_rows(rows: &[Option<Vec<f64>>]) -> Option<Vec<f64>> {
-    let rows: Vec<&Vec<f64>> = rows.iter().map(Option::as_ref).collect::<Option<_>>()?;
-    let length = rows.first()?.len();
-    Some((0..length).map(|i| rows.iter().map(|row| row[i]).sum::<f64>() / rows.len() as f64).collect())
-}
-
-fn difference(effect: &Effect, base: &Effect) -> Effect {
-    let less = |(ours, base): (&Option<Vec<f64>>, &Option<Vec<f64>>)| {
-        Some(ours.as_ref()?.iter().zip(base.as_ref()?).map(|(a, b)| a - b).collect())
-    };
-    Effect { columns: effect.columns.iter().zip(&base.columns).map(less).collect() }
+/// Computes the mean over the runs of a clip, or over their differences to `base`; `None` if a run is missing.
+fn of_clip(runs: &[Option<Score>], base: Option<&[Option<Score>]>, value: fn(&Score) -> f64) -> Option<Estimate> {
+    let values = runs.iter().enumerate().map(|(k, run)| {
+        let base = base.map_or(Some(0.0), |base| base[k].as_ref().map(value))?;
+        Some(value(run.as_ref()?) - base)
+    });
+    Estimate::of(&values.collect::<Option<Vec<f64>>>()?)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn run(error: f64) -> Option<Score> {
+        let points = PointScores {
+            error: Some(error),
+            region: 0.0,
+            fragments: None,
+            objects: 0.0,
+            true_objects: 0.0,
+            best: None,
+        };
+        Some(Score { masks: MaskScores::default(), points })
+    }
+
     #[test]
-    fn means_of_rows_go_column_by_column_and_need_all_rows() {
-        let rows = [Some(vec![0.5, 1.0]), Some(vec![0.25, 0.5])];
-        assert_eq!(mean_rows(&rows), Some(vec![0.375, 0.75]));
-        assert_eq!(mean_rows(&[rows[0].clone(), None]), None);
-        assert_eq!(mean_rows(&[]), None);
-        let effect = |rows: &[Option<Vec<f64>>]| Effect { columns: rows.to_vec() };
-        let found = difference(&effect(&[rows[1].clone(), None]), &effect(&rows));
-        assert_eq!(found.columns, [Some(vec![-0.25, -0.5]), None]);
+    fn a_clip_is_the_mean_of_its_runs_and_needs_all_of_them() {
+        let error = |score: &Score| score.points.error.unwrap();
+        let (with, without) = ([run(0.5), run(1.0)], [run(0.25), run(0.5)]);
+        assert_eq!(of_clip(&with, None, error), Estimate::of(&[0.5, 1.0]));
+        assert_eq!(of_clip(&without, Some(&with), error), Estimate::of(&[-0.25, -0.5]));
+        assert_eq!(of_clip(&[run(0.5), None], None, error), None);
+        assert_eq!(of_clip(&with, Some(&[None, run(1.0)]), error), None);
+        assert_eq!(of_clip(&[], None, error), None);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::batch::{in_order, require_dense, write_json};
 use super::clips::{Clip, Suite, write_overlays};
-use super::report::{Column, Outcome, RUNS_HELP, Report, Run, Scores, heading};
+use super::report::{Column, Earlier, Outcome, RUNS_HELP, Report, Run, Scores, heading};
 use super::runs::{Excerpt, RunId, RunOptions};
 use crate::measures::davis::scored_frames;
 use crate::measures::masks::{Census, ClipScorer, MaskScores, Truth};
@@ -59,6 +59,9 @@ pub(crate) struct MasksArgs {
     /// Write all figures and the parameters to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Compare with the figures that an earlier --json of this command wrote
+    #[arg(long, value_name = "FILE")]
+    compare: Option<PathBuf>,
 }
 
 /// The scores of a run.
@@ -105,6 +108,8 @@ impl Scores for MaskRun {
         column("falseShare", "false"),
     ];
     const HEAD_WIDTH: usize = 43;
+    /// Chosen by eye.
+    const LARGE_CHANGE: f64 = 0.05;
 
     fn values(&self) -> Vec<Option<f64>> {
         let MaskScores { j, f, best, recall, false_share } = self.scores;
@@ -118,6 +123,12 @@ pub(super) fn eval(args: &MasksArgs) -> Result<()> {
     let clips = args.suite.clips()?;
     let seeds = args.runs.seeds(&[params.clip.seed]);
     let work = |clip: &Clip| run_clip(clip, &params, &seeds, args).map_err(|f| f.with_subject(&clip.name));
+    let earlier = Earlier::read(args.compare.as_deref(), args.frames)?;
+    if let Some(earlier) = &earlier {
+        for clip in &clips {
+            earlier.require(&clip.kind, &clip.name, &clip.excerpts(&args.runs, args.frames)?, &seeds)?;
+        }
+    }
     let with_errors = args.runs.are_several(&seeds);
     let head = format!("{:28} frames labels  ", "clip");
     print(format_args!("{head}{}   found  false objects  seconds", heading::<MaskRun>(with_errors)))?;
@@ -139,6 +150,7 @@ pub(super) fn eval(args: &MasksArgs) -> Result<()> {
         |outcome: &Outcome<MaskRun>| Reliability::of_clips(outcome.runs.iter().map(|r| &r.scores.reliability));
     let reliability = Reliability::of_clips(&outcomes.iter().map(of_clip).collect::<Vec<_>>());
     reliability_lines(&reliability).into_iter().try_for_each(print)?;
+    earlier.map_or(Ok(Vec::new()), |earlier| earlier.lines(&outcomes))?.into_iter().try_for_each(print)?;
     write_json(args.json.as_deref(), &MaskReport { report: &report, reliability: reliability.curve() })
 }
 

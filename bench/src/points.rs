@@ -3,7 +3,7 @@
 use super::batch::{in_order, write_json};
 use super::clips::{Clip, Suite, find_clips};
 use super::moseg::{Sequence, find_sequences};
-use super::report::{Column, Outcome, RUNS_HELP, Report, Run, Scores, by_kind, group_row, heading, summary};
+use super::report::{Column, Earlier, Outcome, RUNS_HELP, Report, Run, Scores, by_kind, group_row, heading, summary};
 use super::runs::{Excerpt, RunOptions};
 use super::shot::{Shot, read_definition};
 use crate::measures::definition::{Definition, LabelledFrame};
@@ -49,6 +49,9 @@ pub(crate) struct PointsArgs {
     /// Write all figures to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Compare with the figures that an earlier --json of this command wrote
+    #[arg(long, value_name = "FILE")]
+    compare: Option<PathBuf>,
 }
 
 /// A clip with true masks, in either layout.
@@ -102,6 +105,8 @@ impl Scores for PointRun {
         Column { name: "best", heading: "best", width: 8, decimals: 3, has_error: true },
     ];
     const HEAD_WIDTH: usize = 46;
+    /// Chosen by eye.
+    const LARGE_CHANGE: f64 = 5.0;
 
     fn values(&self) -> Vec<Option<f64>> {
         let PointScores { error, region, fragments, objects, true_objects, best } = self.scores;
@@ -114,6 +119,12 @@ pub(super) fn eval(args: &PointsArgs) -> Result<()> {
     params.clip.dense = args.dense;
     let seeds = args.runs.seeds(&[params.clip.seed]);
     let items = items(&args.suite)?;
+    let earlier = Earlier::read(args.compare.as_deref(), Some(args.frames))?;
+    if let Some(earlier) = &earlier {
+        for item in &items {
+            earlier.require(&item.kind, &item.name, &item.excerpts(&args.runs, args.frames)?, &seeds)?;
+        }
+    }
     let with_errors = args.runs.are_several(&seeds);
     print(format_args!("{:30} tracks clusters{}  seconds", "clip", heading::<PointRun>(with_errors)))?;
     let work = |item: &Item| run_item(item, &params, &seeds, args).map_err(|f| f.with_subject(&item.name));
@@ -122,6 +133,7 @@ pub(super) fn eval(args: &PointsArgs) -> Result<()> {
     print("")?;
     report.lines(with_errors).into_iter().try_for_each(print)?;
     trimmed_lines(&outcomes).into_iter().try_for_each(print)?;
+    earlier.map_or(Ok(Vec::new()), |earlier| earlier.lines(&outcomes))?.into_iter().try_for_each(print)?;
     write_json(args.json.as_deref(), &report)
 }
 

@@ -1,12 +1,16 @@
 //! The table and the JSON file of clips that are run several times: figures of clips, of kinds and overall, each a mean
 //! with its standard error.
 
+mod compare;
+
 use super::runs::RunId;
 use crate::measures::estimate::Estimate;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use tracecut::Params;
 use tracecut_cli::clock::Seconds;
+
+pub(super) use compare::Earlier;
 
 /// Describes the figures, for `--help`.
 pub(super) const RUNS_HELP: &str = "\
@@ -15,6 +19,10 @@ A later start is left out if fewer than 10 frames (or --frames) follow it, or if
 over its runs. SE is the standard error of the figure on its left: that of a clip is the standard deviation over its runs by the root of
 their number; that of a kind or of all follows from the clips' (root of the sum of squares, by their number). So it says how much of a figure
 is chance of the runs, not of the choice of clips; it is unknown (-) if a clip has a single run.
+
+With --compare the rows below have the figures less those of the file, run by run, as means over the runs of each clip and then over clips.
+Their SE is the standard deviation over the clips by the root of their number (of a weighted mean for the mean of kinds); a star marks
+differences of more than two SE. The file has to have all these clips and runs, of as many frames. Clips that changed much follow.
 
 The kind of a clip is what stands before -- in its name, or else the name of DIR.";
 
@@ -36,6 +44,8 @@ pub(super) trait Scores: Serialize {
     const COLUMNS: &'static [Column];
     /// Width of what stands before the columns.
     const HEAD_WIDTH: usize;
+    /// A change of the first figure of a clip that `--compare` shows.
+    const LARGE_CHANGE: f64;
 
     /// Returns the figures in the order of the columns; `None` if undefined.
     fn values(&self) -> Vec<Option<f64>>;
