@@ -4,12 +4,13 @@ mod cache;
 mod ledger;
 
 use super::batch::{in_order, require_dense};
-use super::clips::{Suite, list};
-use super::points::{Item, items};
+use super::clips::Suite;
+use super::points::{Item, PointScores, items};
+use super::runs::{Excerpt, RunOptions, SEEDS};
 use super::shot::Shot;
 use crate::measures::davis::scored_frames;
+use crate::measures::estimate::Estimate;
 use crate::measures::masks::{ClipScorer, MaskScores, Truth};
-use crate::measures::moseg::{Scores, best_clusters, score};
 use cache::{Cache, Key, Score};
 use clap::Args;
 use ledger::{Choice, Effect, markdown, read_choices};
@@ -18,13 +19,13 @@ use tracecut::image::Plane;
 use tracecut::session::Forks;
 use tracecut::{Params, Session};
 use tracecut_cli::failure::{Failure, Result, print, write};
-use tracecut_cli::input::{ClipFrame, Input};
 
 const HELP: &str = "\
-Runs every clip with all choices in force, and with each one of the table taken away, under every seed; writes how J moves on each kind
-of clip, and how the error of the labelled points does. What a choice does not touch is run once a clip. Scores are kept in the folder
-of --cache under the program, the clip's place and all parameters: a run that was broken off goes on where it was, and one with more
-rules or clips runs only what is new. After clips were changed in their place, empty it.";
+Runs every clip with all choices in force, and with each one of the table taken away, from every start, mirrored and under every seed (0, 1
+and 2 if --seeds is not given); writes how J moves on each kind of clip, and how the error of the labelled points does, with the standard
+error over the clips. What a choice does not touch is run once for each start. Scores are kept in the folder of --cache under the program,
+the clip's place and all parameters: a run that was broken off goes on where it was, and one with more rules or clips runs only what is new.
+After clips were changed in their place, empty it.";
 
 #[derive(Args, Debug)]
 #[command(after_help = HELP)]
@@ -49,12 +50,11 @@ pub(crate) struct AblateArgs {
     /// Use the first N frames of each clip, or all where it is shorter
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(3..))]
     frames: u32,
-    /// Run each clip under each of these seeds
-    #[arg(long, value_name = "SEED,...", value_delimiter = ',', default_value = "0,1,2")]
-    seeds: Vec<u32>,
+    #[command(flatten)]
+    runs: RunOptions,
 }
 
-/// The scores of each clip under each seed, `None` where it was not run.
+/// The scores of each run of each clip, `None` where it was not run.
 type Table = Vec<Vec<Option<Score>>>;
 
 pub(super) fn eval(args: &AblateArgs) -> Result<()> {
@@ -67,10 +67,11 @@ pub(super) fn eval(args: &AblateArgs) -> Result<()> {
     let mut kinds: Vec<&str> = items.iter().filter(|item| item.has_masks()).map(|item| item.kind.as_str()).collect();
     kinds.sort_unstable();
     kinds.dedup();
-    let base = columns(tables[0].as_ref(), &items, &kinds);
-    let effect = |table: &Table| difference(&columns(Some(table), &items, &kinds), &base);
-    let effects: Vec<Option<Effect>> = tables[1..].iter().map(|table| table.as_ref().map(effect)).collect();
-    let options = format!("--cache CACHE --seeds {} --frames {}", list(&args.seeds), args.frames);
+    let with_all = tables[0].as_ref();
+    let base = effect(with_all, None, &items, &kinds);
+    let change = |table: &Table| effect(Some(table), with_all, &items, &kinds);
+    let effects: Vec<Option<Effect>> = tables[1..].iter().map(|table| table.as_ref().map(change)).collect();
+    let options = format!("--cache CACHE {} --frames {}", args.runs.arguments(&args.runs.seeds(&SEEDS)), args.frames);
     write(&args.out, markdown(&choices, &kinds, &base, &effects, &args.suite.command("ablate", &options)))?;
     print(format_args!("see {}", args.out.display()))
 }
@@ -106,66 +107,60 @@ fn measure(variants: &[Option<(String, Params)>], items: &[Item], args: &AblateA
     Ok(variants.iter().map(|v| v.as_ref().and_then(|_| run.next()).map(table)).collect())
 }
 
-/// The scores of a clip, variant by variant, under each seed: from the cache, or else by running it.
+/// The scores of a clip, variant by variant, of each run: from the cache, or else by running it.
 fn scores_of(
     item: &Item,
     variants: &[Option<(String, Params)>],
     cache: &Cache,
     args: &AblateArgs,
 ) -> Result<Vec<Vec<Option<Score>>>> {
-    let place = item.images().canonicalize().unwrap_or_else(|_| item.images().to_owned());
-    let mut forks = None;
-    let mut score_of = |params: &Params, seed: u32| {
-        let mut params = params.clone();
-        params.clip.seed = seed;
-        let key = Key { clip: &place, frames: args.frames, params: &params };
-        if let Some(known) = cache.get(&key)? {
-            return Ok(Some(known));
+    let place = item.path().canonicalize().unwrap_or_else(|_| item.path().to_owned());
+    let seeds = args.runs.seeds(&SEEDS);
+    let variants: Vec<&Params> = variants.iter().flatten().map(|(_, params)| params).collect();
+    let mut rows = vec![Vec::new(); variants.len()];
+    for excerpt in item.excerpts(&args.runs, args.frames)? {
+        let mut forks = None;
+        for (row, params) in rows.iter_mut().zip(&variants) {
+            for &seed in &seeds {
+                let mut params = Params::clone(params);
+                params.clip.seed = seed;
+                let (start, mirrored) = (excerpt.start, excerpt.mirrored);
+                let key = Key { clip: &place, start, mirrored, frames: args.frames, params: &params };
+                let known = cache.get(&key)?;
+                if known.is_some() || args.cached {
+                    row.push(known);
+                    continue;
+                }
+                let (forks, truth) = match &mut forks {
+                    Some(begun) => begun,
+                    none => {
+                        let session = excerpt.session(args.suite.settings.params()?)?;
+                        none.insert((Forks::new(session)?, GroundTruth::read(item, &excerpt)?))
+                    }
+                };
+                let score = truth.score(forks.labelled(&params)?)?;
+                cache.put(&key, score.clone())?;
+                row.push(Some(score));
+            }
         }
-        if args.cached {
-            return Ok(None);
-        }
-        let (forks, truth) = match &mut forks {
-            Some(begun) => begun,
-            none => none.insert((Forks::new(load(item, args)?)?, GroundTruth::read(item, args.frames)?)),
-        };
-        let score = truth.score(forks.labelled(&params)?)?;
-        cache.put(&key, score.clone())?;
-        Ok(Some(score))
-    };
-    let of_variant = |(_, params): &(String, Params)| args.seeds.iter().map(|&seed| score_of(params, seed)).collect();
-    variants.iter().flatten().map(of_variant).collect()
-}
-
-/// The clip, of which nothing is run yet.
-fn load(item: &Item, args: &AblateArgs) -> Result<Session> {
-    let mut session = Session::new(args.suite.settings.params()?)?;
-    for frame in Input::open(item.images(), Some(args.frames))?.frames()? {
-        let ClipFrame { name, frame, .. } = frame?;
-        session.push_frame(frame).map_err(|e| Failure::about(name, e))?;
     }
-    Ok(session)
+    Ok(rows)
 }
 
-/// The true masks of a clip, of all frames, and the regions of its points.
+/// The true masks of an excerpt, of all frames, and the regions of its points.
 struct GroundTruth {
     masks: Vec<Option<Plane<Truth>>>,
     shot: Shot,
 }
 
 impl GroundTruth {
-    fn read(item: &Item, frames: u32) -> Result<Self> {
-        Ok(Self { masks: item.masks(frames)?, shot: item.shot(frames)? })
+    fn read(item: &Item, excerpt: &Excerpt) -> Result<Self> {
+        Ok(Self { masks: item.masks(excerpt)?, shot: item.shot(excerpt)? })
     }
 
     /// Scores points, and makes masks and scores them where there are true ones.
     fn score(&self, mut session: Session) -> Result<Score> {
-        let Shot { definition, maps } = &self.shot;
-        let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-            return Err(Failure::missing_result());
-        };
-        let points = score(definition, maps, tracks, clusters)?;
-        let best_points = best_clusters(definition, maps, tracks, clusters)?;
+        let points = PointScores::of(&session, &self.shot)?;
         let mut scorer = ClipScorer::default();
         if self.masks.iter().any(Option::is_some) {
             session.run()?;
@@ -175,60 +170,68 @@ impl GroundTruth {
                 }
             }
         }
-        let masks = MaskScores::mean_of(scorer.frames());
-        let Scores { overall, average, oversegmentation, extracted, .. } = points;
-        Ok(Score {
-            masks,
-            error: overall,
-            region: average,
-            fragments: oversegmentation,
-            objects: extracted,
-            best_points,
-        })
+        Ok(Score { masks: MaskScores::mean_of(scorer.frames()), points })
     }
 }
 
-/// Computes, for each seed, the mean J of each kind and over the kinds, and the mean error of points over all clips.
-fn columns(table: Option<&Table>, items: &[Item], kinds: &[&str]) -> Effect {
-    let rows = |is_selected: &dyn Fn(&Item) -> bool, value: &dyn Fn(&Score) -> f64| {
-        let selected = items.iter().zip(table.into_iter().flatten()).filter(|(item, _)| is_selected(item));
-        let rows = selected.map(|(_, row)| row.iter().map(|score| score.as_ref().map(value)).collect());
-        mean_rows(&rows.collect::<Vec<_>>())
+/// Computes figures of a table: the mean J over the kinds, the error of points over all clips, and J of each kind. With
+/// `base` they are differences to it, paired run by run.
+fn effect(table: Option<&Table>, base: Option<&Table>, items: &[Item], kinds: &[&str]) -> Effect {
+    let selected = |is_selected: &dyn Fn(&Item) -> bool, value: fn(&Score) -> f64| {
+        let rows = (0..items.len()).filter(|&i| is_selected(&items[i]));
+        let clip = |i: usize| of_clip(&table?[i], base.map(|base| &base[i][..]), value);
+        rows.map(clip).collect::<Option<Vec<Estimate>>>()
+    };
+    // What a single table has is uncertain by its runs, what a choice changes by the clips.
+    let mean = |groups: &[Vec<Estimate>]| match base {
+        None => Estimate::mean_of(&groups.iter().map(|group| Estimate::mean_of(group)).collect::<Option<Vec<_>>>()?),
+        Some(_) => {
+            let means = |group: &Vec<Estimate>| group.iter().map(|clip| clip.mean).collect();
+            Estimate::of_groups(&groups.iter().map(means).collect::<Vec<Vec<f64>>>())
+        }
     };
     let j = |score: &Score| score.masks.j.unwrap_or_default();
-    let mut columns: Vec<_> =
-        kinds.iter().map(|kind| rows(&|item| item.has_masks() && item.kind == *kind, &j)).collect();
-    let mean = mean_rows(&columns);
-    columns.splice(0..0, [mean, rows(&|_| true, &|score| score.error)]);
+    let clips_of = |kind: &&str| selected(&|item| item.has_masks() && item.kind == **kind, j);
+    let by_kind: Vec<Option<Vec<Estimate>>> = kinds.iter().map(clips_of).collect();
+    let error = selected(&|_| true, |score| score.points.error.unwrap_or_default());
+    let mut columns = vec![by_kind.iter().cloned().collect::<Option<Vec<_>>>().and_then(|groups| mean(&groups))];
+    columns.extend([error].into_iter().chain(by_kind).map(|group| mean(&[group?])));
     Effect { columns }
 }
 
-/// The mean of rows, column by column; `None` where a row is missing, or all are.
-fn mean_rows(rows: &[Option<Vec<f64>>]) -> Option<Vec<f64>> {
-    let rows: Vec<&Vec<f64>> = rows.iter().map(Option::as_ref).collect::<Option<_>>()?;
-    let length = rows.first()?.len();
-    Some((0..length).map(|i| rows.iter().map(|row| row[i]).sum::<f64>() / rows.len() as f64).collect())
-}
-
-fn difference(effect: &Effect, base: &Effect) -> Effect {
-    let less = |(ours, base): (&Option<Vec<f64>>, &Option<Vec<f64>>)| {
-        Some(ours.as_ref()?.iter().zip(base.as_ref()?).map(|(a, b)| a - b).collect())
-    };
-    Effect { columns: effect.columns.iter().zip(&base.columns).map(less).collect() }
+/// Computes the mean over the runs of a clip, or over their differences to `base`; `None` if a run is missing.
+fn of_clip(runs: &[Option<Score>], base: Option<&[Option<Score>]>, value: fn(&Score) -> f64) -> Option<Estimate> {
+    let values = runs.iter().enumerate().map(|(k, run)| {
+        let base = base.map_or(Some(0.0), |base| base[k].as_ref().map(value))?;
+        Some(value(run.as_ref()?) - base)
+    });
+    Estimate::of(&values.collect::<Option<Vec<f64>>>()?)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn run(error: f64) -> Option<Score> {
+        let points = PointScores {
+            error: Some(error),
+            region: 0.0,
+            fragments: None,
+            objects: 0.0,
+            true_objects: 0.0,
+            best: None,
+        };
+        Some(Score { masks: MaskScores::default(), points })
+    }
+
     #[test]
-    fn means_of_rows_go_column_by_column_and_need_all_rows() {
-        let rows = [Some(vec![0.5, 1.0]), Some(vec![0.25, 0.5])];
-        assert_eq!(mean_rows(&rows), Some(vec![0.375, 0.75]));
-        assert_eq!(mean_rows(&[rows[0].clone(), None]), None);
-        assert_eq!(mean_rows(&[]), None);
-        let effect = |rows: &[Option<Vec<f64>>]| Effect { columns: rows.to_vec() };
-        let found = difference(&effect(&[rows[1].clone(), None]), &effect(&rows));
-        assert_eq!(found.columns, [Some(vec![-0.25, -0.5]), None]);
+    fn a_clip_is_the_mean_of_its_runs_and_needs_all_of_them() {
+        let error = |score: &Score| score.points.error.unwrap();
+        let (with, without) = ([run(0.5), run(1.0)], [run(0.25), run(0.5)]);
+        assert_eq!(of_clip(&with, None, error), Estimate::of(&[0.5, 1.0]));
+        assert_eq!(of_clip(&without, Some(&with), error), Estimate::of(&[-0.25, -0.5]));
+        assert_eq!(of_clip(&[run(0.5), None], None, error), None);
+        assert_eq!(of_clip(&with, Some(&[None, run(1.0)]), error), None);
+        assert_eq!(of_clip(&[], None, error), None);
     }
 }

@@ -1,15 +1,17 @@
 //! Clips with true masks, in the layouts that people keep them in.
 
 use super::batch::{self, PROGRAM};
-use crate::measures::davis::boundary;
+use super::runs::{Excerpt, RunOptions};
+use crate::measures::davis::{boundary, scored_frames};
 use crate::measures::masks::Truth;
 use crate::measures::moseg::UNSCORED;
 use clap::Args;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use tracecut::image::Plane;
 use tracecut_cli::failure::{Failure, Result};
 use tracecut_cli::images;
-use tracecut_cli::input::{Input, decode};
+use tracecut_cli::input::{ClipFrame, decode};
 use tracecut_cli::masks::tinted;
 use tracecut_cli::pictures::{Pixels, Series};
 use tracecut_cli::settings::Settings;
@@ -117,16 +119,16 @@ pub(super) fn davis_clips(folder: &Path, only: &[String]) -> Result<Vec<Clip>> {
 }
 
 /// Writes every `step`-th frame of a clip of `count` frames into `folder`: labels in colour, and the outline of the true
-/// objects where the mask has the frame's size. `masks_of` gives both of a frame.
+/// objects where the mask has the frame's size. `masks_of` gives both of a frame of `frames`.
 pub(super) fn write_overlays(
     folder: PathBuf,
     count: usize,
     step: usize,
-    input: &Input,
+    frames: impl Iterator<Item = Result<ClipFrame>>,
     masks_of: impl Fn(usize) -> Result<(Plane<u8>, Option<Plane<bool>>)>,
 ) -> Result<()> {
     let series = Series::create(folder, count)?;
-    for (t, frame) in input.frames()?.enumerate().step_by(step) {
+    for (t, frame) in frames.enumerate().step_by(step) {
         let (frame, (labels, truth)) = (frame?.frame, masks_of(t)?);
         let mut rgb = tinted(&frame, &labels);
         if let Some(truth) = truth.filter(|p| (p.width(), p.height()) == (frame.width(), frame.height())) {
@@ -164,6 +166,15 @@ impl Clip {
         let mut images = images::in_folder(&self.images)?;
         images.truncate(count.map_or(usize::MAX, |n| n as usize));
         Ok(images)
+    }
+
+    /// Returns the excerpts to run, each of at most `frames` frames: those of later starts that have a mask of a frame but
+    /// the first and the last, which do not count.
+    pub(super) fn excerpts(&self, options: &RunOptions, frames: Option<u32>) -> Result<Vec<Excerpt>> {
+        let images = self.frames(None)?;
+        let has_mask = |t: usize| self.mask_path(&images[t]).is_file();
+        let is_scored = |range: Range<usize>| scored_frames(range.len()).any(|t| has_mask(range.start + t));
+        Ok(options.excerpts(&images, frames, is_scored))
     }
 
     /// Returns the path of a frame's true mask.

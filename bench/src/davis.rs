@@ -135,7 +135,7 @@ fn run_sequence(clip: &Clip, params: &Params, args: &DavisArgs) -> Result<Outcom
     let (session, timing) = run(&input, params.clone(), 1, &Log::quiet())?;
     if let Some(folder) = &args.overlay {
         let masks_of = |t: usize| Ok((session.labels(t)?, Some(truth[t].clone())));
-        write_overlays(folder.join(&clip.name), truth.len(), args.overlay_step as usize, &input, masks_of)?;
+        write_overlays(folder.join(&clip.name), truth.len(), args.overlay_step as usize, input.frames()?, masks_of)?;
     }
     let mut outcome = score(&session, &truth)?;
     if args.at_source {

@@ -157,7 +157,7 @@ pub(super) fn eval(args: &DiscretizationArgs) -> Result<()> {
 
 fn run_sequence(sequence: &Sequence, params: &Params, args: &DiscretizationArgs) -> Result<Outcome> {
     let (session, time) = run_clip(&sequence.list, Some(args.frames), params.clone())?;
-    let shot = Shot::read(&sequence.definition, session.num_frames())?;
+    let shot = Shot::read(&sequence.definition, 0..session.num_frames())?;
     let embedding = session.embedding().ok_or_else(Failure::missing_result)?;
     let share = args.fragment_share / 100.0;
     let sweep = |method| sweep(&session, &shot, method, share).ok_or_else(Failure::missing_result);

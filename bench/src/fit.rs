@@ -1,15 +1,17 @@
 //! `bench fit`: the weights of what is known of two clusters, from clips with true masks.
 
 use super::batch::in_order;
-use super::clips::{Suite, list};
-use super::points::{Item, items, run_item};
+use super::clips::Suite;
+use super::points::{Item, items};
+use super::runs::{RunOptions, SEEDS};
+use super::shot::Shot;
 use crate::measures::logistic::{Example, fit, loss};
 use crate::measures::moseg::overlap_of;
 use clap::Args;
 use std::path::PathBuf;
-use tracecut::Params;
 use tracecut::discretize::Clusters;
 use tracecut::evidence::ClusterPair;
+use tracecut::{Params, Session};
 use tracecut_cli::failure::{Failure, Result, print, write};
 
 const HELP: &str = "\
@@ -39,9 +41,8 @@ pub(crate) struct FitArgs {
     /// Use the first N frames of each clip, or all where it is shorter
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(3..))]
     frames: u32,
-    /// Run each clip under each of these seeds
-    #[arg(long, value_name = "SEED,...", value_delimiter = ',', default_value = "0,1,2")]
-    seeds: Vec<u32>,
+    #[command(flatten)]
+    runs: RunOptions,
     /// Write the table of weights to this file: src/figure/evidence/weights.rs
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -61,7 +62,9 @@ pub(super) fn eval(args: &FitArgs) -> Result<()> {
     let mut params = args.suite.settings.params()?;
     params.clip.dense = false;
     let items = items(&args.suite)?;
-    let work = |item: &Item| lessons_of(item, &params, args).map_err(|failure| failure.with_subject(&item.name));
+    let seeds = args.runs.seeds(&SEEDS);
+    let work =
+        |item: &Item| lessons_of(item, &params, &seeds, args).map_err(|failure| failure.with_subject(&item.name));
     let report = |lessons: &Lessons| {
         let [pairs, objects, still] = lessons.each_ref().map(|lesson| lesson.examples.len());
         print(format_args!("{:20} {pairs:6} pairs {:4} clusters", lessons[0].kind, objects + still))
@@ -77,7 +80,7 @@ pub(super) fn eval(args: &FitArgs) -> Result<()> {
         report_losses(&lessons, &weights, names)?;
         tables.push(weights);
     }
-    let options = format!("--frames {} --seeds {}", args.frames, list(&args.seeds));
+    let options = format!("--frames {} {}", args.frames, args.runs.arguments(&seeds));
     let text = table(&tables, &args.suite.command("fit", &options));
     print(&text)?;
     args.out.as_ref().map_or(Ok(()), |path| write(path, text))
@@ -87,26 +90,12 @@ fn examples(lessons: &[&Lesson], wanted: impl Fn(&str) -> bool) -> Vec<Example> 
     lessons.iter().filter(|lesson| wanted(&lesson.kind)).flat_map(|lesson| lesson.examples.clone()).collect()
 }
 
-/// The pairs and clusters of a clip under all seeds; the weights of each sum up to one.
-fn lessons_of(item: &Item, params: &Params, args: &FitArgs) -> Result<Lessons> {
+/// The pairs and clusters of all runs of a clip; the weights of each sum up to one.
+fn lessons_of(item: &Item, params: &Params, seeds: &[u32], args: &FitArgs) -> Result<Lessons> {
     let mut examples = <[Vec<Example>; 3]>::default();
-    for &seed in &args.seeds {
-        let mut params = params.clone();
-        params.clip.seed = seed;
-        let (session, _, shot) = run_item(item, params, args.frames)?;
-        let overlap = |clusters: &Clusters| -> Result<Vec<Vec<u64>>> {
-            let Some(tracks) = session.trajectories() else { return Ok(Vec::new()) };
-            overlap_of(&shot.definition, &shot.maps, tracks, clusters).map_err(|e| Failure::new(e.to_string()))
-        };
-        if let Some((label, pairs)) = session.pieces() {
-            let count = 1 + label.iter().max().map_or(0, |&l| l as usize);
-            pairs_in(&overlap(&Clusters { count, label })?, pairs, &mut examples[0]);
-        }
-        // Regions of shots can be parts of the scene; masks show objects.
-        let terms = session.cluster_terms().filter(|_| item.has_masks());
-        if let (Some((still, terms)), Some(clusters)) = (terms, session.clusters()) {
-            objects_in(&overlap(clusters)?, terms, &mut examples[1 + usize::from(still)]);
-        }
+    for excerpt in item.excerpts(&args.runs, args.frames)? {
+        let shot = item.shot(&excerpt)?;
+        excerpt.run_seeds(params, seeds, |session, _, _| add_examples(&session, &shot, item, &mut examples))?;
     }
     let normalized = |mut examples: Vec<Example>| {
         let total: f64 = examples.iter().map(|e| e.weight).sum();
@@ -114,6 +103,24 @@ fn lessons_of(item: &Item, params: &Params, args: &FitArgs) -> Result<Lessons> {
         Lesson { kind: item.kind.clone(), examples }
     };
     Ok(examples.map(normalized))
+}
+
+/// Adds the pairs and clusters of a run.
+fn add_examples(session: &Session, shot: &Shot, item: &Item, examples: &mut [Vec<Example>; 3]) -> Result<()> {
+    let overlap = |clusters: &Clusters| -> Result<Vec<Vec<u64>>> {
+        let Some(tracks) = session.trajectories() else { return Ok(Vec::new()) };
+        overlap_of(&shot.definition, &shot.maps, tracks, clusters).map_err(|e| Failure::new(e.to_string()))
+    };
+    if let Some((label, pairs)) = session.pieces() {
+        let count = 1 + label.iter().max().map_or(0, |&l| l as usize);
+        pairs_in(&overlap(&Clusters { count, label })?, pairs, &mut examples[0]);
+    }
+    // Regions of shots can be parts of the scene; masks show objects.
+    let terms = session.cluster_terms().filter(|_| item.has_masks());
+    if let (Some((still, terms)), Some(clusters)) = (terms, session.clusters()) {
+        objects_in(&overlap(clusters)?, terms, &mut examples[1 + usize::from(still)]);
+    }
+    Ok(())
 }
 
 /// Counts the points of each cluster in scored frames.

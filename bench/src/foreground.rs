@@ -76,7 +76,7 @@ fn run_sequence(sequence: &Sequence, params: &Params, frames: u32) -> Result<Out
     let (Some(tracks), Some(saliency)) = (session.trajectories(), session.saliency()) else {
         return Err(Failure::missing_result());
     };
-    let shot = Shot::read(&sequence.definition, tracks.num_frames)?;
+    let shot = Shot::read(&sequence.definition, 0..tracks.num_frames)?;
     let scored = |foreground: &[bool]| {
         score(&shot.definition, &shot.maps, tracks, foreground)
             .map_err(|e| Failure::about(sequence.definition.display(), e))

@@ -18,6 +18,8 @@ pub mod mat;
 pub mod measures;
 mod moseg;
 mod points;
+mod report;
+mod runs;
 mod shot;
 mod stability;
 mod superpixels;

@@ -1,22 +1,20 @@
 //! `bench masks`: clips of many kinds through the pipeline, their masks against the true ones.
 
-mod report;
-
 use super::batch::{in_order, require_dense, write_json};
 use super::clips::{Clip, Suite, write_overlays};
+use super::report::{Column, Earlier, Outcome, RUNS_HELP, Report, Run, Scores, heading};
+use super::runs::{Excerpt, RunId, RunOptions};
 use crate::measures::davis::scored_frames;
-use crate::measures::masks::{ClipScorer, MaskScores, Truth};
-use crate::measures::reliability::Reliability;
+use crate::measures::masks::{Census, ClipScorer, MaskScores, Truth};
+use crate::measures::reliability::{Bin, Reliability};
 use clap::Args;
-use report::{Outcome, Report, Run, Scored};
-use std::path::{Path, PathBuf};
+use serde::Serialize;
+use std::path::PathBuf;
 use tracecut::image::Plane;
 use tracecut::{Params, Session, Window, Windows};
 use tracecut_cli::clock::{Clock, Seconds};
 use tracecut_cli::failure::{Failure, Result, print};
-use tracecut_cli::input::{ClipFrame, Input};
-use tracecut_cli::log::Log;
-use tracecut_cli::run::run;
+use tracecut_cli::input::ClipFrame;
 
 /// One overlay in this many is written.
 const OVERLAY_STEP: usize = 10;
@@ -37,13 +35,13 @@ Per clip, means over its scored frames; all labels other than 0 are foreground:
   false objects  labels with most of their pixels in the clip on the background, of how many labels
 
 Below: what was said of pixels to be right (in that they are on an object or are not), and the share that was, in tenths of what was said;
-every clip counts alike. Without --window.
+every clip counts alike. Without --window.";
 
-The kind of a clip is what stands before -- in its name, or else the name of DIR. With --seeds figures are means over the seeds, and
-spread is the largest J less the smallest: of the clip, of the mean over the kind, or of the mean over all.";
+/// Bins of the reliability with less of all pixels say little.
+const FAIR_SHARE: f64 = 0.01;
 
 #[derive(Args, Debug)]
-#[command(after_help = HELP)]
+#[command(after_help = format!("{HELP}\n\n{RUNS_HELP}"))]
 pub(crate) struct MasksArgs {
     #[command(flatten)]
     suite: Suite,
@@ -53,75 +51,161 @@ pub(crate) struct MasksArgs {
     /// Take each clip in windows of N frames, as the package and the page take long ones
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
     window: Option<u32>,
-    /// Run each clip under each of these seeds
-    #[arg(long, value_name = "SEED,...", value_delimiter = ',')]
-    seeds: Vec<u32>,
+    #[command(flatten)]
+    runs: RunOptions,
     /// Write every tenth frame into this folder as NAME/%05d.png, masks in colour, true objects outlined in white
     #[arg(long, value_name = "DIR")]
     overlay: Option<PathBuf>,
     /// Write all figures and the parameters to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Compare with the figures that an earlier --json of this command wrote
+    #[arg(long, value_name = "FILE")]
+    compare: Option<PathBuf>,
+}
+
+/// The scores of a run.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct MaskRun {
+    #[serde(flatten)]
+    scores: MaskScores,
+    #[serde(flatten)]
+    census: Census,
+    /// Frame by frame: its index and its scores.
+    of_frames: Vec<Scored>,
+    /// Reliability of confidences; empty in windows.
+    #[serde(skip)]
+    reliability: Reliability,
+}
+
+#[derive(Debug, Serialize)]
+struct Scored {
+    frame: usize,
+    #[serde(flatten)]
+    scores: MaskScores,
+}
+
+/// The content of the file of `--json`.
+#[derive(Serialize)]
+struct MaskReport<'a> {
+    #[serde(flatten)]
+    report: &'a Report<'a, MaskRun>,
+    /// Reliability of confidences, in tenths; `null` for an empty bin.
+    reliability: Vec<Option<Bin>>,
+}
+
+const fn column(name: &'static str, heading: &'static str) -> Column {
+    Column { name, heading, width: 7, decimals: 3, has_error: false }
+}
+
+impl Scores for MaskRun {
+    const COLUMNS: &'static [Column] = &[
+        Column { has_error: true, ..column("j", "J") },
+        column("f", "F"),
+        column("best", "best"),
+        column("recall", "recall"),
+        column("falseShare", "false"),
+    ];
+    const HEAD_WIDTH: usize = 43;
+    /// Chosen by eye.
+    const LARGE_CHANGE: f64 = 0.05;
+
+    fn values(&self) -> Vec<Option<f64>> {
+        let MaskScores { j, f, best, recall, false_share } = self.scores;
+        vec![j, f, best, recall, false_share]
+    }
 }
 
 pub(super) fn eval(args: &MasksArgs) -> Result<()> {
     let params = args.suite.settings.params()?;
     require_dense(&params)?;
     let clips = args.suite.clips()?;
-    let seeds = if args.seeds.is_empty() { vec![params.clip.seed] } else { args.seeds.clone() };
-    let several = seeds.len() > 1;
-    print(report::heading(several))?;
-    let work = |clip: &Clip| run_seeds(clip, &params, &seeds, args);
-    let outcomes = in_order(&clips, args.suite.jobs(), work, |o| print(report::row(o)))?;
+    let seeds = args.runs.seeds(&[params.clip.seed]);
+    let work = |clip: &Clip| run_clip(clip, &params, &seeds, args).map_err(|f| f.with_subject(&clip.name));
+    let earlier = Earlier::read(args.compare.as_deref(), args.frames)?;
+    if let Some(earlier) = &earlier {
+        for clip in &clips {
+            earlier.require(&clip.kind, &clip.name, &clip.excerpts(&args.runs, args.frames)?, &seeds)?;
+        }
+    }
+    let with_errors = args.runs.are_several(&seeds);
+    let head = format!("{:28} frames labels  ", "clip");
+    print(format_args!("{head}{}   found  false objects  seconds", heading::<MaskRun>(with_errors)))?;
+    let outcomes = in_order(&clips, args.suite.jobs(), work, |o| print(row(o, with_errors)))?;
     let report = Report::new(&outcomes, args.frames, &params);
-    report.lines().into_iter().try_for_each(print)?;
-    write_json(args.json.as_deref(), &report)
+    print("")?;
+    report.lines(with_errors).into_iter().try_for_each(print)?;
+    let runs = || outcomes.iter().flat_map(|outcome| &outcome.runs);
+    let sum = |count: fn(&Census) -> usize| runs().map(|run| count(&run.scores.census)).sum::<usize>();
+    print(format_args!(
+        "in all {} of {} objects found, {} false objects of {} labels, {:.1} s",
+        sum(|c| c.found_objects),
+        sum(|c| c.true_objects),
+        sum(|c| c.false_objects),
+        sum(|c| c.labels),
+        outcomes.iter().map(Outcome::seconds).sum::<f64>()
+    ))?;
+    let of_clip =
+        |outcome: &Outcome<MaskRun>| Reliability::of_clips(outcome.runs.iter().map(|r| &r.scores.reliability));
+    let reliability = Reliability::of_clips(&outcomes.iter().map(of_clip).collect::<Vec<_>>());
+    reliability_lines(&reliability).into_iter().try_for_each(print)?;
+    earlier.map_or(Ok(Vec::new()), |earlier| earlier.lines(&outcomes))?.into_iter().try_for_each(print)?;
+    write_json(args.json.as_deref(), &MaskReport { report: &report, reliability: reliability.curve() })
 }
 
-fn run_seeds(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> Result<Outcome> {
-    let run_one = |(index, &seed): (usize, &u32)| {
-        let mut params = params.clone();
-        params.clip.seed = seed;
-        let overlay = args.overlay.as_deref().filter(|_| index == 0);
-        run_clip(clip, args.frames, args.window, params, overlay)
-    };
-    let runs = seeds.iter().enumerate().map(run_one).collect::<Result<Vec<_>>>();
-    let runs = runs.map_err(|failure| failure.with_subject(&clip.name))?;
-    Ok(Outcome { name: clip.name.clone(), kind: clip.kind.clone(), runs })
-}
-
-/// Runs one clip, whole or in windows of `window` frames, and scores it; with `overlay` also writes pictures into that
-/// folder.
-pub(super) fn run_clip(
-    clip: &Clip,
-    frames: Option<u32>,
-    window: Option<u32>,
-    params: Params,
-    overlay: Option<&Path>,
-) -> Result<Run> {
-    let seed = params.clip.seed;
-    let images = clip.frames(frames)?;
-    let truth = images.iter().map(|image| clip.truth(image)).collect::<Result<Vec<_>>>()?;
-    let input = Input::open(&clip.images, frames)?;
-    let mut reliability = Reliability::default();
-    let (masks, time) = match window {
-        Some(window) => run_windows(&input, params, window as usize)?,
-        None => {
-            let (session, timing) = run(&input, params, 1, &Log::quiet())?;
+/// Runs all excerpts of a clip under all seeds.
+fn run_clip(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> Result<Outcome<MaskRun>> {
+    let mut runs = Vec::new();
+    for excerpt in clip.excerpts(&args.runs, args.frames)? {
+        let truth = excerpt.truth(clip)?;
+        // The first run of the clip is drawn.
+        let overlay = args.overlay.as_deref().filter(|_| excerpt.start == 0 && !excerpt.mirrored);
+        let drawn = |id: RunId| overlay.filter(|_| seeds.first() == Some(&id.seed)).map(|o| o.join(&clip.name));
+        if let Some(window) = args.window {
+            for &seed in seeds {
+                let (masks, time) = run_windows(&excerpt, params, seed, window as usize)?;
+                let id = excerpt.run_id(seed);
+                write_pictures(drawn(id), &excerpt, &masks, &truth)?;
+                runs.push(score(id, &masks, &truth, Reliability::default(), time)?);
+            }
+            continue;
+        }
+        runs.extend(excerpt.run_seeds(params, seeds, |session, id, time| {
             let masks = (0..truth.len()).map(|t| Ok(session.labels(t)?)).collect::<Result<Vec<_>>>()?;
+            let mut reliability = Reliability::default();
             for t in scored_frames(truth.len()) {
                 if let Some(truth) = &truth[t] {
                     reliability.add(&masks[t], &confidence_at_input(&session, t)?, truth)?;
                 }
             }
-            (masks, timing.total)
-        }
-    };
-    if let Some(folder) = overlay {
-        let objects = |t: usize| truth[t].as_ref().map(|mask| mask.map(|kind| kind == Truth::Object));
-        let masks_of = |t: usize| Ok((masks[t].clone(), objects(t)));
-        write_overlays(folder.join(&clip.name), truth.len(), OVERLAY_STEP, &input, masks_of)?;
+            write_pictures(drawn(id), &excerpt, &masks, &truth)?;
+            score(id, &masks, &truth, reliability, time)
+        })?);
     }
+    Ok(Outcome::new(&clip.name, &clip.kind, runs))
+}
+
+/// Writes every tenth frame into `folder`, if there is one.
+fn write_pictures(
+    folder: Option<PathBuf>,
+    excerpt: &Excerpt,
+    masks: &[Plane<u8>],
+    truth: &[Option<Plane<Truth>>],
+) -> Result<()> {
+    let Some(folder) = folder else { return Ok(()) };
+    let objects = |t: usize| truth[t].as_ref().map(|mask| mask.map(|kind| kind == Truth::Object));
+    write_overlays(folder, truth.len(), OVERLAY_STEP, excerpt.frames(), |t| Ok((masks[t].clone(), objects(t))))
+}
+
+/// Scores the masks of a run.
+fn score(
+    id: RunId,
+    masks: &[Plane<u8>],
+    truth: &[Option<Plane<Truth>>],
+    reliability: Reliability,
+    time: Seconds,
+) -> Result<Run<MaskRun>> {
     let (mut scorer, mut places) = (ClipScorer::default(), Vec::new());
     for t in scored_frames(truth.len()) {
         if let Some(truth) = &truth[t] {
@@ -132,16 +216,18 @@ pub(super) fn run_clip(
     let of_frames: Vec<Scored> =
         places.iter().zip(scorer.frames()).map(|(&frame, &scores)| Scored { frame, scores }).collect();
     if of_frames.is_empty() {
-        let reason = "has no mask of a frame but the first and the last, which do not count";
-        return Err(Failure::about(clip.images.display(), reason));
+        return Err(Failure::input("has no mask of a frame but the first and the last, which do not count"));
     }
     let scores = MaskScores::mean_of(scorer.frames());
-    Ok(Run { seed, frames: truth.len(), scores, census: scorer.census(), of_frames, time, reliability })
+    let scores = MaskRun { scores, census: scorer.census(), of_frames, reliability };
+    Ok(Run { id, frames: truth.len(), scores, time })
 }
 
 /// The masks of all frames of a clip taken in windows of `window` frames, as the package and the page take long ones.
-fn run_windows(input: &Input, params: Params, window: usize) -> Result<(Vec<Plane<u8>>, Seconds)> {
-    let frames = input.frames()?.collect::<Result<Vec<ClipFrame>>>()?;
+fn run_windows(excerpt: &Excerpt, params: &Params, seed: u32, window: usize) -> Result<(Vec<Plane<u8>>, Seconds)> {
+    let mut params = params.clone();
+    params.clip.seed = seed;
+    let frames = excerpt.frames().collect::<Result<Vec<ClipFrame>>>()?;
     let (clock, count) = (Clock::start(), frames.len());
     let frames = frames.into_iter().map(|frame| Ok::<_, Failure>(frame.frame));
     let overlap = Window::overlap(window);
@@ -155,8 +241,34 @@ fn run_windows(input: &Input, params: Params, window: usize) -> Result<(Vec<Plan
     Ok((masks, clock.seconds()))
 }
 
+/// Formats the row of a clip, with the counts of its first run.
+fn row(outcome: &Outcome<MaskRun>, with_errors: bool) -> String {
+    let (frames, census) = outcome.runs.first().map(|r| (r.frames, r.scores.census)).unwrap_or_default();
+    let objects = format!("{}/{}", census.found_objects, census.true_objects);
+    let wrong = format!("{}/{}", census.false_objects, census.labels);
+    let head = format!("{:29} {frames:5} {:6} ", outcome.name, census.labels);
+    outcome.row(&head, &format!(" {objects:>7} {wrong:>14} {:8.1}", outcome.seconds()), with_errors)
+}
+
 /// The confidence of each pixel of frame `t` at input size.
 fn confidence_at_input(session: &Session, t: usize) -> Result<Plane<f32>> {
     let (sure, (width, height)) = (session.confidence(t)?, session.input_size().unwrap_or_default());
     Ok(Plane::from_fn(width, height, |x, y| sure[(x * sure.width() / width, y * sure.height() / height)]))
+}
+
+/// Formats the curve of confidences against the share of right pixels.
+fn reliability_lines(found: &Reliability) -> Vec<String> {
+    let bins = found.curve().into_iter().enumerate().filter_map(|(k, bin)| Some((k, bin?)));
+    let row = |(k, bin): (usize, Bin)| {
+        let (low, high) = (k as f64 / 10.0, (k + 1) as f64 / 10.0);
+        let off = bin.right - bin.said;
+        format!("{low:.1} to {high:.1} {:10.3} {:7.3} {off:+7.3} {:7.3}", bin.said, bin.right, bin.share)
+    };
+    let mut lines: Vec<String> = bins.map(row).collect();
+    if !lines.is_empty() {
+        lines.splice(0..0, [String::new(), "confidence       said   right     off   share".to_owned()]);
+        let furthest = found.furthest(FAIR_SHARE);
+        lines.push(format!("furthest from the diagonal, with at least {FAIR_SHARE} of the pixels: {furthest:.3}"));
+    }
+    lines
 }

@@ -140,7 +140,7 @@ fn run_sequence(sequence: &Sequence, params: &Params, args: &MosegArgs) -> Resul
     let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
         return Err(Failure::missing_result());
     };
-    let shot = Shot::read(&sequence.definition, tracks.num_frames)?;
+    let shot = Shot::read(&sequence.definition, 0..tracks.num_frames)?;
     // Scored as written, so that a score of the file gives the same figures.
     let scored = |clusters: &Clusters| -> Result<(String, Scores)> {
         let text = tracks::write(tracks, clusters)?;

@@ -1,51 +1,57 @@
 //! `bench points`: labelled trajectories against the true masks of clips of all kinds.
 
-use super::batch::{in_order, run_clip, write_json};
+use super::batch::{in_order, write_json};
 use super::clips::{Clip, Suite, find_clips};
 use super::moseg::{Sequence, find_sequences};
-use super::shot::Shot;
+use super::report::{Column, Earlier, Outcome, RUNS_HELP, Report, Run, Scores, by_kind, group_row, heading, summary};
+use super::runs::{Excerpt, RunOptions};
+use super::shot::{Shot, read_definition};
 use crate::measures::definition::{Definition, LabelledFrame};
+use crate::measures::estimate::Estimate;
 use crate::measures::masks::Truth;
-use crate::measures::moseg::{Scores, best_clusters, mean, score, trimmed_mean};
+use crate::measures::moseg::{self, best_clusters, trimmed};
 use clap::Args;
-use serde::Serialize;
-use std::collections::BTreeMap;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use tracecut::image::Plane;
+use tracecut::trajectory::Trajectories;
 use tracecut::{Params, Session};
-use tracecut_cli::clock::Seconds;
 use tracecut_cli::failure::{Failure, Result, print};
+use tracecut_cli::images;
 
 const HELP: &str = "\
 Folders of the Moseg benchmark are scored on its labelled frames; others on all frames that have a mask, each colour of which is a region.
 
-Per clip, means over the seeds, as `moseg` has them:
+Per clip, as `moseg` has them:
   error %        wrong points of all
   region %       the same in each region, as a mean over the regions
   fragments      clusters that no region took
-  objects        regions with an error below 10 %, without the background, of how many
+  objects, of    regions with an error below 10 %, without the background, and the number of regions but one
   best           intersection over union of each object's points with those of its best cluster, as a mean over the objects: an object in
                  parts is low here
 
-The kind of a clip is what stands before -- in its name, or else the name of DIR. Trimmed means leave out the lowest and the highest tenth.";
+Trimmed means leave out the lowest and the highest tenth of the clips.";
 
 #[derive(Args, Debug)]
-#[command(after_help = HELP)]
+#[command(after_help = format!("{HELP}\n\n{RUNS_HELP}"))]
 pub(crate) struct PointsArgs {
     #[command(flatten)]
     suite: Suite,
     /// Use the first N frames of each clip, or all where it is shorter
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(3..))]
     frames: u32,
-    /// Run each clip under each of these seeds
-    #[arg(long, value_name = "SEED,...", value_delimiter = ',')]
-    seeds: Vec<u32>,
+    #[command(flatten)]
+    runs: RunOptions,
     /// Score the labels after the masks are made, where the background has had its say
     #[arg(long)]
     dense: bool,
     /// Write all figures to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Compare with the figures that an earlier --json of this command wrote
+    #[arg(long, value_name = "FILE")]
+    compare: Option<PathBuf>,
 }
 
 /// A clip with true masks, in either layout.
@@ -62,38 +68,73 @@ pub(super) struct Item {
     source: Source,
 }
 
-#[derive(Debug, Serialize)]
+/// Scores of labelled points.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
-struct Outcome {
-    name: String,
-    kind: String,
-    runs: Vec<Run>,
+pub(super) struct PointScores {
+    /// Wrong points, in percent; `None` without points.
+    pub(super) error: Option<f64>,
+    /// Mean of the regions' errors, in percent.
+    pub(super) region: f64,
+    /// Clusters that no region took; `None` without points.
+    pub(super) fragments: Option<f64>,
+    /// Regions with an error below 10 %, the background not counted.
+    pub(super) objects: f64,
+    /// Visible regions, the background not counted.
+    pub(super) true_objects: f64,
+    /// Intersection over union of each object's points with its best cluster; `None` without an object.
+    pub(super) best: Option<f64>,
 }
 
+/// The scores of a run.
 #[derive(Debug, Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Run {
-    seed: u32,
+struct PointRun {
     trajectories: usize,
     clusters: usize,
     #[serde(flatten)]
-    scores: Scores,
-    best: Option<f64>,
-    #[serde(flatten)]
-    time: Seconds,
+    scores: PointScores,
+}
+
+impl Scores for PointRun {
+    const COLUMNS: &'static [Column] = &[
+        Column { name: "error", heading: "error %", width: 10, decimals: 2, has_error: true },
+        Column { name: "region", heading: "region %", width: 10, decimals: 2, has_error: true },
+        Column { name: "fragments", heading: "fragments", width: 11, decimals: 2, has_error: true },
+        Column { name: "objects", heading: "objects", width: 9, decimals: 1, has_error: true },
+        Column { name: "trueObjects", heading: "of", width: 5, decimals: 1, has_error: false },
+        Column { name: "best", heading: "best", width: 8, decimals: 3, has_error: true },
+    ];
+    const HEAD_WIDTH: usize = 46;
+    /// Chosen by eye.
+    const LARGE_CHANGE: f64 = 5.0;
+
+    fn values(&self) -> Vec<Option<f64>> {
+        let PointScores { error, region, fragments, objects, true_objects, best } = self.scores;
+        vec![error, Some(region), fragments, Some(objects), Some(true_objects), best]
+    }
 }
 
 pub(super) fn eval(args: &PointsArgs) -> Result<()> {
     let mut params = args.suite.settings.params()?;
     params.clip.dense = args.dense;
-    let seeds = if args.seeds.is_empty() { vec![params.clip.seed] } else { args.seeds.clone() };
+    let seeds = args.runs.seeds(&[params.clip.seed]);
     let items = items(&args.suite)?;
-    print("clip                           tracks clusters   error %  region %  fragments  objects    best  seconds")?;
-    let outcomes =
-        in_order(&items, args.suite.jobs(), |item| run_seeds(item, &params, &seeds, args), |o| print(row(o)))?;
+    let earlier = Earlier::read(args.compare.as_deref(), Some(args.frames))?;
+    if let Some(earlier) = &earlier {
+        for item in &items {
+            earlier.require(&item.kind, &item.name, &item.excerpts(&args.runs, args.frames)?, &seeds)?;
+        }
+    }
+    let with_errors = args.runs.are_several(&seeds);
+    print(format_args!("{:30} tracks clusters{}  seconds", "clip", heading::<PointRun>(with_errors)))?;
+    let work = |item: &Item| run_item(item, &params, &seeds, args).map_err(|f| f.with_subject(&item.name));
+    let outcomes = in_order(&items, args.suite.jobs(), work, |o| print(row(o, with_errors)))?;
+    let report = Report::new(&outcomes, Some(args.frames), &params);
     print("")?;
-    means(&outcomes).into_iter().try_for_each(print)?;
-    write_json(args.json.as_deref(), &outcomes)
+    report.lines(with_errors).into_iter().try_for_each(print)?;
+    trimmed_lines(&outcomes).into_iter().try_for_each(print)?;
+    earlier.map_or(Ok(Vec::new()), |earlier| earlier.lines(&outcomes))?.into_iter().try_for_each(print)?;
+    write_json(args.json.as_deref(), &report)
 }
 
 impl Item {
@@ -102,28 +143,42 @@ impl Item {
         matches!(self.source, Source::Masks(_))
     }
 
-    /// Returns the folder of its frames.
-    pub(super) fn images(&self) -> &Path {
+    /// Returns the folder or the list of its frames.
+    pub(super) fn path(&self) -> &Path {
         match &self.source {
             Source::Shot(sequence) => &sequence.list,
             Source::Masks(clip) => &clip.images,
         }
     }
 
-    /// The true masks of its first frames; none where it has regions.
-    pub(super) fn masks(&self, frames: u32) -> Result<Vec<Option<Plane<Truth>>>> {
+    /// Returns the excerpts to run, each of at most `frames` frames: those of later starts that have a labelled frame.
+    pub(super) fn excerpts(&self, options: &RunOptions, frames: u32) -> Result<Vec<Excerpt>> {
         match &self.source {
-            Source::Shot(_) => Ok(Vec::new()),
-            Source::Masks(clip) => clip.frames(Some(frames))?.iter().map(|image| clip.truth(image)).collect(),
+            Source::Shot(sequence) => {
+                let labelled = read_definition(&sequence.definition)?.labelled;
+                let is_scored = |range: Range<usize>| labelled.iter().any(|frame| range.contains(&frame.index));
+                Ok(options.excerpts(&images::in_list(&sequence.list)?, Some(frames), is_scored))
+            }
+            Source::Masks(clip) => clip.excerpts(options, Some(frames)),
         }
     }
 
-    /// The true regions of its first frames.
-    pub(super) fn shot(&self, frames: u32) -> Result<Shot> {
+    /// The true masks of an excerpt; none where it has regions.
+    pub(super) fn masks(&self, excerpt: &Excerpt) -> Result<Vec<Option<Plane<Truth>>>> {
         match &self.source {
-            Source::Shot(sequence) => Shot::read(&sequence.definition, frames as usize),
-            Source::Masks(clip) => shot_of(clip, frames),
+            Source::Shot(_) => Ok(Vec::new()),
+            Source::Masks(clip) => excerpt.truth(clip),
         }
+    }
+
+    /// The true regions of an excerpt.
+    pub(super) fn shot(&self, excerpt: &Excerpt) -> Result<Shot> {
+        let mut shot = match &self.source {
+            Source::Shot(sequence) => Shot::read(&sequence.definition, excerpt.range())?,
+            Source::Masks(clip) => shot_of(clip, &excerpt.images)?,
+        };
+        shot.maps = shot.maps.into_iter().map(|map| excerpt.orient(map)).collect();
+        Ok(shot)
     }
 }
 
@@ -151,42 +206,46 @@ fn holds_shots(folder: &Path) -> bool {
     std::fs::read_dir(folder).is_ok_and(|entries| entries.flatten().any(|entry| is_shot(entry.path())))
 }
 
-fn run_seeds(item: &Item, params: &Params, seeds: &[u32], args: &PointsArgs) -> Result<Outcome> {
-    let runs = seeds.iter().map(|&seed| {
-        let mut params = params.clone();
-        params.clip.seed = seed;
-        run_one(item, params, args)
-    });
-    let runs = runs.collect::<Result<Vec<_>>>().map_err(|failure| failure.with_subject(&item.name))?;
-    Ok(Outcome { name: item.name.clone(), kind: item.kind.clone(), runs })
+/// Runs all excerpts of a clip under all seeds.
+fn run_item(item: &Item, params: &Params, seeds: &[u32], args: &PointsArgs) -> Result<Outcome<PointRun>> {
+    let mut runs = Vec::new();
+    for excerpt in item.excerpts(&args.runs, args.frames)? {
+        let shot = item.shot(&excerpt)?;
+        runs.extend(excerpt.run_seeds(params, seeds, |session, id, time| {
+            let scores = PointRun {
+                trajectories: session.trajectories().map_or(0, Trajectories::len),
+                clusters: session.clusters().map_or(0, |clusters| clusters.count),
+                scores: PointScores::of(&session, &shot)?,
+            };
+            Ok(Run { id, frames: session.num_frames(), scores, time })
+        })?);
+    }
+    Ok(Outcome::new(&item.name, &item.kind, runs))
 }
 
-fn run_one(item: &Item, params: Params, args: &PointsArgs) -> Result<Run> {
-    let seed = params.clip.seed;
-    let (session, time, Shot { definition, maps }) = run_item(item, params, args.frames)?;
-    let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-        return Err(Failure::missing_result());
-    };
-    let broken = |e| Failure::about(&item.name, e);
-    Ok(Run {
-        seed,
-        trajectories: tracks.len(),
-        clusters: clusters.count,
-        scores: score(&definition, &maps, tracks, clusters).map_err(broken)?,
-        best: best_clusters(&definition, &maps, tracks, clusters).map_err(broken)?,
-        time,
-    })
-}
-
-/// A clip's first frames through the pipeline; how long that took, and their truth.
-pub(super) fn run_item(item: &Item, params: Params, frames: u32) -> Result<(Session, Seconds, Shot)> {
-    let (session, time) = run_clip(item.images(), Some(frames), params)?;
-    Ok((session, time, item.shot(frames)?))
+impl PointScores {
+    /// Scores the labelled trajectories of a session.
+    pub(super) fn of(session: &Session, shot: &Shot) -> Result<Self> {
+        let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
+            return Err(Failure::missing_result());
+        };
+        let Shot { definition, maps } = shot;
+        let scores = moseg::score(definition, maps, tracks, clusters)?;
+        let has_points = scores.density > 0.0;
+        Ok(Self {
+            error: has_points.then_some(scores.overall),
+            region: scores.average,
+            fragments: has_points.then_some(scores.oversegmentation),
+            objects: scores.extracted,
+            // One of the visible regions is the background.
+            true_objects: (scores.visible - 1.0).max(0.0),
+            best: best_clusters(definition, maps, tracks, clusters)?,
+        })
+    }
 }
 
 /// The truth of a clip with masks: region 0 is the background; all mistakes count alike.
-fn shot_of(clip: &Clip, frames: u32) -> Result<Shot> {
-    let images = clip.frames(Some(frames))?;
+fn shot_of(clip: &Clip, images: &[PathBuf]) -> Result<Shot> {
     let (mut labelled, mut maps, mut colours): (_, Vec<Plane<u8>>, _) = (Vec::new(), Vec::new(), Vec::new());
     for (index, image) in images.iter().enumerate() {
         if let Some(map) = clip.regions(image, &mut colours)? {
@@ -200,56 +259,21 @@ fn shot_of(clip: &Clip, frames: u32) -> Result<Shot> {
     Ok(Shot { definition, maps })
 }
 
-fn row(outcome: &Outcome) -> String {
-    let over = |value: fn(&Run) -> usize| outcome.runs.iter().map(value).sum::<usize>() / outcome.runs.len().max(1);
-    let head = format!("{:29} {:7} {:8}", outcome.name, over(|r| r.trajectories), over(|r| r.clusters));
-    let seconds: f64 = outcome.runs.iter().map(|r| r.time.best()).sum();
-    format!("{head} {} {seconds:8.1}", columns(&of_seeds(outcome), best_of(&[outcome])))
+fn row(outcome: &Outcome<PointRun>, with_errors: bool) -> String {
+    let count = outcome.runs.len().max(1);
+    let mean = |value: fn(&PointRun) -> usize| outcome.runs.iter().map(|run| value(&run.scores)).sum::<usize>() / count;
+    let head = format!("{:29} {:7} {:8}", outcome.name, mean(|r| r.trajectories), mean(|r| r.clusters));
+    outcome.row(&head, &format!(" {:8.1}", outcome.seconds()), with_errors)
 }
 
-/// The scores of a clip as means over the seeds; `visible` is the number of objects.
-fn of_seeds(outcome: &Outcome) -> Scores {
-    let runs: Vec<Scores> = outcome.runs.iter().map(|run| run.scores.clone()).collect();
-    let count = runs.len().max(1) as f64;
-    let mean = mean(&runs);
-    // One of the visible regions is the background.
-    let objects = (mean.visible / count - 1.0).max(0.0);
-    Scores { extracted: mean.extracted / count, visible: objects, labeled: mean.labeled / count, ..mean }
-}
-
-fn best_of(outcomes: &[&Outcome]) -> Option<f64> {
-    let values: Vec<f64> = outcomes.iter().flat_map(|o| &o.runs).filter_map(|run| run.best).collect();
-    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
-}
-
-/// The rows of each kind, and of all clips.
-fn means(outcomes: &[Outcome]) -> Vec<String> {
-    let mut kinds: BTreeMap<&str, Vec<&Outcome>> = BTreeMap::new();
-    outcomes.iter().for_each(|outcome| kinds.entry(&outcome.kind).or_default().push(outcome));
-    let mut lines = Vec::new();
-    let mut of_kinds = Vec::new();
-    for (kind, clips) in &kinds {
-        let scores: Vec<Scores> = clips.iter().map(|o| of_seeds(o)).collect();
-        let title = |suffix: &str| format!("{kind} ({}){suffix}", clips.len());
-        lines.push(format!("{:46} {}", title(""), columns(&mean(&scores), best_of(clips))));
-        if clips.len() > 4 {
-            lines.push(format!("{:46} {}", title(", trimmed"), columns(&trimmed_mean(&scores), best_of(clips))));
-        }
-        of_kinds.push(mean(&scores));
-    }
-    let scores: Vec<Scores> = outcomes.iter().map(of_seeds).collect();
-    let outcomes: Vec<&Outcome> = outcomes.iter().collect();
-    lines.push(format!("{:46} {}", format!("mean of kinds ({})", kinds.len()), columns(&mean(&of_kinds), None)));
-    lines.push(format!(
-        "{:46} {}",
-        format!("mean of clips ({})", outcomes.len()),
-        columns(&mean(&scores), best_of(&outcomes))
-    ));
-    lines
-}
-
-fn columns(s: &Scores, best: Option<f64>) -> String {
-    let objects = format!("{:.1}/{:.0}", s.extracted, s.visible);
-    let best = best.map_or_else(|| "-".to_owned(), |best| format!("{best:.3}"));
-    format!("{:9.2} {:9.2} {:10.2} {objects:>8} {best:>7}", s.overall, s.average, s.oversegmentation)
+/// Formats the trimmed means of kinds with enough clips.
+fn trimmed_lines(outcomes: &[Outcome<PointRun>]) -> Vec<String> {
+    let kinds = by_kind(outcomes).into_iter().filter(|(_, clips)| clips.len() > 4);
+    let line = |(kind, clips): (&str, Vec<&Outcome<PointRun>>)| {
+        let values = |column: &Column| clips.iter().filter_map(|clip| Some(clip.mean.get(column.name)?.mean)).collect();
+        let estimate = |mean: f64| Estimate { mean, standard_error: None };
+        let mean = summary::<PointRun>(|_, column| Some(estimate(trimmed(values(column))?)));
+        group_row::<PointRun>(&format!("{kind}, trimmed"), clips.len(), &mean, false)
+    };
+    kinds.map(line).collect()
 }

@@ -2,6 +2,7 @@
 
 use crate::measures::definition::{Definition, parse_pgm};
 use crate::measures::moseg::{Scores, score};
+use std::ops::Range;
 use std::path::Path;
 use tracecut::Session;
 use tracecut::discretize::Clusters;
@@ -17,11 +18,16 @@ pub(crate) struct Shot {
 }
 
 impl Shot {
-    /// Reads a definition file and the masks beside it of the first `num_frames` frames.
-    pub(crate) fn read(path: &Path, num_frames: usize) -> Result<Self> {
-        let definition = Definition::parse(&read_text(path)?).map_err(|e| Failure::about(path.display(), e))?;
+    /// Reads a definition file and the masks beside it of a range of frames; the range's first is frame 0 of the result.
+    pub(crate) fn read(path: &Path, frames: Range<usize>) -> Result<Self> {
+        let mut definition = read_definition(path)?;
+        definition.num_frames = definition.num_frames.saturating_sub(frames.start);
+        definition.labelled.retain(|frame| frames.contains(&frame.index));
         let mut maps = Vec::new();
-        for frame in definition.labelled_within(num_frames) {
+        for frame in &mut definition.labelled {
+            frame.index -= frames.start;
+        }
+        for frame in &definition.labelled {
             let mask_path = path.with_file_name(&frame.mask);
             if is_endless(&mask_path) {
                 return Err(Failure::about(
@@ -36,9 +42,14 @@ impl Shot {
     }
 }
 
+/// Reads a definition file.
+pub(crate) fn read_definition(path: &Path) -> Result<Definition> {
+    Definition::parse(&read_text(path)?).map_err(|e| Failure::about(path.display(), e))
+}
+
 /// Scores labelled tracks of a shot.
 pub(crate) fn score_shot(path: &Path, tracks: &Trajectories, clusters: &Clusters) -> Result<Scores> {
-    let Shot { definition, maps } = Shot::read(path, tracks.num_frames)?;
+    let Shot { definition, maps } = Shot::read(path, 0..tracks.num_frames)?;
     score(&definition, &maps, tracks, clusters).map_err(|e| Failure::about(path.display(), e))
 }
 

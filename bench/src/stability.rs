@@ -2,6 +2,7 @@
 
 use super::batch::{in_order, require_dense, write_json};
 use super::clips::{Clip, Suite};
+use super::runs::{Excerpt, map_frame};
 use crate::measures::masks::{MaskScores, score_frame};
 use clap::Args;
 use image::codecs::jpeg::JpegEncoder;
@@ -12,12 +13,10 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
-use tracecut::Params;
 use tracecut::image::{Frame, Plane};
+use tracecut::{Params, Session};
 use tracecut_cli::failure::{Failure, Result, print};
-use tracecut_cli::input::{ClipFrame, decode};
-use tracecut_cli::log::Log;
-use tracecut_cli::run::run_frames;
+use tracecut_cli::input::ClipFrame;
 
 const HELP: &str = "\
 Each clip is run as it is (base), under other seeds (seed1, seed2), without its first column and row of pixels, or its first four (crop1,
@@ -119,18 +118,19 @@ fn j_under(clip: &Clip, change: Change, mut params: Params, frames: u32) -> Resu
     if let Change::Seed(seed) = change {
         params.clip.seed = seed;
     }
-    // One more is there for those who leave the first out.
-    let mut images = clip.frames(Some(frames.saturating_add(1)))?.split_off(change.skipped());
-    images.truncate(frames as usize);
-    let changed = images.iter().map(|path| {
-        let frame = change.of_frame(decode(path)?)?;
-        Ok(ClipFrame { name: path.display().to_string(), frame, timing: None })
-    });
-    let (session, _) = run_frames(changed, Some(images.len()), params, 1, &Log::quiet())?;
+    let (start, mirrored) = (usize::from(change == Change::Later), change == Change::Mirror);
+    let images = clip.frames(None)?.into_iter().skip(start).take(frames as usize).collect();
+    let excerpt = Excerpt { start, images, mirrored };
+    let mut session = Session::new(params)?;
+    for frame in excerpt.frames() {
+        let ClipFrame { name, frame, .. } = frame?;
+        session.push_frame(change.of_frame(frame)?).map_err(|e| Failure::about(name, e))?;
+    }
+    session.run()?;
     let mut scores = Vec::new();
-    for (t, image) in images.iter().enumerate() {
-        if let Some(truth) = clip.truth(image)? {
-            scores.push(score_frame(&session.labels(t)?, &change.of_plane(&truth)?)?);
+    for (t, truth) in excerpt.truth(clip)?.into_iter().enumerate() {
+        if let Some(truth) = truth {
+            scores.push(score_frame(&session.labels(t)?, &change.of_plane(truth)?)?);
         }
     }
     MaskScores::mean_of(&scores).j.ok_or_else(|| Failure::new("has no true mask of the frames used".to_owned()))
@@ -228,39 +228,28 @@ impl fmt::Display for Change {
 }
 
 impl Change {
-    /// Returns the number of frames skipped at the start.
-    fn skipped(self) -> usize {
-        usize::from(self == Self::Later)
-    }
-
-    /// The frame so changed.
+    /// Applies the change of pixels to a frame. The excerpt has the other changes.
     fn of_frame(self, frame: Frame) -> Result<Frame> {
-        let (width, height) = (frame.width(), frame.height());
         match self {
-            Self::Base | Self::Seed(_) | Self::Later => Ok(frame),
+            Self::Base | Self::Seed(_) | Self::Mirror | Self::Later => Ok(frame),
             Self::Dark => {
                 let darker = |&value: &u8| (f32::from(value) * DARKENING + 0.5) as u8;
-                Ok(Frame::from_rgb(frame.rgb().iter().map(darker).collect(), width, height)?)
+                Ok(Frame::from_rgb(frame.rgb().iter().map(darker).collect(), frame.width(), frame.height())?)
             }
             Self::Jpeg => through_jpeg(&frame),
-            Self::Crop(_) | Self::Mirror => {
-                let pixels = frame.rgb().chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
-                let changed = self.of_plane(&Plane::from_vec(width, height, pixels).unwrap_or_default())?;
-                Ok(Frame::from_rgb(changed.data().concat(), changed.width(), changed.height())?)
-            }
+            Self::Crop(_) => map_frame(&frame, |plane| self.of_plane(plane)),
         }
     }
 
-    /// Applies the geometric part of the change to a plane, such as the true mask.
-    fn of_plane<T: Copy>(self, plane: &Plane<T>) -> Result<Plane<T>> {
+    /// Applies the crop to a plane, such as the true mask.
+    fn of_plane<T: Copy>(self, plane: Plane<T>) -> Result<Plane<T>> {
         let (width, height) = (plane.width(), plane.height());
         match self {
             Self::Crop(n) if n >= width.min(height) => {
                 Err(Failure::new(format!("crop{n} leaves nothing of frames of {width}x{height}")))
             }
             Self::Crop(n) => Ok(Plane::from_fn(width - n, height - n, |x, y| plane[(x + n, y + n)])),
-            Self::Mirror => Ok(Plane::from_fn(width, height, |x, y| plane[(width - 1 - x, y)])),
-            _ => Ok(plane.clone()),
+            _ => Ok(plane),
         }
     }
 }
@@ -302,14 +291,11 @@ mod tests {
         let picture = [10, 20, 30, 40, 50, 60];
         let changed = |change: Change| values(&change.of_frame(grey(&picture, 3)).unwrap());
         let plane = Plane::from_vec(3, 2, picture.to_vec()).unwrap();
-        for (change, expected) in [(Change::Crop(1), vec![50, 60]), (Change::Mirror, vec![30, 20, 10, 60, 50, 40])] {
-            assert_eq!(changed(change), expected);
-            assert_eq!(change.of_plane(&plane).unwrap().data(), expected);
-        }
+        assert_eq!(changed(Change::Crop(1)), [50, 60]);
+        assert_eq!(Change::Crop(1).of_plane(plane.clone()).unwrap().data(), [50, 60]);
         assert_eq!(changed(Change::Dark), [10, 19, 29, 38, 48, 57]);
-        assert_eq!(Change::Dark.of_plane(&plane).unwrap(), plane);
-        assert!(Change::Crop(2).of_plane(&plane).is_err());
-        assert_eq!((Change::Later.skipped(), changed(Change::Later)), (1, picture.to_vec()));
+        assert_eq!(Change::Dark.of_plane(plane.clone()).unwrap(), plane);
+        assert!(Change::Crop(2).of_plane(plane).is_err());
     }
 
     #[test]

@@ -142,6 +142,12 @@ fn a_folder_of_shots_is_run_and_scored() {
         assert!(pixels["overall"].as_f64().unwrap() < 10.0, "{way}: {pixels}");
     }
 
+    // Frame 9 is frame 4 of the second start.
+    let (_, points) = scored("points", &root, &["--frames", "5", "--starts", "2", "--mirror"]);
+    let runs = points["clips"][0]["runs"].as_array().unwrap();
+    assert_eq!(runs.iter().map(|run| run["start"].as_u64().unwrap()).collect::<Vec<_>>(), [0, 0, 5, 5]);
+    assert!(runs.iter().all(|run| run["error"].as_f64().unwrap() < 5.0 && run["trueObjects"] == 1.0), "{points}");
+
     assert_refused(&score("moseg", &folder("no-shots"), &[]), 3, &["holds no sequence"]);
     fs::remove_file(root.join("toy/m9.pgm")).unwrap();
     assert_refused(&score("moseg", &root, &[]), 1, &["toy", "m9.pgm"]);

@@ -64,7 +64,7 @@ fn name_key(name: &str) -> (Vec<NamePart>, String) {
 /// Names may lead to any file that the caller may read. Devices and pipes, which may never end, are errors.
 ///
 /// Lists of the Moseg benchmark have `.ppm` names for `.jpg` files; a file of the same stem is used instead.
-pub(crate) fn in_list(list: &Path) -> Result<Vec<PathBuf>> {
+pub fn in_list(list: &Path) -> Result<Vec<PathBuf>> {
     let text = read_text(list)?;
     let folder = list.parent().unwrap_or(Path::new(""));
     let paths: Vec<PathBuf> = names_in(list, &text)?.into_iter().map(|name| stand_in(folder.join(name))).collect();

@@ -1,6 +1,7 @@
 //! Scores on disk, so that a long run can be broken off and taken up again.
 
 use crate::measures::masks::MaskScores;
+use crate::points::PointScores;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use tracecut::Params;
@@ -20,20 +21,16 @@ pub(super) struct Cache {
 #[serde(rename_all = "camelCase")]
 pub(super) struct Score {
     pub(super) masks: MaskScores,
-    /// Error of the points, in percent.
-    pub(super) error: f64,
-    pub(super) region: f64,
-    pub(super) fragments: f64,
-    pub(super) objects: f64,
-    pub(super) best_points: Option<f64>,
+    pub(super) points: PointScores,
 }
 
 impl Score {
     /// J, and the error of the points.
     pub(super) fn line(&self) -> String {
-        let j = self.masks.j.map_or_else(|| "-".to_owned(), |j| format!("{j:.3}"));
-        let Self { error, region, fragments, objects, .. } = self;
-        format!("{j} {error:.2}/{region:.1}/{fragments:.1}/{objects:.0}")
+        let decimals = |value: Option<f64>, n: usize| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.n$}"));
+        let PointScores { error, region, fragments, objects, .. } = self.points;
+        let (j, error, fragments) = (decimals(self.masks.j, 3), decimals(error, 2), decimals(fragments, 1));
+        format!("{j} {error}/{region:.1}/{fragments}/{objects:.0}")
     }
 }
 
@@ -41,6 +38,8 @@ impl Score {
 #[derive(Debug, Serialize)]
 pub(super) struct Key<'a> {
     pub(super) clip: &'a Path,
+    pub(super) start: usize,
+    pub(super) mirrored: bool,
     pub(super) frames: u32,
     pub(super) params: &'a Params,
 }
@@ -99,14 +98,18 @@ mod tests {
         let params = Params::default();
         let clip = Path::new("clip");
         let masks = MaskScores { j: Some(0.125), f: None, ..MaskScores::default() };
-        let scores = Score { masks, error: 0.5, region: 3.0, fragments: 0.0, objects: 1.0, best_points: None };
+        let (error, fragments) = (Some(0.5), None);
+        let points = PointScores { error, region: 3.0, fragments, objects: 1.0, true_objects: 2.0, best: None };
+        let scores = Score { masks, points };
         fn key<'a>(clip: &'a Path, params: &'a Params) -> Key<'a> {
-            Key { clip, frames: 5, params }
+            Key { clip, start: 0, mirrored: false, frames: 5, params }
         }
         assert_eq!(cache.get(&key(clip, &params)).unwrap(), None);
         cache.put(&key(clip, &params), scores.clone()).unwrap();
         assert_eq!(cache.get(&key(clip, &params)).unwrap(), Some(scores));
         assert_eq!(cache.get(&Key { frames: 6, ..key(clip, &params) }).unwrap(), None);
+        assert_eq!(cache.get(&Key { start: 6, ..key(clip, &params) }).unwrap(), None);
+        assert_eq!(cache.get(&Key { mirrored: true, ..key(clip, &params) }).unwrap(), None);
         let other = Cache { program: String::new(), folder: folder.clone() };
         assert_eq!(other.get(&key(clip, &params)).unwrap(), None);
         let mut changed = params.clone();

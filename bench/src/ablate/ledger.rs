@@ -1,5 +1,6 @@
 //! The table of rules and constants that are not the paper's, `docs/choices.json`, and the ledger of what each is worth.
 
+use crate::measures::estimate::Estimate;
 use serde::Deserialize;
 use std::fmt::Write;
 use std::path::Path;
@@ -78,8 +79,8 @@ fn default_of(name: &str) -> String {
 /// Figures with the defaults, or their change without a choice.
 #[derive(Debug, Clone)]
 pub(super) struct Effect {
-    /// J as a mean over the kinds, the error of points, J of each kind: a value for each seed; `None` where some run is missing.
-    pub(super) columns: Vec<Option<Vec<f64>>>,
+    /// J as a mean over the kinds, the error of points, J of each kind; `None` where some run is missing.
+    pub(super) columns: Vec<Option<Estimate>>,
 }
 
 /// Largest change that is printed as 0.
@@ -125,24 +126,23 @@ Rules and constants that are not the paper's, or that the paper leaves open. Wri
 ";
 
 const EFFECTS: &str = "\
-How J moves when a choice is taken away (below 0: the choice helps), as a mean over the seeds, and in brackets the largest
-less the smallest of the seeds; and likewise the error of labelled points over all clips (above 0: the choice helps). The first
-row has the figures themselves. A dash: not measured on this build.
+How J moves when a choice is taken away (below 0: the choice helps), as a mean over the runs of each clip, then over the clips,
+± its standard error over the clips; and likewise the error of labelled points over all clips (above 0: the choice helps). The
+first row has the figures themselves, ± their standard errors over the runs. A dash: not measured on this build.
 
 Left out: \"5 of 7\" says that without any one of 7 kinds the choice would have been made (taking it away lowers the mean over
 the other kinds), and that 5 of these kinds do not lose by it.";
 
 fn effect_row(text: &mut String, title: &str, effect: &Effect, signed: bool) {
-    let cells = effect.columns.iter().map(|values| cell(values.as_deref(), signed));
+    let cells = effect.columns.iter().map(|&estimate| cell(estimate, signed));
     let last = if signed { left_out(effect.columns.get(2..).unwrap_or_default()) } else { "–".to_owned() };
     let cells: Vec<String> = std::iter::once(title.to_owned()).chain(cells).chain([last]).collect();
     line(text, &cells.iter().map(String::as_str).collect::<Vec<_>>());
 }
 
 /// Leave one kind out: on how many of the kinds a choice holds that was made by the others.
-fn left_out(kinds: &[Option<Vec<f64>>]) -> String {
-    let mean = |values: &Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64;
-    let Some(effects) = kinds.iter().map(|k| k.as_ref().map(mean)).collect::<Option<Vec<f64>>>() else {
+fn left_out(kinds: &[Option<Estimate>]) -> String {
+    let Some(effects) = kinds.iter().map(|k| Some((*k)?.mean)).collect::<Option<Vec<f64>>>() else {
         return "–".to_owned();
     };
     let total: f64 = effects.iter().sum();
@@ -151,11 +151,10 @@ fn left_out(kinds: &[Option<Vec<f64>>]) -> String {
     if favourable.is_empty() { "never made".to_owned() } else { format!("{holds} of {}", favourable.len()) }
 }
 
-fn cell(values: Option<&[f64]>, signed: bool) -> String {
-    let Some(values) = values.filter(|v| !v.is_empty()) else { return "–".to_owned() };
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
-    let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(v), high.max(v)));
-    if signed { format!("{mean:+.3} ({:.3})", high - low) } else { format!("{mean:.3} ({:.3})", high - low) }
+fn cell(estimate: Option<Estimate>, signed: bool) -> String {
+    let Some(Estimate { mean, standard_error }) = estimate else { return "–".to_owned() };
+    let mean = if signed { format!("{mean:+.3}") } else { format!("{mean:.3}") };
+    standard_error.map_or(mean.clone(), |error| format!("{mean} ± {error:.3}"))
 }
 
 fn line(text: &mut String, cells: &[&str]) {
@@ -167,26 +166,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn effects_stand_beside_their_spread_and_what_is_not_measured_is_a_dash() {
+    fn effects_stand_beside_their_errors_and_what_is_not_measured_is_a_dash() {
         let choice = |name: &str| -> Choice {
             let text =
                 format!(r#"{{"name": "{name}", "paper": "0", "why": "w", "without": {{"refine": {{"band": 0}}}}}}"#);
             serde_json::from_str(&text).unwrap()
         };
-        let base = Effect { columns: vec![Some(vec![0.25, 0.25]), None, Some(vec![0.5, 0.6]), None] };
-        let effect =
-            Effect { columns: vec![Some(vec![0.125, 0.125]), Some(vec![1.0, 2.0]), Some(vec![-0.1, -0.3]), None] };
+        let estimate = |mean, error| Some(Estimate { mean, standard_error: Some(error) });
+        let single = Some(Estimate { mean: -0.2, standard_error: None });
+        let base = Effect { columns: vec![estimate(0.25, 0.0), None, estimate(0.55, 0.0501), None] };
+        let effect = Effect { columns: vec![estimate(0.125, 0.0), estimate(1.5, 0.5), single, None] };
         let text = markdown(&[choice("one"), choice("two")], &["a", "b"], &base, &[Some(effect), None], "run it");
         for row in [
             "| one | 0 | `refine.band` 8 | w | `--set refine.band=0` |",
             "| choice | mean of kinds | points, % | a | b | left out |",
-            "| *with all of them* | 0.250 (0.000) | – | 0.550 (0.100) | – | – |",
-            "| one | +0.125 (0.000) | +1.500 (1.000) | -0.200 (0.200) | – | – |",
+            "| *with all of them* | 0.250 ± 0.000 | – | 0.550 ± 0.050 | – | – |",
+            "| one | +0.125 ± 0.000 | +1.500 ± 0.500 | -0.200 | – | – |",
         ] {
             assert!(text.lines().any(|l| l == row), "{row} is missing:\n{text}");
         }
         assert_eq!(text.matches("| two |").count(), 1, "{text}");
-        let of = |effects: &[f64]| left_out(&effects.iter().map(|&e| Some(vec![e])).collect::<Vec<_>>());
+        let of = |effects: &[f64]| left_out(&effects.iter().map(|&e| Estimate::of(&[e])).collect::<Vec<_>>());
         // Without the first it would have been made, and helps there too; without the second likewise; the third loses.
         assert_eq!(of(&[-0.1, -0.2, 0.05]), "2 of 3");
         // Only the first is for it: left out, the others would not have made it.

@@ -10,6 +10,7 @@
 //! - [`masks`]: masks of any clip, with pixels that are not scored, and which objects were found;
 //! - [`contours`]: boundary maps against the outlines that people drew (ODS, OIS);
 //! - [`edges`]: Canny's and Sobel's edges, to compare boundary maps with;
+//! - [`estimate`]: means and their standard errors;
 //! - [`superpixels`]: boundary recall, under-segmentation error and achievable accuracy of superpixels;
 //! - [`discretization`]: missed objects and over-segmentation of clusters, and curves of both (the paper's Figure 10);
 //! - [`figment`]: the measures of the paper's Table 1, for entangled people;
@@ -21,6 +22,7 @@ pub mod davis;
 pub mod definition;
 pub mod discretization;
 pub mod edges;
+pub mod estimate;
 pub mod figment;
 pub mod flow;
 pub mod foreground;

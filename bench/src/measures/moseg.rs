@@ -144,12 +144,15 @@ pub fn mean(shots: &[Scores]) -> Scores {
 
 /// As [`mean`], but of each number the lowest and the highest 10 % (rounded to a whole number of shots) are left out.
 pub fn trimmed_mean(shots: &[Scores]) -> Scores {
-    combine(shots, |values| {
-        values.sort_by(f64::total_cmp);
-        let cut = (values.len() as f64 / 10.0).round() as usize;
-        let middle = &values[cut..values.len() - cut];
-        middle.iter().sum::<f64>() / middle.len().max(1) as f64
-    })
+    combine(shots, |values| trimmed(values.to_vec()).unwrap_or_default())
+}
+
+/// Computes the mean without the lowest and the highest 10 % (rounded to a whole number); `None` without values.
+pub fn trimmed(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let cut = (values.len() as f64 / 10.0).round() as usize;
+    let middle = &values[cut..values.len() - cut];
+    (!middle.is_empty()).then(|| middle.iter().sum::<f64>() / middle.len() as f64)
 }
 
 fn combine(shots: &[Scores], average: impl Fn(&mut [f64]) -> f64) -> Scores {

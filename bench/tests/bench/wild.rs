@@ -54,12 +54,12 @@ fn known_masks_have_known_scores_per_clip_kind_and_in_all() {
     let frames: Vec<u64> =
         right["runs"][0]["ofFrames"].as_array().unwrap().iter().map(|f| f["frame"].as_u64().unwrap()).collect();
     assert_eq!(frames, [1, 2, 3, 5, 6, 7, 8]);
-    close(&report["kinds"]["toy"]["j"], 1.0);
-    close(&report["kinds"]["odd"]["j"], empty / 2.0);
-    close(&report["meanOfKinds"]["j"], 0.5 + empty / 4.0);
-    close(&report["meanOfClips"]["j"], 0.5 + empty / 4.0);
+    close(&report["kinds"]["toy"]["j"]["mean"], 1.0);
+    close(&report["kinds"]["odd"]["j"]["mean"], empty / 2.0);
+    close(&report["meanOfKinds"]["j"]["mean"], 0.5 + empty / 4.0);
+    close(&report["meanOfClips"]["j"]["mean"], 0.5 + empty / 4.0);
     // Three clips have an object.
-    close(&report["meanOfClips"]["best"], 2.0 / 3.0);
+    close(&report["meanOfClips"]["best"]["mean"], 2.0 / 3.0);
 }
 
 #[test]
@@ -72,18 +72,70 @@ fn seeds_layouts_and_parts_of_a_folder_can_be_chosen() {
     fs::rename(davis.join("masks"), davis.join("Annotations")).unwrap();
     let pictures = root.join("pictures");
     let (table, _) = scored("masks", &root, &["--seeds", "0,5", "--overlay", pictures.to_str().unwrap()]);
-    assert!(table.lines().next().unwrap().contains("spread"), "{table}");
+    assert!(table.lines().next().unwrap().contains(" SE "), "{table}");
     // The folder's own name is the kind of what names none.
     assert_eq!(row(&table, "chosen (1)")[0], "chosen");
     assert_eq!(names_in(&pictures.join("other")), ["00000.png"]);
 
     let (table, _) = scored("masks", &root, &["--only", "nothing,othe", "--frames", "6"]);
     assert_eq!(row(&table, "other")[1], "6");
-    assert!(!table.contains("toy--right") && !table.contains("spread"), "{table}");
+    assert!(!table.contains("toy--right") && !table.contains(" SE "), "{table}");
     // A single clip.
     let (single, _) = scored("masks", &davis, &["--frames", "6"]);
     assert_eq!(row(&single, "other")[..9], row(&table, "other")[..9]);
     assert_refused(&score("masks", &root, &["--only", "boat"]), 3, &["no clip", "boat"]);
+}
+
+#[test]
+fn a_clip_is_run_from_each_start_mirrored_and_compared_run_by_run() {
+    let root = folder("runs");
+    wild(&root.join("toy--right"), &|_, label| if label { 255 } else { 0 });
+    let runs = ["--frames", "5", "--starts", "2", "--mirror", "--seeds", "0,5"];
+    for command in ["masks", "points"] {
+        let (table, report) = scored(command, &root, &runs);
+        assert!(row(&table, "clip").contains(&"SE"), "{table}");
+        let found = report["clips"][0]["runs"].as_array().unwrap();
+        let id = |run: &serde_json::Value| (run["start"].clone(), run["mirrored"].clone(), run["seed"].clone());
+        let expected = [0, 5].map(|start| [false, true].map(|mirrored| [0, 5].map(|seed| (start, mirrored, seed))));
+        let expected = expected.concat().concat().into_iter().map(|(a, b, c)| (a.into(), b.into(), c.into()));
+        assert_eq!(found.iter().map(id).collect::<Vec<_>>(), expected.collect::<Vec<_>>());
+        // The mean and its standard error, naively.
+        let figure = if command == "masks" { "j" } else { "error" };
+        let values: Vec<f64> = found.iter().map(|run| run[figure].as_f64().unwrap()).collect();
+        let mean = values.iter().sum::<f64>() / 8.0;
+        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 7.0;
+        let estimate = &report["clips"][0]["mean"][figure];
+        close(&estimate["mean"], mean);
+        close(&estimate["standardError"], (variance / 8.0).sqrt());
+        assert_eq!(&report["meanOfKinds"][figure], estimate, "one clip is all");
+
+        // The last start as a clip of its own.
+        let part = root.join("part").join(command);
+        for kind in ["frames", "masks"] {
+            fs::create_dir_all(part.join(kind)).unwrap();
+            for name in &names_in(&root.join("toy--right").join(kind))[5..] {
+                fs::copy(root.join("toy--right").join(kind).join(name), part.join(kind).join(name)).unwrap();
+            }
+        }
+        let (_, alone) = scored(command, &part, &["--frames", "5", "--seeds", "5"]);
+        close(&alone["clips"][0]["runs"][0][figure], values[5]);
+
+        let old = root.join(format!("{command}.json"));
+        fs::rename(root.join("scores.json"), &old).unwrap();
+        let compare = [&["--compare", old.to_str().unwrap()], &runs[..5]].concat();
+        let (table, _) = scored(command, &root, &compare);
+        let rows: Vec<&str> = table.lines().skip_while(|line| !line.starts_with("compared with")).collect();
+        assert_eq!(row(&rows[2..].join("\n"), "toy (1)")[2].trim_start_matches('+').parse(), Ok(0.0), "{table}");
+        assert!(table.trim_end().ends_with(if command == "masks" { "than 0.05" } else { "than 5" }), "{table}");
+        let missing = score(command, &root, &[&compare[..], &["--seeds", "1"]].concat());
+        assert_refused(&missing, 3, &["toy--right from frame 0, seed 1"]);
+        let other = score(command, &root, &["--compare", old.to_str().unwrap(), "--frames", "6"]);
+        assert_refused(&other, 3, &["--frames 5", "--frames 6"]);
+        assert_refused(&score(command, &part, &compare), 3, &["has no clip"]);
+        fs::write(&old, "[]").unwrap();
+        assert_refused(&score(command, &root, &compare), 3, &["no file of figures"]);
+    }
+    assert_refused(&score("masks", &root, &["--starts", "0"]), 2, &["--starts"]);
 }
 
 #[test]
@@ -181,7 +233,8 @@ fn a_ledger_is_written_from_the_cache_and_goes_on_where_it_was() {
     };
     let loss: f64 = line(&first, "No objects")[2].split(' ').next().unwrap().parse().unwrap();
     assert!(loss < -0.5, "{first}");
-    assert!(!first.lines().any(|l| l.starts_with("| Pixels") && l.contains("(0.")), "{first}");
+    assert!(line(&first, "*with all of them*")[2].contains(" ± "), "{first}");
+    assert_eq!(first.matches("| Pixels |").count(), 1, "its effect is not measured: {first}");
 
     // Nothing is run twice, and nothing is lost.
     let stamp = |name: &str| fs::metadata(cache.join(name)).unwrap().modified().unwrap();
@@ -191,7 +244,7 @@ fn a_ledger_is_written_from_the_cache_and_goes_on_where_it_was() {
     assert!(before.iter().all(|(name, time)| stamp(name) == *time));
     let second = fs::read_to_string(&out).unwrap();
     assert_eq!(line(&second, "No objects"), line(&first, "No objects"));
-    assert!(line(&second, "Pixels")[2].contains("(0."), "{second}");
+    assert!(line(&second, "Pixels")[2].parse::<f64>().is_ok(), "{second}");
 
     fs::write(&table, r#"[{"name": "a", "paper": "p", "why": "w", "without": {"cut": {"boldness": 1}}}]"#).unwrap();
     assert_refused(&ablate(&[]), 3, &["choices.json", "cut.boldness"]);

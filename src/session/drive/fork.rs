@@ -53,8 +53,7 @@ impl Forks {
             return Err(Error::state("clip.maxSide of a fork has changed: start a new session"));
         }
         let changed = changed_names(&self.params, params);
-        let within =
-            |groups: &[&str]| changed.iter().all(|name| groups.iter().any(|g| name.starts_with(&format!("{g}."))));
+        let within = |groups: &[&str]| changed.iter().all(|name| groups.iter().any(|group| is_in(name, group)));
         let mut session = if within(&MASK_GROUPS) {
             self.labelled.clone()
         } else if within(&[&MASK_GROUPS[..], &CLUSTER_GROUPS, &["clip.seed"]].concat()) {
@@ -68,7 +67,7 @@ impl Forks {
         session.params = params.clone();
         if let Some(clip) = session.phase.clip_mut() {
             clip.params = params.for_size(clip.scale.working);
-            let is_changed = changed.iter().any(|name| SUPERPIXEL_GROUPS.iter().any(|g| name.starts_with(g)));
+            let is_changed = changed.iter().any(|name| SUPERPIXEL_GROUPS.iter().any(|group| is_in(name, group)));
             clip.pending_jobs.keep_only(if is_changed { &[] } else { &[JobKind::Superpixels] });
         }
         if let Phase::Running(run) = &mut session.phase
@@ -79,6 +78,11 @@ impl Forks {
         run_past(Stage::Clusters, &mut session)?;
         Ok(session)
     }
+}
+
+/// Returns whether a parameter is in a group, or is itself named.
+fn is_in(name: &str, group: &str) -> bool {
+    name.strip_prefix(group).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
 /// Steps until `stage` is finished.
@@ -103,6 +107,12 @@ fn changed_names(a: &Params, b: &Params) -> BTreeSet<String> {
 mod tests {
     use super::*;
     use crate::synth::Scene;
+
+    #[test]
+    fn a_parameter_is_in_its_group_and_in_no_other() {
+        assert!(is_in("clip.seed", "clip.seed") && is_in("cut.spatialWeight", "cut"));
+        assert!(!is_in("clip.seedling", "clip.seed") && !is_in("clip.seed", "cut") && !is_in("clip", "clip.seed"));
+    }
 
     #[test]
     fn the_masks_of_a_fork_are_those_of_a_new_run() {
