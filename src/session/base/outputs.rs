@@ -12,6 +12,7 @@ use crate::discretize::Clusters;
 use crate::embedding::Embedding;
 use crate::evidence::EvidenceInput;
 use crate::image::{Plane, Runs};
+use crate::mask::Agreement;
 use crate::objects::Objects;
 use crate::saliency::{Saliency, SaliencyMaps};
 use crate::sparse::SymCsr;
@@ -102,6 +103,8 @@ pub(crate) struct Cut {
     pub(crate) context: Arc<CutContext>,
     /// Computed on first use.
     pub(crate) confidence_terms: OnceLock<ConfidenceTerms>,
+    /// Of the masks made from this cut; computed on first use.
+    pub(crate) agreement: OnceLock<Agreement>,
 }
 
 /// The terms of the masks' confidence.

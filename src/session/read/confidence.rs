@@ -1,10 +1,10 @@
-//! The confidence of masks.
+//! The confidence of masks, and their agreement in time.
 
 use super::results::missing_frame;
 use crate::Error;
 use crate::cut::margins;
 use crate::image::Plane;
-use crate::mask::{ConfidenceInput, confidence};
+use crate::mask::{Agreement, ConfidenceInput, agreement, confidence};
 use crate::session::base::{ConfidenceTerms, Outputs, Stage};
 use crate::session::run::{Clip, Session};
 
@@ -40,6 +40,15 @@ impl Session {
             }
         }
         Ok(sums.into_iter().map(|(sum, count)| (sum / f64::from(count.max(1))) as f32).collect())
+    }
+
+    /// Returns the agreement of the masks with those of nearby frames along the flow, of the present labels: low where masks
+    /// change against the motion. In windows it is that of the window's frames. `None` until all masks are made, and without
+    /// masks.
+    pub fn agreement(&self) -> Option<&Agreement> {
+        let outputs = self.outputs_after(Stage::Masks).filter(|outputs| !outputs.masks.is_empty())?;
+        let flows = &self.clip()?.flows;
+        Some(outputs.cut.agreement.get_or_init(|| agreement(&outputs.masks, flows)))
     }
 }
 

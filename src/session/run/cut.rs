@@ -80,7 +80,9 @@ impl CutWork {
             let CutTerms { mask_track_labels, is_object, evidence: cues } = terms;
             let region = self.recut.as_ref().map(|recut| recut.region(&outputs.superpixels));
             let context = Arc::new(CutContext { mask_track_labels, is_object, cues, evidence, region });
-            outputs.cut = Cut { labels: moves.finish(), objects, context, confidence_terms: OnceLock::new() };
+            let labels = moves.finish();
+            let (confidence_terms, agreement) = (OnceLock::new(), OnceLock::new());
+            outputs.cut = Cut { labels, objects, context, confidence_terms, agreement };
         }
         self.recut
     }
