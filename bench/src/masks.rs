@@ -45,7 +45,7 @@ const FAIR_SHARE: f64 = 0.01;
 pub(crate) struct MasksArgs {
     #[command(flatten)]
     suite: Suite,
-    /// Use the first N frames of each clip, or all where it is shorter
+    /// Use N frames from each start, or all where there are fewer
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..))]
     frames: Option<u32>,
     /// Take each clip in windows of N frames, as the package and the page take long ones

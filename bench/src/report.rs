@@ -14,7 +14,7 @@ pub(super) use compare::Earlier;
 
 /// Describes the figures, for `--help`.
 pub(super) const RUNS_HELP: &str = "\
-With --starts, --mirror and --seeds all combinations are run; seeds share flow and superpixels.
+With --starts, --mirror and --seeds all combinations are run; seeds share flow and superpixels (but not in windows).
 A later start is left out if fewer than 10 frames (or --frames) follow it, or if none of them could be scored. Figures of a clip are means
 over its runs. SE is the standard error of the figure on its left: that of a clip is the standard deviation over its runs by the root of
 their number; that of a kind or of all follows from the clips' (root of the sum of squares, by their number). So it says how much of a figure
