@@ -2,7 +2,8 @@
 
 use super::batch::{in_order, require_dense, write_json};
 use super::clips::{Clip, Suite, write_overlays};
-use super::report::{Column, Earlier, Outcome, RUNS_HELP, Report, Run, Scores, heading};
+use super::compare::Earlier;
+use super::report::{Column, Outcome, RUNS_HELP, Report, Run, Scores, heading};
 use super::runs::{Excerpt, RunId, RunOptions};
 use crate::measures::davis::scored_frames;
 use crate::measures::masks::{Census, ClipScorer, MaskScores, Truth};
@@ -126,7 +127,7 @@ pub(super) fn eval(args: &MasksArgs) -> Result<()> {
     let earlier = Earlier::read(args.compare.as_deref(), args.frames)?;
     if let Some(earlier) = &earlier {
         for clip in &clips {
-            earlier.require(&clip.kind, &clip.name, &clip.excerpts(&args.runs, args.frames)?, &seeds)?;
+            earlier.require(&clip.kind, &clip.name, &args.runs.clip_excerpts(clip, args.frames)?, &seeds)?;
         }
     }
     let with_errors = args.runs.are_several(&seeds);
@@ -157,7 +158,7 @@ pub(super) fn eval(args: &MasksArgs) -> Result<()> {
 /// Runs all excerpts of a clip under all seeds.
 fn run_clip(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> Result<Outcome<MaskRun>> {
     let mut runs = Vec::new();
-    for excerpt in clip.excerpts(&args.runs, args.frames)? {
+    for excerpt in args.runs.clip_excerpts(clip, args.frames)? {
         let truth = excerpt.truth(clip)?;
         // The first run of the clip is drawn.
         let overlay = args.overlay.as_deref().filter(|_| excerpt.start == 0 && !excerpt.mirrored);

@@ -1,16 +1,12 @@
 //! The table and the JSON file of clips that are run several times: figures of clips, of kinds and overall, each a mean
 //! with its standard error.
 
-mod compare;
-
 use super::runs::RunId;
 use crate::measures::estimate::Estimate;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use tracecut::Params;
 use tracecut_cli::clock::Seconds;
-
-pub(super) use compare::Earlier;
 
 /// Describes the figures, for `--help`.
 pub(super) const RUNS_HELP: &str = "\
@@ -37,7 +33,7 @@ pub(super) struct Column {
 }
 
 /// Width of a column of standard errors.
-const ERROR_WIDTH: usize = 7;
+pub(super) const ERROR_WIDTH: usize = 7;
 
 /// The scores of a run.
 pub(super) trait Scores: Serialize {

@@ -1,8 +1,8 @@
 //! `--compare`: differences of figures to those of an earlier file, run by run.
 
-use super::{Column, ERROR_WIDTH, Outcome, Run, Scores};
+use super::report::{Column, ERROR_WIDTH, Outcome, Run, Scores};
+use super::runs::{Excerpt, RunId};
 use crate::measures::estimate::Estimate;
-use crate::runs::{Excerpt, RunId};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
