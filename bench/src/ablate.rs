@@ -47,7 +47,7 @@ pub(crate) struct AblateArgs {
     /// Run only the choices whose names contain one of these
     #[arg(long, value_name = "TEXT,...", value_delimiter = ',')]
     rules: Vec<String>,
-    /// Use the first N frames of each clip, or all where it is shorter
+    /// Use N frames from each start, or all where there are fewer
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(3..))]
     frames: u32,
     #[command(flatten)]

@@ -1,12 +1,10 @@
 //! Clips with true masks, in the layouts that people keep them in.
 
 use super::batch::{self, PROGRAM};
-use super::runs::{Excerpt, RunOptions};
-use crate::measures::davis::{boundary, scored_frames};
+use crate::measures::davis::boundary;
 use crate::measures::masks::Truth;
 use crate::measures::moseg::UNSCORED;
 use clap::Args;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use tracecut::image::Plane;
 use tracecut_cli::failure::{Failure, Result};
@@ -166,15 +164,6 @@ impl Clip {
         let mut images = images::in_folder(&self.images)?;
         images.truncate(count.map_or(usize::MAX, |n| n as usize));
         Ok(images)
-    }
-
-    /// Returns the excerpts to run, each of at most `frames` frames: those of later starts that have a mask of a frame but
-    /// the first and the last, which do not count.
-    pub(super) fn excerpts(&self, options: &RunOptions, frames: Option<u32>) -> Result<Vec<Excerpt>> {
-        let images = self.frames(None)?;
-        let has_mask = |t: usize| self.mask_path(&images[t]).is_file();
-        let is_scored = |range: Range<usize>| scored_frames(range.len()).any(|t| has_mask(range.start + t));
-        Ok(options.excerpts(&images, frames, is_scored))
     }
 
     /// Returns the path of a frame's true mask.

@@ -38,7 +38,7 @@ const OBJECT_BEFORE_PLATE: [&str; 1] = ["plate distance"];
 pub(crate) struct FitArgs {
     #[command(flatten)]
     suite: Suite,
-    /// Use the first N frames of each clip, or all where it is shorter
+    /// Use N frames from each start, or all where there are fewer
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(3..))]
     frames: u32,
     #[command(flatten)]

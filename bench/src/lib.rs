@@ -6,6 +6,7 @@
 mod ablate;
 mod batch;
 mod clips;
+mod compare;
 mod contours;
 mod davis;
 mod discretization;

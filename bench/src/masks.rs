@@ -2,7 +2,8 @@
 
 use super::batch::{in_order, require_dense, write_json};
 use super::clips::{Clip, Suite, write_overlays};
-use super::report::{Column, Earlier, Outcome, RUNS_HELP, Report, Run, Scores, heading};
+use super::compare::Earlier;
+use super::report::{Column, Outcome, RUNS_HELP, Report, Run, Scores, heading};
 use super::runs::{Excerpt, RunId, RunOptions};
 use crate::measures::agreement::{AgreementQuality, FAILURE_DROP, FALSE_SHARE, FrameAgreement};
 use crate::measures::davis::scored_frames;
@@ -46,7 +47,7 @@ const FAIR_SHARE: f64 = 0.01;
 pub(crate) struct MasksArgs {
     #[command(flatten)]
     suite: Suite,
-    /// Use the first N frames of each clip, or all where it is shorter
+    /// Use N frames from each start, or all where there are fewer
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..))]
     frames: Option<u32>,
     /// Take each clip in windows of N frames, as the package and the page take long ones
@@ -131,7 +132,7 @@ pub(super) fn eval(args: &MasksArgs) -> Result<()> {
     let earlier = Earlier::read(args.compare.as_deref(), args.frames)?;
     if let Some(earlier) = &earlier {
         for clip in &clips {
-            earlier.require(&clip.kind, &clip.name, &clip.excerpts(&args.runs, args.frames)?, &seeds)?;
+            earlier.require(&clip.kind, &clip.name, &args.runs.clip_excerpts(clip, args.frames)?, &seeds)?;
         }
     }
     let with_errors = args.runs.are_several(&seeds);
@@ -164,7 +165,7 @@ pub(super) fn eval(args: &MasksArgs) -> Result<()> {
 /// Runs all excerpts of a clip under all seeds.
 fn run_clip(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> Result<Outcome<MaskRun>> {
     let mut runs = Vec::new();
-    for excerpt in clip.excerpts(&args.runs, args.frames)? {
+    for excerpt in args.runs.clip_excerpts(clip, args.frames)? {
         let truth = excerpt.truth(clip)?;
         // The first run of the clip is drawn.
         let overlay = args.overlay.as_deref().filter(|_| excerpt.start == 0 && !excerpt.mirrored);

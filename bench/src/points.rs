@@ -2,8 +2,9 @@
 
 use super::batch::{in_order, write_json};
 use super::clips::{Clip, Suite, find_clips};
+use super::compare::Earlier;
 use super::moseg::{Sequence, find_sequences};
-use super::report::{Column, Earlier, Outcome, RUNS_HELP, Report, Run, Scores, by_kind, group_row, heading, summary};
+use super::report::{Column, Outcome, RUNS_HELP, Report, Run, Scores, by_kind, group_row, heading, summary};
 use super::runs::{Excerpt, RunOptions};
 use super::shot::{Shot, read_definition};
 use crate::measures::definition::{Definition, LabelledFrame};
@@ -38,7 +39,7 @@ Trimmed means leave out the lowest and the highest tenth of the clips.";
 pub(crate) struct PointsArgs {
     #[command(flatten)]
     suite: Suite,
-    /// Use the first N frames of each clip, or all where it is shorter
+    /// Use N frames from each start, or all where there are fewer
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(3..))]
     frames: u32,
     #[command(flatten)]
@@ -159,7 +160,7 @@ impl Item {
                 let is_scored = |range: Range<usize>| labelled.iter().any(|frame| range.contains(&frame.index));
                 Ok(options.excerpts(&images::in_list(&sequence.list)?, Some(frames), is_scored))
             }
-            Source::Masks(clip) => clip.excerpts(options, Some(frames)),
+            Source::Masks(clip) => options.clip_excerpts(clip, Some(frames)),
         }
     }
 

@@ -1,8 +1,6 @@
 //! The table and the JSON file of clips that are run several times: figures of clips, of kinds and overall, each a mean
 //! with its standard error.
 
-mod compare;
-
 use super::runs::RunId;
 use crate::measures::estimate::Estimate;
 use serde::Serialize;
@@ -10,11 +8,9 @@ use std::collections::BTreeMap;
 use tracecut::Params;
 use tracecut_cli::clock::Seconds;
 
-pub(super) use compare::Earlier;
-
 /// Describes the figures, for `--help`.
 pub(super) const RUNS_HELP: &str = "\
-With --starts, --mirror and --seeds all combinations are run; seeds share flow and superpixels.
+With --starts, --mirror and --seeds all combinations are run; seeds share flow and superpixels (but not in windows).
 A later start is left out if fewer than 10 frames (or --frames) follow it, or if none of them could be scored. Figures of a clip are means
 over its runs. SE is the standard error of the figure on its left: that of a clip is the standard deviation over its runs by the root of
 their number; that of a kind or of all follows from the clips' (root of the sum of squares, by their number). So it says how much of a figure
@@ -37,7 +33,7 @@ pub(super) struct Column {
 }
 
 /// Width of a column of standard errors.
-const ERROR_WIDTH: usize = 7;
+pub(super) const ERROR_WIDTH: usize = 7;
 
 /// The scores of a run.
 pub(super) trait Scores: Serialize {

@@ -1,6 +1,7 @@
 //! The runs of a clip: from several first frames, mirrored, and under several seeds.
 
 use super::clips::{Clip, list};
+use crate::measures::davis::scored_frames;
 use crate::measures::masks::Truth;
 use clap::Args;
 use serde::{Deserialize, Serialize};
@@ -50,6 +51,15 @@ impl RunOptions {
         let starts = if self.starts > 1 { format!(" --starts {}", self.starts) } else { String::new() };
         let mirror = if self.mirror { " --mirror" } else { "" };
         format!("--seeds {}{starts}{mirror}", list(seeds))
+    }
+
+    /// Returns the excerpts of a clip with masks, each of at most `frames` frames: those of later starts that have a mask of
+    /// a frame but the first and the last, which do not count.
+    pub(super) fn clip_excerpts(&self, clip: &Clip, frames: Option<u32>) -> Result<Vec<Excerpt>> {
+        let images = clip.frames(None)?;
+        let has_mask = |t: usize| clip.mask_path(&images[t]).is_file();
+        let is_scored = |range: Range<usize>| scored_frames(range.len()).any(|t| has_mask(range.start + t));
+        Ok(self.excerpts(&images, frames, is_scored))
     }
 
     /// Returns the excerpts of a clip, each of at most `frames` of its frames. `is_scored` says of a range of frames that

@@ -1,8 +1,8 @@
 //! `--compare`: differences of figures to those of an earlier file, run by run.
 
-use super::{Column, ERROR_WIDTH, Outcome, Run, Scores};
+use super::report::{Column, ERROR_WIDTH, Outcome, Run, Scores};
+use super::runs::{Excerpt, RunId};
 use crate::measures::estimate::Estimate;
-use crate::runs::{Excerpt, RunId};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -52,8 +52,8 @@ impl Earlier {
 
     /// Makes sure that the file has a clip's runs of these excerpts under these seeds; an error says which it has not.
     pub(crate) fn require(&self, kind: &str, name: &str, excerpts: &[Excerpt], seeds: &[u32]) -> Result<()> {
-        let ids = excerpts.iter().flat_map(|excerpt| seeds.iter().map(|&seed| excerpt.run_id(seed)));
-        ids.map(|id| self.run(kind, name, id).map(|_| ())).collect()
+        let mut ids = excerpts.iter().flat_map(|excerpt| seeds.iter().map(|&seed| excerpt.run_id(seed)));
+        ids.try_for_each(|id| self.run(kind, name, id).map(|_| ()))
     }
 
     /// Returns the run of a clip with this id.
