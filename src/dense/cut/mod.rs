@@ -26,6 +26,8 @@
 mod appearance;
 mod colour;
 mod expansion;
+mod features;
+mod forest;
 mod input;
 mod label_votes;
 mod maxflow;
@@ -34,7 +36,8 @@ mod terms;
 #[cfg(test)]
 mod tests;
 
-pub use appearance::add_appearance;
+pub(crate) use appearance::ClipFeatures;
+pub use appearance::appearance_log_odds;
 pub(crate) use colour::{Colour, Corners, Histogram, UNSEEN_SHARE};
 #[doc(hidden)]
 pub use expansion::{Expansion, Potts};
@@ -251,6 +254,8 @@ fn counts(input: &CutInput) -> Vec<usize> {
 ///     num_labels: 2,
 ///     objects: &[],
 ///     evidence: &[],
+///     appearance: &[],
+///     flows: &[],
 /// };
 /// let cut = gabriel_cut(&input, &CutParams::default());
 /// assert_eq!(cut.labels, [[0, 0, 1]]);

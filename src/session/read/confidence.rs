@@ -67,11 +67,11 @@ fn frame_confidence(outputs: &Outputs, clip: &Clip, t: usize) -> Plane<f32> {
 
 fn confidence_terms(outputs: &Outputs, clip: &Clip) -> ConfidenceTerms {
     let Outputs { superpixels, cut, .. } = outputs;
-    let margins = margins(&outputs.cut_input(), &clip.params.cut, &cut.labels, &cut.objects.of_cluster);
+    let margins = margins(&outputs.cut_input(&clip.flows), &clip.params.cut, &cut.labels, &cut.objects.of_cluster);
     let (mut sums, mut node) = ([(0.0_f64, 0.0_f64); 256], 0);
     for (superpixels, labels) in superpixels.iter().zip(&cut.labels.labels) {
         for (area, &cluster) in superpixels.areas().into_iter().zip(labels) {
-            let cue = cut.context.cues.get(node).map_or(0.0, |cue| cue.clamp(-MAX_CUE, MAX_CUE));
+            let cue = cut.context.evidence.get(node).map_or(0.0, |cue| cue.clamp(-MAX_CUE, MAX_CUE));
             let sum = &mut sums[usize::from(outputs.mask_label(cluster))];
             *sum = (sum.0 + f64::from(area) * f64::from(cue), sum.1 + f64::from(area));
             node += 1;
