@@ -112,13 +112,13 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
     // 4.2 The Gabriel cut, from the denser trajectories. It is made again with the appearance of objects and background, as
     // learned from the cut before (not in the paper).
     let num_labels = classes.clusters.count.max(1);
-    let SegmentedTracks { tracks: voters, label, is_object: objects } = segmented;
+    let SegmentedTracks { tracks: voters, label, is_object } = segmented;
     let input = CutInput {
         superpixels: &superpixels,
         tracks: voters,
         label,
         num_labels,
-        objects,
+        objects: is_object,
         evidence: &evidence,
         appearance: &[],
         flows: &flows,

@@ -46,7 +46,8 @@ pub fn appearance_log_odds(
         let Some(frame) = frames.get(t).filter(has_size) else { return Vec::new() };
         features.add_frame(frame, superpixels);
     }
-    features.log_odds(input, params, cut, seed)
+    let margins = margins(input, params, cut, &label_kinds(input));
+    features.log_odds(input, cut, &margins, seed)
 }
 
 /// Features of the superpixels of a clip, frame by frame.
@@ -70,10 +71,10 @@ impl ClipFeatures {
         self.num_frames
     }
 
-    /// As [`appearance_log_odds`].
-    pub(crate) fn log_odds(&self, input: &CutInput, params: &CutParams, cut: &CutLabels, seed: u32) -> Vec<f32> {
+    /// As [`appearance_log_odds`], with the margins of the cut between objects and background.
+    pub(crate) fn log_odds(&self, input: &CutInput, cut: &CutLabels, margins: &[f32], seed: u32) -> Vec<f32> {
         let mut rng = Rng::for_stage(seed.into(), "appearance");
-        let samples = self.samples(input, params, cut, &mut rng);
+        let samples = self.samples(input, cut, margins, &mut rng);
         let Some(samples) = samples else { return vec![0.0; self.features.len()] };
         let forest = Forest::grow(&samples, &mut rng);
         let log_odds = |features: &Features| {
@@ -85,10 +86,8 @@ impl ClipFeatures {
     }
 
     /// Draws the samples to learn from, of which each class has the same weight; `None` if a class has none.
-    fn samples(&self, input: &CutInput, params: &CutParams, cut: &CutLabels, rng: &mut Rng) -> Option<Vec<Sample>> {
+    fn samples(&self, input: &CutInput, cut: &CutLabels, margins: &[f32], rng: &mut Rng) -> Option<Vec<Sample>> {
         let is_object = |label: &u32| input.objects.get(*label as usize) == Some(&true);
-        let kinds: Vec<u8> = (0..input.num_labels as u32).map(|label| is_object(&label).into()).collect();
-        let margins = margins(input, params, cut, &kinds);
         let (mut background, mut objects, mut first) = (Vec::new(), Vec::new(), 0);
         for (superpixels, labels) in input.superpixels.iter().zip(&cut.labels) {
             let is_object: Vec<bool> = labels.iter().map(is_object).collect();
@@ -111,6 +110,11 @@ impl ClipFeatures {
         let has_both = samples.iter().any(|sample| sample.is_object) && samples.iter().any(|sample| !sample.is_object);
         has_both.then_some(samples)
     }
+}
+
+/// Returns 1 for each label that is an object's, 0 for the others.
+pub(crate) fn label_kinds(input: &CutInput) -> Vec<u8> {
+    (0..input.num_labels).map(|label| u8::from(input.objects.get(label) == Some(&true))).collect()
 }
 
 /// Keeps `count` of the values, drawn at random.

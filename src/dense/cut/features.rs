@@ -32,18 +32,17 @@ pub(super) fn superpixel_features(frame: &Frame, superpixels: &Superpixels) -> V
     ];
     let mut sums = vec![Sums::default(); superpixels.count];
     for (y, columns, p) in superpixels.runs().rows() {
-        let sum = &mut sums[p as usize];
-        for x in columns {
-            let i = y * width + x;
-            for (channel, plane) in lab.iter().enumerate() {
-                sum.values[channel] += plane[i];
-                sum.squares[channel] += plane[i] * plane[i];
-            }
-            sum.gradient += gradient[i];
-            sum.x += x as f32;
-            sum.y += y as f32;
-            sum.count += 1.0;
+        let run = y * width + columns.start..y * width + columns.end;
+        let (sum, count) = (&mut sums[p as usize], columns.len() as f32);
+        for (channel, plane) in lab.iter().enumerate() {
+            let values = &plane[run.clone()];
+            sum.values[channel] += values.iter().sum::<f32>();
+            sum.squares[channel] += values.iter().map(|v| v * v).sum::<f32>();
         }
+        sum.gradient += gradient[run].iter().sum::<f32>();
+        sum.x += 0.5 * count * (columns.start + columns.end - 1) as f32;
+        sum.y += count * y as f32;
+        sum.count += count;
     }
     sums.iter().map(|sum| sum.features(&around)).collect()
 }
@@ -90,13 +89,15 @@ impl Sums {
 fn gradient(plane: &[f32], width: usize) -> Vec<f32> {
     let height = plane.len() / width;
     let mut magnitudes = Vec::with_capacity(plane.len());
+    let mut padded = vec![0.0; width + 2];
     for y in 0..height {
-        let rows = [y.saturating_sub(1), y, (y + 1).min(height - 1)].map(|y| &plane[y * width..(y + 1) * width]);
-        for x in 0..width {
-            let along = 0.5 * (rows[1][(x + 1).min(width - 1)] - rows[1][x.saturating_sub(1)]);
-            let across = 0.5 * (rows[2][x] - rows[0][x]);
-            magnitudes.push((along * along + across * across).sqrt());
-        }
+        let [above, row, below] =
+            [y.saturating_sub(1), y, (y + 1).min(height - 1)].map(|y| &plane[y * width..][..width]);
+        padded[1..=width].copy_from_slice(row);
+        (padded[0], padded[width + 1]) = (row[0], row[width - 1]);
+        let along = padded.iter().zip(&padded[2..]).map(|(left, right)| 0.5 * (right - left));
+        let across = above.iter().zip(below).map(|(above, below)| 0.5 * (below - above));
+        magnitudes.extend(along.zip(across).map(|(x, y)| (x * x + y * y).sqrt()));
     }
     magnitudes
 }

@@ -36,8 +36,8 @@ mod terms;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use appearance::ClipFeatures;
 pub use appearance::appearance_log_odds;
+pub(crate) use appearance::{ClipFeatures, label_kinds};
 pub(crate) use colour::{Colour, Corners, Histogram, UNSEEN_SHARE};
 #[doc(hidden)]
 pub use expansion::{Expansion, Potts};
@@ -115,6 +115,11 @@ impl GabrielCut {
         let mut changed = self.expansion.labels().to_vec();
         changed[node] = label;
         Some(self.expansion.problem().energy(&changed))
+    }
+
+    /// Returns the margin of each superpixel's label against labels of another kind, as [`margins`], of a cut of the whole clip.
+    pub(crate) fn margins(&self, kind: &[u8]) -> Vec<f32> {
+        terms::margins_of(self.expansion.problem(), self.expansion.labels(), kind)
     }
 
     /// Returns the current labels.

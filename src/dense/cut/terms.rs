@@ -521,11 +521,16 @@ fn links(problem: &Potts, nodes: &Nodes, cut: &CutLabels, node: u32, common: &[u
 /// Margin of each superpixel's label: the least cost of a label of another kind above the current one's, all other
 /// superpixels fixed. In units of cost, frame by frame; `kind` has one for each label.
 pub(crate) fn margins(input: &CutInput, params: &CutParams, cut: &CutLabels, kind: &[u8]) -> Vec<f32> {
-    let Potts { mut unary, edges, weights, num_labels, .. } = energy(input, params, &Nodes::new(input));
-    let label = cut.labels.concat();
-    for (&(p, q), &weight) in edges.iter().zip(&weights) {
+    margins_of(&energy(input, params, &Nodes::new(input)), &cut.labels.concat(), kind)
+}
+
+/// As [`margins`], from the energy and the label of each node.
+pub(super) fn margins_of(problem: &Potts, label: &[u32], kind: &[u8]) -> Vec<f32> {
+    let num_labels = problem.num_labels;
+    let mut costs = problem.unary.clone();
+    for (&(p, q), &weight) in problem.edges.iter().zip(&problem.weights) {
         for (node, neighbour) in [(p, q), (q, p)] {
-            unary[node as usize * num_labels + label[neighbour as usize] as usize] -= weight;
+            costs[node as usize * num_labels + label[neighbour as usize] as usize] -= weight;
         }
     }
     let margin = |(costs, &label): (&[i32], &u32)| {
@@ -533,5 +538,5 @@ pub(crate) fn margins(input: &CutInput, params: &CutParams, cut: &CutLabels, kin
         let best = (0..costs.len()).filter(is_other_kind).map(|l| costs[l]).min();
         best.map_or(f32::INFINITY, |best| (best - costs[label as usize]) as f32 / STEPS_PER_UNIT as f32)
     };
-    unary.chunks_exact(num_labels.max(1)).zip(&label).map(margin).collect()
+    costs.chunks_exact(num_labels.max(1)).zip(label).map(margin).collect()
 }

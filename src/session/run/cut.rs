@@ -9,7 +9,7 @@ use super::work::{StageWork, StepReport};
 use crate::Error;
 use crate::background::{ReprojectionErrors, ReprojectionInput, SegmentedTracks};
 use crate::classify::{Observations, classify_clusters, cluster_penalties};
-use crate::cut::{ClipFeatures, CutInput, CutLabels, CutParams, GabrielCut, Region, pixel_index};
+use crate::cut::{ClipFeatures, CutInput, CutLabels, CutParams, GabrielCut, Region, label_kinds, margins, pixel_index};
 use crate::evidence::EvidenceInput;
 use crate::objects::{Objects, find_objects, number_objects};
 use crate::order::{pair_key, sort_by_key};
@@ -182,7 +182,8 @@ impl CutRounds {
         if let Some(recut) = recut.filter(|_| learns) {
             let previous = CutLabels { labels: recut.clusters.clone() };
             let input = terms.input(outputs, &[], clip);
-            appearance = features.log_odds(&input, settings, &previous, clip.params.clip.seed);
+            let margins = margins(&input, settings, &previous, &label_kinds(&input));
+            appearance = features.log_odds(&input, &previous, &margins, clip.params.clip.seed);
         }
         let input = terms.input(outputs, &appearance, clip);
         let moves = recut.map_or_else(|| GabrielCut::new(&input, settings), |recut| recut.cut(&input, settings));
@@ -201,10 +202,10 @@ impl CutRounds {
         let report = StepReport::new(Stage::Cut, done, total);
         let is_last = !is_more && self.rounds_left == 0;
         if !is_more && self.rounds_left > 0 {
-            let (settings, seed) = (&clip.params.cut, clip.params.clip.seed);
-            let input = self.terms.input(outputs, &self.appearance, clip);
-            self.appearance = self.features.log_odds(&input, settings, &self.moves.labels(), seed);
-            self.moves.restart(&self.terms.input(outputs, &self.appearance, clip), settings);
+            let input = self.terms.input(outputs, &[], clip);
+            let margins = self.moves.margins(&label_kinds(&input));
+            self.appearance = self.features.log_odds(&input, &self.moves.labels(), &margins, clip.params.clip.seed);
+            self.moves.restart(&self.terms.input(outputs, &self.appearance, clip), &clip.params.cut);
             (self.steps_before, self.rounds_left) = (done, self.rounds_left - 1);
         }
         StepReport { is_last, ..report }
