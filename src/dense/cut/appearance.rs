@@ -16,15 +16,15 @@ use crate::image::Frame;
 use crate::rng::Rng;
 use crate::superpixel::Superpixels;
 
-/// Reach of the background near an object, in columns and rows, as a part of the frame's longer side.
+/// Reach of the background near an object, in columns and rows, as a part of the frame's longer side. Chosen by eye.
 const NEAR_SIDE_SHARE: f32 = 0.25;
-/// Share of the farther superpixels that are learned from.
+/// Share of the farther superpixels that are learned from. Chosen by eye.
 const FAR_SHARE: f64 = 0.15;
-/// Most samples of each class.
+/// Most samples of each class, for the time that the trees take. Chosen by eye.
 const MAX_CLASS_SAMPLES: usize = 3000;
-/// Least factor of a sample's weight: that of a superpixel that could as well have another label.
+/// Least factor of a sample's weight: that of a superpixel that could as well have another label. Chosen by eye.
 const MIN_CERTAINTY: f32 = 0.15;
-/// Bound of the log-odds.
+/// Bound of the log-odds. Chosen by eye.
 const MAX_LOG_ODDS: f32 = 2.5;
 
 /// Computes the log-odds of object against background by appearance for each superpixel, frame by frame, learned from the

@@ -10,12 +10,12 @@ pub(super) const NUM_FEATURES: usize = 13;
 /// and the centroid.
 pub(super) type Features = [f32; NUM_FEATURES];
 
-/// Standard deviations, in pixels, of the blurs around the centroid.
+/// Standard deviations, in pixels, of the blurs around the centroid. Chosen by eye.
 const GRADIENT_SIGMA_PX: f32 = 4.0;
 const COLOUR_SIGMA_PX: f32 = 6.0;
-/// Blurs are computed of planes that are this much smaller: what they blur away they do not need.
+/// Blurs are computed on planes that are this much smaller, as they keep no finer detail. Chosen by eye.
 const REDUCTION: usize = 4;
-/// Scale of the gradient of L, which is 0 to 1, in its logarithm.
+/// Scale of the gradient of L, which is 0 to 1, in its logarithm: L is 0 to 100 there.
 const GRADIENT_SCALE: f32 = 100.0;
 
 /// Computes the features of the superpixels of a frame, which has their size.
