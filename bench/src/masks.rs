@@ -37,7 +37,8 @@ Per clip, means over its scored frames; all labels other than 0 are foreground:
   false objects  labels with most of their pixels in the clip on the background, of how many labels
 
 Below: what was said of pixels to be right (in that they are on an object or are not), and the share that was, in tenths of what was said;
-every clip counts alike. Below that: Spearman's rank correlation of the agreement of masks in time with J, as a mean over the runs and over\nall frames, and the share of the frames with a J far below their run's median whose agreement tells. Both without --window.";
+every clip counts alike. Below that: Spearman's rank correlation of the agreement of masks in time with J, as a mean over the runs and over
+all frames, and the share of the frames with a J far below their run's median whose agreement tells. Both without --window.";
 
 /// Bins of the reliability with less of all pixels say little.
 const FAIR_SHARE: f64 = 0.01;
