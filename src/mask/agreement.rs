@@ -25,9 +25,9 @@ const STEP_PX: usize = 2;
 /// The agreement of masks with those of nearby frames along the flow, `0.0..=1.0`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Agreement {
-    /// Of all objects as one, for each frame: 1 if neither mask has an object; `None` without a frame to compare with.
+    /// Of all objects as one, for each frame: `None` without a frame to compare with, and where neither has an object.
     pub frames: Vec<Option<f32>>,
-    /// Of each label from 1 on, for each frame: `None` also where neither the frame nor those near it have the label.
+    /// The same of each label from 1 on.
     pub objects: Vec<Vec<Option<f32>>>,
 }
 
@@ -88,8 +88,7 @@ pub fn agreement(masks: &[Plane<u8>], flows: &[CompactFlow]) -> Agreement {
             if !GAPS.contains(&gap) || !has_size(&masks[s]) || !has_size(mask) {
                 continue;
             }
-            let mut overlaps = overlaps(&masks[s], mask, &followed, num_labels);
-            overlaps[0] = overlaps[0].or(Some(1.0));
+            let overlaps = overlaps(&masks[s], mask, &followed, num_labels);
             for (means, overlap) in means.iter_mut().zip(overlaps) {
                 for t in [s, s + gap] {
                     overlap.into_iter().for_each(|overlap| means[t].add(overlap));

@@ -21,14 +21,14 @@ fn still(frames: usize) -> Vec<CompactFlow> {
 }
 
 #[test]
-fn still_and_empty_masks_agree() {
+fn still_masks_agree_and_empty_ones_say_nothing() {
     let result = agreement(&vec![object(10); 7], &still(7));
     assert_eq!(result, Agreement { frames: vec![Some(1.0); 7], objects: vec![vec![Some(1.0); 7]] });
     assert_eq!((result.clip(), result.object(1)), (Some(1.0), Some(1.0)));
     assert_eq!((result.object(0), result.object(2)), (None, None));
 
     let result = agreement(&vec![Plane::filled(SIZE.0, SIZE.1, 0); 7], &still(7));
-    assert_eq!((result.clip(), result.objects.len()), (Some(1.0), 0));
+    assert_eq!((result.clip(), result.frames, result.objects.len()), (None, vec![None; 7], 0));
 }
 
 #[test]
