@@ -17,7 +17,7 @@
 use crate::flow::{CompactFlow, Field};
 use crate::image::Plane;
 
-/// Frames are compared with those this many frames before and after; measured (docs/results.md).
+/// Frames are compared with those this many frames before and after; chosen by eye.
 const GAPS: [usize; 3] = [1, 2, 4];
 /// Every how many columns and rows a pixel is followed; chosen by eye.
 const STEP_PX: usize = 2;
@@ -25,22 +25,12 @@ const STEP_PX: usize = 2;
 /// The agreement of masks with those of nearby frames along the flow, `0.0..=1.0`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Agreement {
+    /// The mean over the frames; `None` if no two frames can be compared.
+    pub clip: Option<f32>,
     /// Of all objects as one, for each frame: `None` without a frame to compare with, and where neither has an object.
     pub frames: Vec<Option<f32>>,
     /// The same of each label from 1 on.
     pub objects: Vec<Vec<Option<f32>>>,
-}
-
-impl Agreement {
-    /// Returns the mean over the frames; `None` if no two frames can be compared.
-    pub fn clip(&self) -> Option<f32> {
-        mean(&self.frames)
-    }
-
-    /// Returns the mean of an object over the frames; `None` if it is never compared.
-    pub fn object(&self, label: u8) -> Option<f32> {
-        mean(self.objects.get(usize::from(label).checked_sub(1)?)?)
-    }
 }
 
 fn mean(values: &[Option<f32>]) -> Option<f32> {
@@ -54,27 +44,7 @@ fn mean(values: &[Option<f32>]) -> Option<f32> {
 ///
 /// Frames are compared as far as there is flow between them, and masks only if they have its size: an empty mask stands
 /// for a frame that has none.
-///
-/// # Examples
-/// A square stands still; in frame 2 its mask covers everything.
-///
-/// ```
-/// use tracecut::flow::{CompactFlow, FlowField};
-/// use tracecut::image::Plane;
-/// use tracecut::mask::agreement;
-///
-/// let still = CompactFlow::new(&FlowField { u: Plane::filled(20, 20, 0.0), v: Plane::filled(20, 20, 0.0) });
-/// let square = Plane::from_fn(20, 20, |x, y| u8::from(x < 10 && y < 10));
-/// let mut masks = vec![square; 6];
-/// assert_eq!(agreement(&masks, &vec![still.clone(); 5]).clip(), Some(1.0));
-///
-/// masks[2] = Plane::filled(20, 20, 1);
-/// let agreement = agreement(&masks, &vec![still; 5]);
-/// assert_eq!(agreement.frames[2], Some(0.25));
-/// assert_eq!(agreement.object(1), agreement.clip());
-/// ```
-#[must_use]
-pub fn agreement(masks: &[Plane<u8>], flows: &[CompactFlow]) -> Agreement {
+pub(crate) fn agreement(masks: &[Plane<u8>], flows: &[CompactFlow]) -> Agreement {
     let num_labels = masks.iter().flat_map(Plane::data).max().map_or(0, |&label| usize::from(label));
     // Of all objects as one, then of each label.
     let mut means = vec![vec![Mean::default(); masks.len()]; 1 + num_labels];
@@ -97,7 +67,8 @@ pub fn agreement(masks: &[Plane<u8>], flows: &[CompactFlow]) -> Agreement {
         }
     }
     let mut values = means.iter().map(|means| means.iter().map(Mean::value).collect());
-    Agreement { frames: values.next().unwrap_or_default(), objects: values.collect() }
+    let frames: Vec<Option<f32>> = values.next().unwrap_or_default();
+    Agreement { clip: mean(&frames), frames, objects: values.collect() }
 }
 
 /// Compares two masks along the pixels that were followed from the first to the second: intersection over union of all

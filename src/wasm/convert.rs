@@ -177,7 +177,7 @@ pub(super) fn agreement(agreement: &Agreement) -> JsValue {
     };
     let objects: js_sys::Array = agreement.objects.iter().map(|frames| list(frames)).collect();
     object([
-        ("clip", agreement.clip().unwrap_or(f32::NAN).into()),
+        ("clip", agreement.clip.unwrap_or(f32::NAN).into()),
         ("frames", list(&agreement.frames)),
         ("objects", objects.into()),
     ])

@@ -220,7 +220,7 @@ mod tests {
     fn superpixels_that_the_cut_got_wrong_are_told_by_those_like_them() {
         let (frames, superpixels, truth) = ([scene(1).0, scene(2).0], vec![scene(1).1; 2], scene(1).2);
         // A third of the object was cut as background, and as much of the background as object.
-        let wrong = |p: usize| (truth[p] && p % 3 == 0) || (!truth[p] && p % 17 == 0);
+        let wrong = |p: usize| (truth[p] && p.is_multiple_of(3)) || (!truth[p] && p.is_multiple_of(17));
         let labels: Vec<u32> = (0..240).map(|p| u32::from(truth[p] != wrong(p))).collect();
         let log_odds = log_odds(&frames, &superpixels, vec![labels; 2]);
         let is_right = |(p, &odds): (usize, &f32)| (odds > 0.0) == truth[p % 240];

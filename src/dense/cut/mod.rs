@@ -43,8 +43,7 @@ pub(crate) use colour::{Colour, Corners, Histogram, UNSEEN_SHARE};
 pub use expansion::{Expansion, Potts};
 pub(crate) use expansion::{STEPS_PER_UNIT, to_steps};
 pub use input::{CutInput, CutLabels, OUTLIER, UNKNOWN};
-pub use label_votes::propagate_labels;
-pub(crate) use label_votes::{VOTE_MOTION_PX, VOTE_RADIUS_PX, motion_difference_sq};
+pub(crate) use label_votes::{VOTE_MOTION_PX, VOTE_RADIUS_PX, motion_difference_sq, propagate_labels};
 pub use params::CutParams;
 #[cfg(test)]
 pub(crate) use terms::UnaryCost;
