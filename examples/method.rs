@@ -12,7 +12,7 @@ use tracecut::affinity::affinities;
 use tracecut::background::{Background, SegmentedTracks};
 use tracecut::camera::{Camera, ForwardMotion};
 use tracecut::connectedness::{Separation, components, constrain};
-use tracecut::cut::{CutInput, add_appearance, gabriel_cut, paint};
+use tracecut::cut::{CutInput, appearance_log_odds, gabriel_cut, paint};
 use tracecut::discontinuity::{discontinuities, neighborhoods};
 use tracecut::discretize::{EvidenceInput, discretize};
 use tracecut::embedding::embed;
@@ -109,18 +109,27 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
     let penalties = cluster_penalties(&classes.clusters, &classes.penalties, |_| false);
     let evidence = background.evidence(&superpixels, &flows, segmented, &penalties, &params.background);
 
-    // 4.2 The Gabriel cut, from the denser trajectories. It is made again with what objects and the ground near them look
-    // like in the cut before (not in the paper).
+    // 4.2 The Gabriel cut, from the denser trajectories. It is made again with the appearance of objects and background, as
+    // learned from the cut before (not in the paper).
     let num_labels = classes.clusters.count.max(1);
-    let cut_with = |evidence: &[f32]| {
-        let SegmentedTracks { tracks, label, is_object: objects } = segmented;
-        gabriel_cut(&CutInput { superpixels: &superpixels, tracks, label, num_labels, objects, evidence }, &params.cut)
+    let SegmentedTracks { tracks: voters, label, is_object } = segmented;
+    let input = CutInput {
+        superpixels: &superpixels,
+        tracks: voters,
+        label,
+        num_labels,
+        objects: is_object,
+        evidence: &evidence,
+        appearance: &[],
+        flows: &flows,
     };
-    let mut cut = cut_with(&evidence).labels;
+    let (mut cut, mut appearance) = (gabriel_cut(&input, &params.cut), Vec::new());
     for _ in 0..params.cut.appearance_rounds {
-        let weight = params.cut.appearance_weight;
-        cut = cut_with(&add_appearance(&evidence, &superpixels, frames, &cut, segmented.is_object, weight)).labels;
+        let last = CutInput { appearance: &appearance, ..input };
+        appearance = appearance_log_odds(&last, &params.cut, &cut, frames, params.clip.seed);
+        cut = gabriel_cut(&CutInput { appearance: &appearance, ..input }, &params.cut);
     }
+    let cut = cut.labels;
 
     // Masks: clusters that are objects, with borders to the pixel (not in the paper).
     let object = |cluster: u32| objects.get(cluster as usize).copied().unwrap_or(0);

@@ -70,6 +70,7 @@ export type { FlowField, Progress, Stage } from './session/engine.js';
 export type { Place, Stroke, TrajectoryInput } from './session/inputs.js';
 export type { ObjectList, SearchInput, SearchReport, VideoObject } from './session/report.js';
 export type {
+  Agreement,
   Background,
   ClusterList,
   ClusterObjects,

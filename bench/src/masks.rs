@@ -5,6 +5,7 @@ use super::clips::{Clip, Suite, write_overlays};
 use super::compare::Earlier;
 use super::report::{Column, Outcome, RUNS_HELP, Report, Run, Scores, heading};
 use super::runs::{Excerpt, RunId, RunOptions};
+use crate::measures::agreement::{AgreementQuality, FAILURE_DROP, FALSE_SHARE, FrameAgreement};
 use crate::measures::davis::scored_frames;
 use crate::measures::masks::{Census, ClipScorer, MaskScores, Truth};
 use crate::measures::reliability::{Bin, Reliability};
@@ -36,7 +37,8 @@ Per clip, means over its scored frames; all labels other than 0 are foreground:
   false objects  labels with most of their pixels in the clip on the background, of how many labels
 
 Below: what was said of pixels to be right (in that they are on an object or are not), and the share that was, in tenths of what was said;
-every clip counts alike. Without --window.";
+every clip counts alike. Below that: Spearman's rank correlation of the agreement of masks in time with J, as a mean over the runs and over
+all frames, and the share of the frames with a J far below their run's median whose agreement tells. Both without --window.";
 
 /// Bins of the reliability with less of all pixels say little.
 const FAIR_SHARE: f64 = 0.01;
@@ -85,6 +87,8 @@ struct Scored {
     frame: usize,
     #[serde(flatten)]
     scores: MaskScores,
+    /// Agreement with nearby frames; `null` in windows.
+    agreement: Option<f32>,
 }
 
 /// The content of the file of `--json`.
@@ -94,6 +98,8 @@ struct MaskReport<'a> {
     report: &'a Report<'a, MaskRun>,
     /// Reliability of confidences, in tenths; `null` for an empty bin.
     reliability: Vec<Option<Bin>>,
+    /// How well the agreement of masks predicts J; `null` in windows.
+    agreement: Option<AgreementQuality>,
 }
 
 const fn column(name: &'static str, heading: &'static str) -> Column {
@@ -151,8 +157,10 @@ pub(super) fn eval(args: &MasksArgs) -> Result<()> {
         |outcome: &Outcome<MaskRun>| Reliability::of_clips(outcome.runs.iter().map(|r| &r.scores.reliability));
     let reliability = Reliability::of_clips(&outcomes.iter().map(of_clip).collect::<Vec<_>>());
     reliability_lines(&reliability).into_iter().try_for_each(print)?;
+    let agreement = agreement_quality(runs().map(|run| run.scores.of_frames.as_slice()));
+    agreement.iter().flat_map(agreement_lines).try_for_each(print)?;
     earlier.map_or(Ok(Vec::new()), |earlier| earlier.lines(&outcomes))?.into_iter().try_for_each(print)?;
-    write_json(args.json.as_deref(), &MaskReport { report: &report, reliability: reliability.curve() })
+    write_json(args.json.as_deref(), &MaskReport { report: &report, reliability: reliability.curve(), agreement })
 }
 
 /// Runs all excerpts of a clip under all seeds.
@@ -168,12 +176,13 @@ fn run_clip(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> Re
                 let (masks, time) = run_windows(&excerpt, params, seed, window as usize)?;
                 let id = excerpt.run_id(seed);
                 write_pictures(drawn(id), &excerpt, &masks, &truth)?;
-                runs.push(score(id, &masks, &truth, Reliability::default(), time)?);
+                runs.push(score(id, &masks, &truth, Unsupervised::default(), time)?);
             }
             continue;
         }
         runs.extend(excerpt.run_seeds(params, seeds, |session, id, time| {
             let masks = (0..truth.len()).map(|t| Ok(session.labels(t)?)).collect::<Result<Vec<_>>>()?;
+            let agreement = session.agreement().map_or_else(Vec::new, |agreement| agreement.frames.clone());
             let mut reliability = Reliability::default();
             for t in scored_frames(truth.len()) {
                 if let Some(truth) = &truth[t] {
@@ -181,7 +190,7 @@ fn run_clip(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> Re
                 }
             }
             write_pictures(drawn(id), &excerpt, &masks, &truth)?;
-            score(id, &masks, &truth, reliability, time)
+            score(id, &masks, &truth, Unsupervised { reliability, agreement }, time)
         })?);
     }
     Ok(Outcome::new(&clip.name, &clip.kind, runs))
@@ -199,12 +208,20 @@ fn write_pictures(
     write_overlays(folder, truth.len(), OVERLAY_STEP, excerpt.frames(), |t| Ok((masks[t].clone(), objects(t))))
 }
 
+/// What a session said of its masks; empty in windows.
+#[derive(Debug, Default)]
+struct Unsupervised {
+    reliability: Reliability,
+    /// Agreement with nearby frames, frame by frame.
+    agreement: Vec<Option<f32>>,
+}
+
 /// Scores the masks of a run.
 fn score(
     id: RunId,
     masks: &[Plane<u8>],
     truth: &[Option<Plane<Truth>>],
-    reliability: Reliability,
+    said: Unsupervised,
     time: Seconds,
 ) -> Result<Run<MaskRun>> {
     let (mut scorer, mut places) = (ClipScorer::default(), Vec::new());
@@ -214,13 +231,14 @@ fn score(
             places.push(t);
         }
     }
-    let of_frames: Vec<Scored> =
-        places.iter().zip(scorer.frames()).map(|(&frame, &scores)| Scored { frame, scores }).collect();
+    let agreement = |frame: usize| said.agreement.get(frame).copied().flatten();
+    let scored = |(&frame, &scores): (&usize, &MaskScores)| Scored { frame, scores, agreement: agreement(frame) };
+    let of_frames: Vec<Scored> = places.iter().zip(scorer.frames()).map(scored).collect();
     if of_frames.is_empty() {
         return Err(Failure::input("has no mask of a frame but the first and the last, which do not count"));
     }
     let scores = MaskScores::mean_of(scorer.frames());
-    let scores = MaskRun { scores, census: scorer.census(), of_frames, reliability };
+    let scores = MaskRun { scores, census: scorer.census(), of_frames, reliability: said.reliability };
     Ok(Run { id, frames: truth.len(), scores, time })
 }
 
@@ -272,4 +290,30 @@ fn reliability_lines(found: &Reliability) -> Vec<String> {
         lines.push(format!("furthest from the diagonal, with at least {FAIR_SHARE} of the pixels: {furthest:.3}"));
     }
     lines
+}
+
+/// Compares the agreement of masks with J; `None` in windows.
+fn agreement_quality<'a>(runs: impl Iterator<Item = &'a [Scored]>) -> Option<AgreementQuality> {
+    let frame = |scored: &Scored| Some(FrameAgreement { agreement: f64::from(scored.agreement?), j: scored.scores.j? });
+    let runs: Vec<Vec<FrameAgreement>> = runs.map(|frames| frames.iter().filter_map(frame).collect()).collect();
+    Some(AgreementQuality::of_runs(&runs)).filter(|quality| quality.frames > 0)
+}
+
+/// Formats how well the agreement of masks predicts J.
+fn agreement_lines(quality: &AgreementQuality) -> Vec<String> {
+    let three = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"));
+    let AgreementQuality { correlation_in_runs, correlation, frames, failures, found } = *quality;
+    vec![
+        String::new(),
+        "agreement in time".to_owned(),
+        format!(
+            "rank correlation with J: in runs {}, over all {frames} frames {}",
+            three(correlation_in_runs),
+            three(correlation)
+        ),
+        format!(
+            "frames with a J {FAILURE_DROP} below the median: {failures}; found at a false alarm rate of {FALSE_SHARE}: {}",
+            three(found)
+        ),
+    ]
 }

@@ -29,6 +29,8 @@ pub(crate) struct WindowPart {
     masks: Option<MaskReport>,
     /// Rows of `objects.csv`.
     table: String,
+    /// Agreement of the masks of each settled frame with those of nearby frames.
+    agreement: Vec<Option<f32>>,
     eigenvalues: Vec<f64>,
     eigen: Value,
     seconds: BTreeMap<String, Seconds>,
@@ -106,6 +108,7 @@ impl WindowPart {
             window,
             size: session.input_size().unwrap_or_default(),
             working: session.working_size().unwrap_or_default(),
+            agreement: session.agreement().and_then(|a| a.frames.get(settled.clone())).unwrap_or_default().to_vec(),
             times: FrameTimes::collect(settled.map(|t| window_result.timing(t))),
             labels: label_sizes(results.tracks, results.clusters),
             masks,
@@ -168,6 +171,9 @@ pub(crate) struct Report<'a> {
     /// Background, objects and superpixels; left out without masks.
     #[serde(flatten)]
     masks: Option<MaskReport>,
+    /// Mean agreement of the masks with those of nearby frames, `0.0..=1.0`; left out if none can be compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    agreement: Option<f64>,
     windows: Vec<WindowReport>,
     /// File names of the frames; left out if one file has all of them.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -221,6 +227,11 @@ pub(crate) fn rows(parts: &[WindowPart]) -> Option<String> {
     Some(parts.iter().map(|part| part.table.as_str()).collect())
 }
 
+fn mean_agreement(parts: &[WindowPart]) -> Option<f64> {
+    let frames: Vec<f64> = parts.iter().flat_map(|part| &part.agreement).flatten().map(|&a| f64::from(a)).collect();
+    (!frames.is_empty()).then(|| frames.iter().sum::<f64>() / frames.len() as f64)
+}
+
 impl<'a> Report<'a> {
     /// Composes the report of a clip; `None` without windows.
     pub(crate) fn new(
@@ -256,6 +267,7 @@ impl<'a> Report<'a> {
             only,
             windows: parts.iter().map(|part| part.window.with_objects_of(masks.as_ref())).collect(),
             masks,
+            agreement: mean_agreement(parts),
             frame_names: names.map(|names| names.into_iter().take(frames).collect()),
             frame_rate: times.as_ref().and_then(FrameTimes::frame_rate),
             times,
@@ -292,9 +304,10 @@ impl<'a> Report<'a> {
             None => format!("{} windows, {} shot(s)", self.windows.len(), self.shots),
         };
         let objects = self.masks.as_ref().map_or_else(String::new, |m| format!("{} object(s), ", m.num_objects()));
+        let agreement = self.agreement.map_or_else(String::new, |a| format!("agreement {a:.2}, "));
         let seconds = self.seconds.get("total").copied().unwrap_or_default();
         format!(
-            "{frames} frames of {width}x{height}: {contents}, {objects}{seconds:.2} s; see {}",
+            "{frames} frames of {width}x{height}: {contents}, {objects}{agreement}{seconds:.2} s; see {}",
             place.target().display()
         )
     }

@@ -20,7 +20,7 @@ import type {
   RawSuperpixels,
   SessionInfo,
 } from './engine.js';
-import type { Explanation } from './result.js';
+import type { Agreement, Explanation } from './result.js';
 
 /** Place of a window in its clip. */
 export type WindowPlace = Pick<WindowFacts, 'index' | 'shot' | 'firstFrame' | 'settled'>;
@@ -75,6 +75,7 @@ export interface Requests {
   explain: ResultRequestSpec<[t: number, x: number, y: number], Explanation>;
   confidence: MapRequestSpec<RawConfidenceMap>;
   objectConfidence: ResultRequestSpec<[], Float32Array<ArrayBuffer>>;
+  agreement: ResultRequestSpec<[], Agreement>;
   saliencyMap: MapRequestSpec<RawSaliencyMap>;
 
   /** For a single image, as the following. */
@@ -127,6 +128,12 @@ export const REQUESTS: Requests = {
     needs: 'masks',
     byLabels: true,
     work: () => (session) => session.objectConfidence() as Float32Array<ArrayBuffer>,
+  },
+  agreement: {
+    noun: 'agreements',
+    needs: 'masks',
+    byLabels: true,
+    work: () => (session) => session.agreement() as Agreement,
   },
   saliencyMap: { noun: 'saliency maps', needs: 'saliency', work: (t) => (session) => session.saliencyMap(t) },
 

@@ -80,6 +80,17 @@ export type Background = Grid & { readonly data: Uint8ClampedArray<ArrayBuffer> 
 /** Probability for each pixel that it is correctly labelled as object or background, 0 to 1, row by row. */
 export type ConfidenceMap = Grid & { readonly confidence: Float32Array<ArrayBuffer> };
 
+/**
+ * Agreement of the masks with those of nearby frames, moved along the flow, 0 to 1: low where masks change against the
+ * motion. `clip` is the mean over the frames, `frames` has each frame, `objects[i]` the object of label `i + 1` in each
+ * frame; NaN where there is nothing to compare.
+ */
+export type Agreement = {
+  readonly clip: number;
+  readonly frames: Float32Array<ArrayBuffer>;
+  readonly objects: readonly Float32Array<ArrayBuffer>[];
+};
+
 /** Saliency of each pixel of a frame against its surroundings, 0 to 1, row by row. */
 export type SaliencyMap = Grid & { readonly saliency: Float32Array<ArrayBuffer> };
 
@@ -268,6 +279,14 @@ export class Result {
   /** Returns the mean of `confidence` over the pixels of each label in all frames, by label; 0 for labels without pixels. */
   async objectConfidence(): Promise<Float32Array<ArrayBuffer>> {
     return this.#request('objectConfidence');
+  }
+
+  /**
+   * Returns the agreement of the masks with those of nearby frames; in windows, of the window's frames. The session must
+   * still be open, and neither cleared nor corrected since.
+   */
+  async agreement(): Promise<Agreement> {
+    return this.#request('agreement');
   }
 
   /**

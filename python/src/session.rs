@@ -341,6 +341,12 @@ impl Session {
         Ok(list(py, self.compute(py, tracecut::Session::object_confidence)?))
     }
 
+    fn agreement<'py>(&self, py: Python<'py>) -> Result<Option<AgreementArrays<'py>>> {
+        let agreement = self.compute(py, |session| Ok(session.agreement().cloned()))?;
+        let values = |values: &[Option<f32>]| list(py, values.iter().map(|v| v.unwrap_or(f32::NAN)).collect());
+        Ok(agreement.map(|a| (values(&a.frames), a.objects.iter().map(|frames| values(frames)).collect())))
+    }
+
     fn background<'py>(&self, py: Python<'py>, t: usize) -> Result<Bound<'py, PyArray3<u8>>> {
         Ok(arrays::pixels(py, self.compute(py, |session| session.background(t))?))
     }
@@ -361,6 +367,9 @@ impl Session {
         })
     }
 }
+
+/// Of all objects as one, then of each object, for each frame.
+type AgreementArrays<'py> = (Bound<'py, PyArray1<f32>>, Vec<Bound<'py, PyArray1<f32>>>);
 
 fn method_of(name: &str) -> Result<DiscretizeMethod> {
     let names = DiscretizeMethod::NAMES;

@@ -91,6 +91,9 @@ def test_maps_of_frames(done: Session, clip: list[np.ndarray]) -> None:
     assert flow.u.shape == flow.v.shape == (64, 96) and flow.u.dtype == np.float32
     assert done.saliency_map(7).shape == (64, 96) and done.confidence(0).max() <= 1
     assert len(done.object_confidence()) == objects.max() + 1
+    agreement = done.agreement()
+    assert agreement is not None and agreement[0].shape == (8,) and len(agreement[1]) == objects.max()
+    assert 0 <= agreement[0].min() <= agreement[0].max() <= 1
     plate = done.background(1)
     assert plate.shape == (64, 96, 4) and (plate[..., :3] == clip[1])[done.labels(1) == 0].mean() > 0.8
     assert (plate[..., :3] == clip[1])[done.labels(1) == 1].mean() < 0.5

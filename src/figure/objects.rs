@@ -22,7 +22,7 @@ const MAX_OBJECTS: usize = 255;
 
 /// Mask label of each cluster.
 ///
-/// Law: 0 is the background; [`find_objects`] numbers objects 1, 2, ... by falling area, and all but the 255 largest
+/// Law: 0 is the background; objects have the numbers 1, 2, ... by falling area, and all but the 255 largest
 /// count as background. Objects keep their labels in later windows of a long clip and when the user corrects some, so
 /// that there may be gaps.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -41,29 +41,7 @@ impl Objects {
 }
 
 /// Classifies clusters by the frame border. The cluster with most of the border is always background.
-///
-/// # Examples
-/// A trajectory for each digit, which is its cluster: one that the border encloses is an object.
-///
-/// ```
-/// use tracecut::discretize::Clusters;
-/// use tracecut::mask::find_objects;
-/// use tracecut::trajectory::Trajectories;
-///
-/// let rows = ["00000000", "00000000", "00011000", "00011000", "00011000", "00000000", "00000000", "00000000"];
-/// let mut tracks = Trajectories::empty(1, (80, 80));
-/// let mut label = Vec::new();
-/// for (y, row) in rows.iter().enumerate() {
-///     for (x, digit) in row.bytes().enumerate() {
-///         tracks.push(0, [(10.0 * x as f32 + 4.0, 10.0 * y as f32 + 4.0, 0.0)]);
-///         label.push(u32::from(digit - b'0'));
-///     }
-/// }
-/// let objects = find_objects(&tracks, &Clusters { count: 2, label });
-/// assert_eq!((objects.labels(), objects.of_cluster), (vec![1], vec![0, 1]));
-/// ```
-#[must_use]
-pub fn find_objects(tracks: &Trajectories, clusters: &Clusters) -> Objects {
+pub(crate) fn find_objects(tracks: &Trajectories, clusters: &Clusters) -> Objects {
     find_objects_above(tracks, clusters, 0.0)
 }
 

@@ -3,6 +3,7 @@
 //! The cut gives every superpixel a cluster, after some clusters were selected as objects ([`find_objects`]). Borders of masks
 //! are then refined to the pixel ([`refine`]) and brought to the size of the source ([`enlarge`]).
 
+mod agreement;
 mod coco;
 mod confidence;
 mod enlarge;
@@ -12,7 +13,9 @@ mod refine;
 mod table;
 
 pub use crate::classify::{Classification, Observations, classify_clusters, cluster_penalties};
-pub use crate::objects::{Objects, find_objects, number_objects};
+pub use crate::objects::{Objects, number_objects};
+pub use agreement::Agreement;
+pub(crate) use agreement::agreement;
 #[doc(hidden)] // For the command line, and the packages for Python and JavaScript.
 pub use coco::{CocoRuns, coco_counts, coco_mask, coco_runs, coco_text};
 pub(crate) use confidence::{ConfidenceInput, confidence};

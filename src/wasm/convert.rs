@@ -5,7 +5,7 @@ use crate::contour::BoundaryMap;
 use crate::discretize::Clusters;
 use crate::flow::FlowField;
 use crate::image::Plane;
-use crate::mask::Objects;
+use crate::mask::{Agreement, Objects};
 use crate::params::{ParamTree, ParamValue};
 use crate::saliency::Saliency;
 use crate::still::ImageDiscontinuities;
@@ -168,6 +168,19 @@ pub(super) fn saliency_map(map: &Plane<f32>) -> JsValue {
 /// `{width, height, confidence}`.
 pub(super) fn confidence(map: &Plane<f32>) -> JsValue {
     object([("width", map.width().into()), ("height", map.height().into()), ("confidence", float32_array(map.data()))])
+}
+
+/// `{clip, frames, objects}`; NaN stands for `None`.
+pub(super) fn agreement(agreement: &Agreement) -> JsValue {
+    let list = |values: &[Option<f32>]| {
+        float32_array(&values.iter().map(|value| value.unwrap_or(f32::NAN)).collect::<Vec<_>>())
+    };
+    let objects: js_sys::Array = agreement.objects.iter().map(|frames| list(frames)).collect();
+    object([
+        ("clip", agreement.clip.unwrap_or(f32::NAN).into()),
+        ("frames", list(&agreement.frames)),
+        ("objects", objects.into()),
+    ])
 }
 
 /// `{ofPoints, inContext, foreground}`; truth values as 0 and 1.

@@ -269,6 +269,12 @@ impl JsSession {
         self.session.object_confidence().map_err(|e| convert::to_js_error(&e))
     }
 
+    /// Computes the agreement of the masks with those of nearby frames: an `Agreement` of `npm/session/result.ts`; `null`
+    /// without masks.
+    pub fn agreement(&self) -> JsValue {
+        self.session.agreement().map_or(JsValue::NULL, convert::agreement)
+    }
+
     /// Explains the label of pixel `x`, `y` of frame `t`: an `Explanation` of `npm/session/result.ts`.
     pub fn explain(&self, t: usize, x: usize, y: usize) -> Result<JsValue, JsValue> {
         let explanation = self.session.explain(t, x, y).map_err(|e| convert::to_js_error(&e))?;

@@ -2,6 +2,7 @@
 //!
 //! Nothing here touches the file system: callers read the files and pass their bytes or text.
 //!
+//! - [`agreement`]: how well the agreement of masks in time predicts their J;
 //! - [`definition`]: which frames of a shot are labelled, and with which regions (`Def.dat`, PGM masks);
 //! - [`flow`]: end-point error of optical flow against a `.flo` file;
 //! - [`foreground`]: which trajectories are foreground, against labelled frames;
@@ -17,6 +18,7 @@
 //! - [`moseg`]: the five numbers of the Moseg benchmark (Brox and Malik 2010) for points or pixels, their mean and
 //!   trimmed mean.
 
+pub mod agreement;
 pub mod contours;
 pub mod davis;
 pub mod definition;

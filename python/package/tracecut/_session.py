@@ -212,6 +212,17 @@ class SessionView:
         """The mean confidence of each label, the background first."""
         return self._raw.object_confidence()
 
+    def agreement(self) -> Optional[tuple[F32, list[F32]]]:
+        """The agreement of the masks with those of nearby frames, moved along the flow, 0 to 1.
+
+        Returns
+        -------
+        tuple of (num_frames,) float32 and list of (num_frames,) float32, or None
+            Of all objects as one, then of each object from label 1 on; NaN where there is nothing to compare. None without
+            masks.
+        """
+        return self._raw.agreement()
+
     def background(self, t: int) -> U8:
         """The scene of frame ``t`` without the objects: RGBA at working size, alpha 0 where no frame shows it."""
         return self._raw.background(t)

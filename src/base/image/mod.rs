@@ -3,12 +3,14 @@
 mod decode;
 mod filter;
 mod frame;
+mod lab;
 mod plane;
 mod runs;
 
 pub(crate) use self::{
     filter::{BilinearPoint, convolve_symmetric},
     frame::fit_within,
+    lab::lab,
     runs::Runs,
 };
 pub use crate::error::{MAX_PIXELS, MAX_SIDE};

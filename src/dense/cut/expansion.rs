@@ -143,7 +143,6 @@ impl Expansion {
         self.label
     }
 
-    #[cfg(test)]
     pub(super) fn problem(&self) -> &Potts {
         &self.problem
     }

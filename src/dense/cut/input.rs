@@ -1,5 +1,6 @@
 //! Input and output of the cut.
 
+use crate::flow::CompactFlow;
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 
@@ -26,6 +27,10 @@ pub struct CutInput<'a> {
     /// Log-odds of each superpixel to be an object's, frame by frame: a cost of the background's labels where positive, of
     /// the objects' where negative; may be empty.
     pub evidence: &'a [f32],
+    /// The same by appearance, learned from an earlier cut; empty in the first.
+    pub appearance: &'a [f32],
+    /// Forward flow of each pair of consecutive frames; may be empty.
+    pub flows: &'a [CompactFlow],
 }
 
 /// Label of each superpixel of each frame.

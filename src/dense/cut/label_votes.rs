@@ -37,25 +37,7 @@ const MAX_OUTLIER_VOTES: f32 = 0.05;
 /// Labels each trajectory of `unlabelled` below `num_labels`, or as [`OUTLIER`] or [`UNKNOWN`]. `label` has a label for each
 /// of `labelled`, which does not vote unless it is below `num_labels`. Both sets and the `radius` of votes are in pixels of
 /// the same frames; 24 in large frames, and about three times the spacing in others.
-///
-/// # Examples
-/// Short trajectories take the label of those around them that move like them.
-///
-/// ```
-/// use tracecut::cut::propagate_labels;
-/// use tracecut::trajectory::Trajectories;
-///
-/// let moving = |at: &[(f32, f32)], frames: usize| {
-///     let mut tracks = Trajectories::empty(8, (64, 48));
-///     at.iter().for_each(|&(x, speed)| tracks.push(0, (0..frames).map(|t| (x + speed * t as f32, 20.0, 0.0))));
-///     tracks
-/// };
-/// let labelled = moving(&[(20.0, 2.0), (22.0, 2.0), (24.0, -2.0), (26.0, -2.0)], 8);
-/// let unlabelled = moving(&[(23.0, 2.0), (21.0, -2.0)], 3);
-/// assert_eq!(propagate_labels(&unlabelled, &labelled, &[0, 0, 1, 1], 2, 24.0), [0, 1]);
-/// ```
-#[must_use]
-pub fn propagate_labels(
+pub(crate) fn propagate_labels(
     unlabelled: &Trajectories,
     labelled: &Trajectories,
     label: &[u32],
@@ -174,5 +156,17 @@ mod tests {
         let labelled = moving(0, 10, &around);
         let unlabelled = moving(0, 3, &[(29.0, 28.0, 4.0, 0.0), (29.0, 28.0, 1.0, 0.1), (90.0, 70.0, 4.0, 0.0)]);
         assert_eq!(propagate(&unlabelled, &labelled, &[0; 9]), [OUTLIER, 0, UNKNOWN]);
+    }
+
+    #[test]
+    fn short_trajectories_take_the_label_of_those_around_them_that_move_like_them() {
+        let moving = |at: &[(f32, f32)], frames: usize| {
+            let mut tracks = Trajectories::empty(8, (64, 48));
+            at.iter().for_each(|&(x, speed)| tracks.push(0, (0..frames).map(|t| (x + speed * t as f32, 20.0, 0.0))));
+            tracks
+        };
+        let labelled = moving(&[(20.0, 2.0), (22.0, 2.0), (24.0, -2.0), (26.0, -2.0)], 8);
+        let unlabelled = moving(&[(23.0, 2.0), (21.0, -2.0)], 3);
+        assert_eq!(propagate_labels(&unlabelled, &labelled, &[0, 0, 1, 1], 2, 24.0), [0, 1]);
     }
 }

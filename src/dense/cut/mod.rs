@@ -26,6 +26,8 @@
 mod appearance;
 mod colour;
 mod expansion;
+mod features;
+mod forest;
 mod input;
 mod label_votes;
 mod maxflow;
@@ -34,14 +36,14 @@ mod terms;
 #[cfg(test)]
 mod tests;
 
-pub use appearance::add_appearance;
+pub use appearance::appearance_log_odds;
+pub(crate) use appearance::{ClipFeatures, label_kinds};
 pub(crate) use colour::{Colour, Corners, Histogram, UNSEEN_SHARE};
 #[doc(hidden)]
 pub use expansion::{Expansion, Potts};
 pub(crate) use expansion::{STEPS_PER_UNIT, to_steps};
 pub use input::{CutInput, CutLabels, OUTLIER, UNKNOWN};
-pub use label_votes::propagate_labels;
-pub(crate) use label_votes::{VOTE_MOTION_PX, VOTE_RADIUS_PX, motion_difference_sq};
+pub(crate) use label_votes::{VOTE_MOTION_PX, VOTE_RADIUS_PX, motion_difference_sq, propagate_labels};
 pub use params::CutParams;
 #[cfg(test)]
 pub(crate) use terms::UnaryCost;
@@ -112,6 +114,11 @@ impl GabrielCut {
         let mut changed = self.expansion.labels().to_vec();
         changed[node] = label;
         Some(self.expansion.problem().energy(&changed))
+    }
+
+    /// Returns the margin of each superpixel's label against labels of another kind, as [`margins`], of a cut of the whole clip.
+    pub(crate) fn margins(&self, kind: &[u8]) -> Vec<f32> {
+        terms::margins_of(self.expansion.problem(), self.expansion.labels(), kind)
     }
 
     /// Returns the current labels.
@@ -251,6 +258,8 @@ fn counts(input: &CutInput) -> Vec<usize> {
 ///     num_labels: 2,
 ///     objects: &[],
 ///     evidence: &[],
+///     appearance: &[],
+///     flows: &[],
 /// };
 /// let cut = gabriel_cut(&input, &CutParams::default());
 /// assert_eq!(cut.labels, [[0, 0, 1]]);

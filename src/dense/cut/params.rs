@@ -13,10 +13,15 @@ crate::params! {
         pub weight_by_length: bool = true, in 0..=1, expert;
         /// Weight of the share of common trajectories between superpixels of consecutive frames.
         pub temporal_weight: f32 = 1.0, in 0.0..=1000.0;
-        /// Number of further cuts, each with the appearance of objects and of the background near them in the cut before.
-        pub appearance_rounds: u32 = 1, in 0..=10, expert;
+        /// Weight of the overlap of superpixels of consecutive frames along the flow. Not in the paper; docs/choices.md.
+        pub flow_weight: f32 = 0.5, in 0.0..=1000.0, expert;
+        /// Number of further cuts, each with the appearance of objects and background, as learned from the cut before. Not
+        /// in the paper; docs/choices.md.
+        pub appearance_rounds: u32 = 3, in 0..=10, expert;
         /// Weight of the log-odds by appearance in these cuts.
-        pub appearance_weight: f32 = 0.7, in 0.0..=100.0, expert;
+        pub appearance_weight: f32 = 0.8, in 0.0..=100.0, expert;
+        /// Factor on the weight of trajectories in these cuts, as what they told is learned.
+        pub appearance_unary_factor: f32 = 0.35, in 0.0..=1.0, expert;
         /// A superpixel's own trajectories do not count if a larger share of it than this lies between trajectories of
         /// different labels (section 4.2: 0.3). 1 turns the rule off.
         pub ambiguous_share: f32 = 1.0, in 0.0..=1.0, expert;
@@ -37,6 +42,7 @@ impl CutParams {
             weight_by_length: false,
             outlier_weight: 0.0,
             appearance_rounds: 0,
+            flow_weight: 0.0,
             ambiguous_share: 0.3,
             ..Self::default()
         }

@@ -3,10 +3,11 @@
 //! Superpixels of all frames have consecutive numbers, frame by frame.
 //!
 //! 1. Each point of a trajectory lies in one superpixel; points outside the image belong to the nearest pixel.
-//! 2. Unary: `λ_r (1 − h_r(label))`; outliers, beyond the paper, are in the histogram of every object. Evidence is added,
-//!    beyond the paper.
+//! 2. Unary: `λ_r (1 − h_r(label))`; outliers, beyond the paper, are in the histogram of every object. Evidence and
+//!    appearance are added, beyond the paper; beside appearance, trajectories count less.
 //! 3. Spatial: `exp(−mean Pb / scale)` along the common border, times its relative length.
-//! 4. Temporal: common trajectories over the larger number of trajectories.
+//! 4. Temporal: common trajectories over the larger number of trajectories; beyond the paper also the overlap along the flow,
+//!    over the larger area.
 //!
 //! Costs are computed in floating point, one at a time, and rounded to 1/65536. Cost: O(points + borders).
 
@@ -14,6 +15,7 @@ use super::expansion::{MAX_WEIGHT, Potts, STEPS_PER_UNIT, to_steps};
 use super::input::{CutInput, CutLabels, OUTLIER, UNKNOWN};
 use super::params::CutParams;
 use crate::delaunay::constrained_delaunay;
+use crate::flow::{CompactFlow, Field};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 
@@ -83,7 +85,9 @@ impl Nodes {
 /// Unary costs, node by node, label by label (step 2).
 pub(super) fn unary_costs(input: &CutInput, params: &CutParams, nodes: &Nodes) -> Vec<i32> {
     let mut costs = trajectory_costs(input, params, nodes).0;
-    for (costs, &evidence) in costs.chunks_exact_mut(input.num_labels.max(1)).zip(input.evidence) {
+    let at = |values: &[f32], node: usize| values.get(node).copied().unwrap_or_default();
+    for (node, costs) in costs.chunks_exact_mut(input.num_labels.max(1)).enumerate() {
+        let evidence = at(input.evidence, node) + params.appearance_weight * at(input.appearance, node);
         for (label, cost) in costs.iter_mut().enumerate() {
             let against = if input.objects.get(label) == Some(&true) { -evidence } else { evidence };
             *cost += to_steps(against.max(0.0));
@@ -102,18 +106,24 @@ fn trajectory_costs(input: &CutInput, params: &CutParams, nodes: &Nodes) -> (Vec
     let is_object = |label: usize| input.objects.get(label) == Some(&true);
     let outlier_weight = if (0..num_labels).any(is_object) { params.outlier_weight } else { 0.0 };
     let ambiguity_factors = ambiguity_factors(input, params);
+    let unary_weight = unary_weight(input, params);
     let mut costs = Vec::with_capacity(votes.len());
     let mut lambdas = Vec::with_capacity(outliers.len());
     for (node, votes) in votes.chunks_exact(num_labels).enumerate() {
         let outlier_votes = outlier_weight * outliers[node] as f32;
         let total = votes.iter().sum::<u32>() as f32 + outlier_votes;
-        let lambda = params.unary_weight * total.min(1.0) * ambiguity_factors.get(node).copied().unwrap_or(1.0);
+        let lambda = unary_weight * total.min(1.0) * ambiguity_factors.get(node).copied().unwrap_or(1.0);
         lambdas.push(lambda);
         let share = |v: u32| if total > 0.0 { v as f32 / total } else { 0.0 };
         let outlier_share = |label| if is_object(label) && total > 0.0 { outlier_votes / total } else { 0.0 };
         costs.extend(votes.iter().enumerate().map(|(l, &v)| to_steps(lambda * (1.0 - share(v) - outlier_share(l)))));
     }
     (costs, lambdas)
+}
+
+/// Weight of trajectories; they count less beside what appearance says.
+fn unary_weight(input: &CutInput, params: &CutParams) -> f32 {
+    params.unary_weight * if input.appearance.is_empty() { 1.0 } else { params.appearance_unary_factor }
 }
 
 /// Counts the trajectory points of each label in each superpixel, node by node, and the points of outliers.
@@ -159,11 +169,14 @@ fn add_spatial(problem: &mut Potts, input: &CutInput, params: &CutParams, nodes:
     }
 }
 
-/// A superpixel of the next frame, and the number of trajectories to it.
+/// A superpixel of the next frame.
 #[derive(Debug, Clone, Copy, Default)]
 struct Successor {
     to: u32,
+    /// Number of trajectories to it.
     tracks: u32,
+    /// Number of pixels that the flow leads to it.
+    pixels: u32,
 }
 
 /// Adds the links between consecutive frames (step 4).
@@ -176,16 +189,46 @@ fn add_temporal(problem: &mut Potts, input: &CutInput, params: &CutParams, nodes
             if frames.contains(&t) && frames.contains(&(t + 1)) {
                 let p = input.tracks.point(i, t);
                 let (from, to) = (nodes.of_point[p], nodes.of_point[p + 1]);
-                steps.push((from - nodes.base[t], Successor { to: to - nodes.base[t + 1], tracks: 1 }));
+                steps.push((from - nodes.base[t], Successor { to: to - nodes.base[t + 1], tracks: 1, pixels: 0 }));
             }
         }
+        if let Some(flow) = input.flows.get(t).filter(|_| params.flow_weight > 0.0) {
+            add_overlaps(&mut steps, [&pair[0], &pair[1]], flow);
+        }
+        let areas = [pair[0].areas(), pair[1].areas()];
         for (from, link) in sum_links(&steps, pair[0].count) {
             let (p, q) = (nodes.base[t] + from, nodes.base[t + 1] + link.to);
-            let larger = nodes.num_tracks[p as usize].max(nodes.num_tracks[q as usize]).max(1);
-            let weight = to_steps(params.temporal_weight * link.tracks as f32 / larger as f32);
+            let common_tracks =
+                link.tracks as f32 / nodes.num_tracks[p as usize].max(nodes.num_tracks[q as usize]).max(1) as f32;
+            let overlap = link.pixels as f32 / areas[0][from as usize].max(areas[1][link.to as usize]).max(1) as f32;
+            let weight = to_steps(params.temporal_weight * common_tracks + params.flow_weight * overlap);
             if weight > 0 {
                 problem.edges.push((p, q));
                 problem.weights.push(weight);
+            }
+        }
+    }
+}
+
+/// Adds the superpixels that the flow leads each pixel from and to, unless sizes differ.
+fn add_overlaps(steps: &mut Vec<(u32, Successor)>, [from, to]: [&Superpixels; 2], flow: &CompactFlow) {
+    let size = flow.size();
+    if [from, to].iter().any(|superpixels| superpixels.runs().size() != size) {
+        return;
+    }
+    let label = to.label();
+    let is_inside = |position: f32, length: usize| position >= -0.5 && position < length as f32 - 0.5;
+    for (y, columns, p) in from.runs().rows() {
+        for x in columns {
+            let (u, v) = flow.at(x, y);
+            let (x, y) = (x as f32 + u, y as f32 + v);
+            if is_inside(x, size.0) && is_inside(y, size.1) {
+                let to = label.data()[pixel_index(size, x, y)];
+                match steps.last_mut() {
+                    // Neighbours mostly go to the same superpixel.
+                    Some((from, link)) if *from == p && link.to == to => link.pixels += 1,
+                    _ => steps.push((p, Successor { to, tracks: 0, pixels: 1 })),
+                }
             }
         }
     }
@@ -211,7 +254,10 @@ fn sum_links(steps: &[(u32, Successor)], count: usize) -> Vec<(u32, Successor)> 
         let first = links.len();
         for link in &sorted[begin[p] as usize..begin[p + 1] as usize] {
             match links[first..].iter_mut().find(|(_, sum)| sum.to == link.to) {
-                Some((_, sum)) => sum.tracks += link.tracks,
+                Some((_, sum)) => {
+                    sum.tracks += link.tracks;
+                    sum.pixels += link.pixels;
+                }
                 None => links.push((p as u32, *link)),
             }
         }
@@ -358,6 +404,8 @@ pub(crate) struct SuperpixelTerms {
     pub label: u32,
     /// λ: weight of its trajectories, 0 if they do not count.
     pub lambda: f32,
+    /// Weight of trajectories in this cut.
+    pub unary_weight: f32,
     /// Number of its trajectories of each label.
     pub votes: Vec<u32>,
     /// Number of its outliers, which count for all objects.
@@ -393,6 +441,7 @@ impl SuperpixelTerms {
         Self {
             label: cut.labels[t][superpixel as usize],
             lambda: lambda[node as usize],
+            unary_weight: unary_weight(input, params),
             votes: votes[costs].to_vec(),
             outliers: if has_objects { outliers[node as usize] } else { 0 },
             voters,
@@ -428,7 +477,7 @@ impl SuperpixelTerms {
         let (current, target) = (self.unary[self.label as usize], self.unary[label as usize]);
         let by_tracks = |cost: UnaryCost| i64::from(cost.trajectories) + i64::from(cost.colours);
         let rest = (self.cost(label) - by_tracks(target)) - (self.cost(self.label) - by_tracks(current));
-        let units = |steps: i64| steps as f64 / f64::from(STEPS_PER_UNIT) / f64::from(params.unary_weight);
+        let units = |steps: i64| steps as f64 / f64::from(STEPS_PER_UNIT) / f64::from(self.unary_weight);
         let total = self.votes.iter().sum::<u32>() as f64 + f64::from(params.outlier_weight) * f64::from(self.outliers);
         let lead = units(i64::from(target.trajectories) - i64::from(current.trajectories)) * total;
         // With n more of them the costs differ by (lead − n) / (total + n), which is above −1.
@@ -472,11 +521,16 @@ fn links(problem: &Potts, nodes: &Nodes, cut: &CutLabels, node: u32, common: &[u
 /// Margin of each superpixel's label: the least cost of a label of another kind above the current one's, all other
 /// superpixels fixed. In units of cost, frame by frame; `kind` has one for each label.
 pub(crate) fn margins(input: &CutInput, params: &CutParams, cut: &CutLabels, kind: &[u8]) -> Vec<f32> {
-    let Potts { mut unary, edges, weights, num_labels, .. } = energy(input, params, &Nodes::new(input));
-    let label = cut.labels.concat();
-    for (&(p, q), &weight) in edges.iter().zip(&weights) {
+    margins_of(&energy(input, params, &Nodes::new(input)), &cut.labels.concat(), kind)
+}
+
+/// As [`margins`], from the energy and the label of each node.
+pub(super) fn margins_of(problem: &Potts, label: &[u32], kind: &[u8]) -> Vec<f32> {
+    let num_labels = problem.num_labels;
+    let mut costs = problem.unary.clone();
+    for (&(p, q), &weight) in problem.edges.iter().zip(&problem.weights) {
         for (node, neighbour) in [(p, q), (q, p)] {
-            unary[node as usize * num_labels + label[neighbour as usize] as usize] -= weight;
+            costs[node as usize * num_labels + label[neighbour as usize] as usize] -= weight;
         }
     }
     let margin = |(costs, &label): (&[i32], &u32)| {
@@ -484,5 +538,5 @@ pub(crate) fn margins(input: &CutInput, params: &CutParams, cut: &CutLabels, kin
         let best = (0..costs.len()).filter(is_other_kind).map(|l| costs[l]).min();
         best.map_or(f32::INFINITY, |best| (best - costs[label as usize]) as f32 / STEPS_PER_UNIT as f32)
     };
-    unary.chunks_exact(num_labels.max(1)).zip(&label).map(margin).collect()
+    costs.chunks_exact(num_labels.max(1)).zip(label).map(margin).collect()
 }

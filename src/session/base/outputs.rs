@@ -6,12 +6,14 @@ use crate::background::Background;
 use crate::camera::Camera;
 use crate::connectedness::{Components, Separation};
 use crate::correction::StrokeConstraint;
-use crate::cut::{CutInput, CutLabels};
+use crate::cut::{ClipFeatures, CutInput, CutLabels};
 use crate::discontinuity::Discontinuities;
 use crate::discretize::Clusters;
 use crate::embedding::Embedding;
 use crate::evidence::EvidenceInput;
+use crate::flow::CompactFlow;
 use crate::image::{Plane, Runs};
+use crate::mask::Agreement;
 use crate::objects::Objects;
 use crate::saliency::{Saliency, SaliencyMaps};
 use crate::sparse::SymCsr;
@@ -102,6 +104,8 @@ pub(crate) struct Cut {
     pub(crate) context: Arc<CutContext>,
     /// Computed on first use.
     pub(crate) confidence_terms: OnceLock<ConfidenceTerms>,
+    /// Of the masks made from this cut; computed on first use.
+    pub(crate) agreement: OnceLock<Agreement>,
 }
 
 /// The terms of the masks' confidence.
@@ -121,9 +125,11 @@ pub(crate) struct CutContext {
     /// True for each cluster that is an object.
     pub(crate) is_object: Vec<bool>,
     /// Background evidence for an object in each superpixel; empty without a background.
-    pub(crate) cues: Vec<f32>,
-    /// The same plus the evidence of appearance.
     pub(crate) evidence: Vec<f32>,
+    /// Features of superpixels for models of appearance; empty without objects.
+    pub(crate) features: Arc<ClipFeatures>,
+    /// Evidence by appearance, as log-odds; empty without objects.
+    pub(crate) appearance: Vec<f32>,
     /// The part that a correction cut again; `None` for the first cut.
     pub(crate) region: Option<CutRegion>,
 }
@@ -174,6 +180,8 @@ impl Outputs {
         mask_track_labels: Option<&'a [u32]>,
         is_object: &'a [bool],
         evidence: &'a [f32],
+        appearance: &'a [f32],
+        flows: &'a [CompactFlow],
     ) -> CutInput<'a> {
         CutInput {
             superpixels: &self.superpixels,
@@ -182,13 +190,21 @@ impl Outputs {
             num_labels: self.clusters.count.max(1),
             objects: is_object,
             evidence,
+            appearance,
+            flows,
         }
     }
 
     /// Returns the input of the present cut.
-    pub(crate) fn cut_input(&self) -> CutInput<'_> {
+    pub(crate) fn cut_input<'a>(&'a self, flows: &'a [CompactFlow]) -> CutInput<'a> {
         let context = &*self.cut.context;
-        self.cut_input_with(context.mask_track_labels.as_deref(), &context.is_object, &context.evidence)
+        self.cut_input_with(
+            context.mask_track_labels.as_deref(),
+            &context.is_object,
+            &context.evidence,
+            &context.appearance,
+            flows,
+        )
     }
 
     /// Returns the mask label of a cluster; a clip without clusters is all background.

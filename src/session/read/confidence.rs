@@ -1,10 +1,10 @@
-//! The confidence of masks.
+//! The confidence of masks, and their agreement in time.
 
 use super::results::missing_frame;
 use crate::Error;
 use crate::cut::margins;
 use crate::image::Plane;
-use crate::mask::{ConfidenceInput, confidence};
+use crate::mask::{Agreement, ConfidenceInput, agreement, confidence};
 use crate::session::base::{ConfidenceTerms, Outputs, Stage};
 use crate::session::run::{Clip, Session};
 
@@ -41,6 +41,15 @@ impl Session {
         }
         Ok(sums.into_iter().map(|(sum, count)| (sum / f64::from(count.max(1))) as f32).collect())
     }
+
+    /// Returns the agreement of the masks with those of nearby frames along the flow, of the present labels: low where masks
+    /// change against the motion. In windows it is that of the window's frames. `None` until all masks are made, and without
+    /// masks.
+    pub fn agreement(&self) -> Option<&Agreement> {
+        let outputs = self.outputs_after(Stage::Masks).filter(|outputs| !outputs.masks.is_empty())?;
+        let flows = &self.clip()?.flows;
+        Some(outputs.cut.agreement.get_or_init(|| agreement(&outputs.masks, flows)))
+    }
 }
 
 fn frame_confidence(outputs: &Outputs, clip: &Clip, t: usize) -> Plane<f32> {
@@ -58,11 +67,11 @@ fn frame_confidence(outputs: &Outputs, clip: &Clip, t: usize) -> Plane<f32> {
 
 fn confidence_terms(outputs: &Outputs, clip: &Clip) -> ConfidenceTerms {
     let Outputs { superpixels, cut, .. } = outputs;
-    let margins = margins(&outputs.cut_input(), &clip.params.cut, &cut.labels, &cut.objects.of_cluster);
+    let margins = margins(&outputs.cut_input(&clip.flows), &clip.params.cut, &cut.labels, &cut.objects.of_cluster);
     let (mut sums, mut node) = ([(0.0_f64, 0.0_f64); 256], 0);
     for (superpixels, labels) in superpixels.iter().zip(&cut.labels.labels) {
         for (area, &cluster) in superpixels.areas().into_iter().zip(labels) {
-            let cue = cut.context.cues.get(node).map_or(0.0, |cue| cue.clamp(-MAX_CUE, MAX_CUE));
+            let cue = cut.context.evidence.get(node).map_or(0.0, |cue| cue.clamp(-MAX_CUE, MAX_CUE));
             let sum = &mut sums[usize::from(outputs.mask_label(cluster))];
             *sum = (sum.0 + f64::from(area) * f64::from(cue), sum.1 + f64::from(area));
             node += 1;

@@ -4,6 +4,7 @@ use crate::Session;
 use crate::classify::cluster_penalties;
 use crate::correction::{Correction, Stroke};
 use crate::image::Plane;
+use crate::mask::agreement;
 use crate::session::base::Outputs;
 use crate::session::run::Phase;
 use crate::synth::Scene;
@@ -26,6 +27,12 @@ fn masks(session: &Session) -> Vec<Plane<u8>> {
     (0..FRAMES).map(|t| session.labels(t).unwrap()).collect()
 }
 
+/// The agreement is that of the present masks.
+fn agreement_is_up_to_date(session: &Session) {
+    let masks: Vec<_> = (0..FRAMES).map(|t| session.working_labels(t).unwrap().clone()).collect();
+    assert_eq!(session.agreement(), Some(&agreement(&masks, &session.clip().unwrap().flows)));
+}
+
 fn corrected(session: &mut Session, correction: &Correction) -> Vec<Plane<u8>> {
     session.correct(correction).unwrap();
     session.run().unwrap();
@@ -36,6 +43,7 @@ fn corrected(session: &mut Session, correction: &Correction) -> Vec<Plane<u8>> {
 /// Clusters, objects and masks say the same.
 fn is_consistent(session: &Session) {
     let (clusters, objects) = (session.clusters().unwrap(), session.objects().unwrap());
+    agreement_is_up_to_date(session);
     assert_eq!(objects.of_cluster.len(), clusters.count);
     assert_eq!(objects.highest_label, usize::from(objects.of_cluster.iter().copied().max().unwrap_or(0)));
     for c in 0..clusters.count as u32 {

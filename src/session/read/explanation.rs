@@ -213,7 +213,7 @@ impl PixelQuery<'_> {
     fn explanation(&self, x: usize, y: usize) -> Explanation {
         let Outputs { superpixels, cut, masks, .. } = self.outputs;
         let (context, params) = (&*cut.context, &self.clip.params.cut);
-        let input = self.outputs.cut_input();
+        let input = self.outputs.cut_input(&self.clip.flows);
         let superpixel = superpixels[self.t].label()[self.pixel];
         let mut terms = SuperpixelTerms::new(&input, params, &cut.labels, self.t, superpixel);
         let allowed = context.region.iter().flat_map(|region| &region.allowed);
@@ -235,8 +235,8 @@ impl PixelQuery<'_> {
             cluster: terms.label,
             weight: terms.lambda,
             evidence: Evidence {
-                background: at_node(&context.cues),
-                looks: at_node(&context.evidence) - at_node(&context.cues),
+                background: at_node(&context.evidence),
+                looks: params.appearance_weight * at_node(&context.appearance),
             },
             costs: (0..terms.unary.len() as u32).map(cost).collect(),
             links: terms.links.iter().map(link).collect(),

@@ -143,6 +143,7 @@ fn the_votes_that_flip_do_flip_and_one_less_does_not() {
     let reasons = SuperpixelTerms {
         label: 0,
         lambda: 1.0,
+        unary_weight: 1.0,
         votes: vec![6, 2],
         outliers: 0,
         voters: Vec::new(),

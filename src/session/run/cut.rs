@@ -9,7 +9,7 @@ use super::work::{StageWork, StepReport};
 use crate::Error;
 use crate::background::{ReprojectionErrors, ReprojectionInput, SegmentedTracks};
 use crate::classify::{Observations, classify_clusters, cluster_penalties};
-use crate::cut::{CutInput, CutParams, GabrielCut, Region, add_appearance, pixel_index};
+use crate::cut::{ClipFeatures, CutInput, CutLabels, CutParams, GabrielCut, Region, label_kinds, margins, pixel_index};
 use crate::evidence::EvidenceInput;
 use crate::objects::{Objects, find_objects, number_objects};
 use crate::order::{pair_key, sort_by_key};
@@ -18,7 +18,7 @@ use crate::session::jobs::{Job, JobInput, JobKind, JobResult, PendingJobs};
 use crate::session::window::{NumberedTracks, object_appearances};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 /// A stroke fixes the label of a superpixel that holds at least this share of the stroke; chosen by eye. A superpixel that
 /// the stroke barely touches may be large and mostly lie elsewhere.
@@ -37,10 +37,24 @@ pub(crate) struct CutWork {
 /// The next step of a cut.
 #[derive(Debug, Clone)]
 enum CutStep {
-    /// Clusters are selected as objects, a frame a step if reprojection errors are needed; then the energy is set up.
+    /// Clusters are selected as objects, a frame a step if reprojection errors are needed.
     Selection(Option<ObjectSelection>),
+    /// Features of superpixels are computed, a frame a step; then the energy is set up.
+    Features(Box<SelectedObjects>),
     /// Moves reduce the energy.
     Rounds(Box<CutRounds>),
+}
+
+/// What a cut needs to set up its energy.
+#[derive(Debug, Clone, Default)]
+struct SelectedObjects {
+    objects: Objects,
+    /// The clusters of the mask trajectories; `None` without them.
+    mask_track_labels: Option<Vec<u32>>,
+    /// Features of the frames so far.
+    features: Arc<ClipFeatures>,
+    /// Steps of the selection.
+    steps_before: usize,
 }
 
 /// A cut in progress.
@@ -48,8 +62,9 @@ enum CutStep {
 struct CutRounds {
     objects: Objects,
     terms: CutTerms,
-    /// The evidence of this round, including appearance.
-    evidence: Vec<f32>,
+    features: Arc<ClipFeatures>,
+    /// Log-odds by appearance of this round; empty in the first.
+    appearance: Vec<f32>,
     moves: GabrielCut,
     /// Steps of the rounds before.
     steps_before: usize,
@@ -76,75 +91,50 @@ impl CutWork {
     /// Moves the finished cut to the outputs. Returns the correction.
     pub(crate) fn finish(self, outputs: &mut Outputs) -> Option<Recut> {
         if let CutStep::Rounds(rounds) = self.step {
-            let CutRounds { objects, terms, evidence, moves, .. } = *rounds;
-            let CutTerms { mask_track_labels, is_object, evidence: cues } = terms;
+            let CutRounds { objects, terms, features, appearance, moves, .. } = *rounds;
+            let CutTerms { mask_track_labels, is_object, evidence } = terms;
             let region = self.recut.as_ref().map(|recut| recut.region(&outputs.superpixels));
-            let context = Arc::new(CutContext { mask_track_labels, is_object, cues, evidence, region });
-            outputs.cut = Cut { labels: moves.finish(), objects, context, confidence_terms: OnceLock::new() };
+            let context = CutContext { mask_track_labels, is_object, evidence, features, appearance, region };
+            outputs.cut = Cut { labels: moves.finish(), objects, context: Arc::new(context), ..Cut::default() };
         }
         self.recut
-    }
-
-    /// Sets up the energy.
-    fn rounds(
-        &self,
-        objects: Objects,
-        mask_track_labels: Option<Vec<u32>>,
-        steps_before: usize,
-        clip: &Clip,
-        outputs: &Outputs,
-    ) -> CutRounds {
-        let (recut, settings) = (self.recut.as_ref(), &clip.params.cut);
-        let terms = CutTerms::new(outputs, recut, &objects, mask_track_labels, clip);
-        let previous = recut.filter(|_| settings.appearance_rounds > 0).map(|recut| &recut.clusters);
-        let evidence = previous.map(|clusters| terms.evidence_with_appearance(outputs, clusters, clip));
-        let evidence = evidence.unwrap_or_else(|| terms.evidence.clone());
-        let input = terms.input(outputs, &evidence);
-        let moves = recut.map_or_else(|| GabrielCut::new(&input, settings), |recut| recut.cut(&input, settings));
-        // Appearance models need objects.
-        let is_single_round = recut.is_some() || !terms.is_object.contains(&true);
-        let rounds_left = if is_single_round { 0 } else { settings.appearance_rounds };
-        CutRounds { objects, terms, evidence, moves, steps_before, rounds_left }
     }
 
     #[cfg(test)]
     pub(crate) fn moves(&self) -> Option<&GabrielCut> {
         match &self.step {
             CutStep::Rounds(rounds) => Some(&rounds.moves),
-            CutStep::Selection(_) => None,
+            CutStep::Selection(_) | CutStep::Features(_) => None,
         }
     }
 }
 
 impl StageWork for CutWork {
-    /// Selects objects, a frame a step if reprojection errors are needed; with the last of them sets up the energy and makes
-    /// the first move; then makes a move.
+    /// Selects objects, a frame a step if reprojection errors are needed; computes features, a frame a step; then sets up the
+    /// energy and makes the first move; then makes a move.
     fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<StepReport, Error> {
-        let selection = match &mut self.step {
-            CutStep::Rounds(rounds) => return Ok(rounds.step(clip, outputs)),
-            CutStep::Selection(selection) => selection,
-        };
-        let (objects, mask_track_labels, num_frames) = if let Some(recut) = &self.recut {
-            (recut.objects.clone(), label_mask_tracks(outputs, clip), 0)
-        } else {
-            let selection = match selection {
-                Some(selection) => {
-                    selection.step(outputs, clip);
-                    selection
+        loop {
+            self.step = match &mut self.step {
+                CutStep::Selection(selection) => {
+                    let selected = match &self.recut {
+                        Some(recut) => SelectedObjects::corrected(recut, outputs, clip),
+                        None => match ObjectSelection::step(selection, outputs, clip) {
+                            SelectionStep::Frame(report) => return Ok(report),
+                            SelectionStep::Finished(selected) => selected,
+                        },
+                    };
+                    CutStep::Features(Box::new(selected))
                 }
-                None => selection.insert(ObjectSelection::new(outputs, clip)),
+                CutStep::Features(selected) => match selected.step(outputs, clip) {
+                    Some(report) => return Ok(report),
+                    None => {
+                        let rounds = CutRounds::new(std::mem::take(selected), self.recut.as_ref(), outputs, clip);
+                        CutStep::Rounds(Box::new(rounds))
+                    }
+                },
+                CutStep::Rounds(rounds) => return Ok(rounds.step(outputs, clip)),
             };
-            let (finished, num_frames) = (selection.reprojection_errors.len(), selection.num_frames);
-            if finished < num_frames {
-                return Ok(StepReport::new(Stage::Cut, finished + 1, num_frames + 2));
-            }
-            let (objects, mask_track_labels) = selection.finish(outputs, clip);
-            (objects, mask_track_labels, num_frames)
-        };
-        let mut rounds = Box::new(self.rounds(objects, mask_track_labels, num_frames, clip, outputs));
-        let report = rounds.step(clip, outputs);
-        self.step = CutStep::Rounds(rounds);
-        Ok(report)
+        }
     }
 
     fn take_job(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Job> {
@@ -161,9 +151,49 @@ impl StageWork for CutWork {
     }
 }
 
+impl SelectedObjects {
+    /// The objects after a correction.
+    fn corrected(recut: &Recut, outputs: &Outputs, clip: &Clip) -> Self {
+        let (objects, features) = (recut.objects.clone(), recut.features.clone());
+        Self { objects, mask_track_labels: label_mask_tracks(outputs, clip), features, steps_before: 0 }
+    }
+
+    /// Computes the features of the next frame; `None` if no more are needed.
+    fn step(&mut self, outputs: &Outputs, clip: &Clip) -> Option<StepReport> {
+        let has_objects = self.objects.of_cluster.iter().any(|&label| label > 0);
+        let is_needed = has_objects && clip.params.cut.appearance_rounds > 0;
+        let (done, num_frames) = (self.features.num_frames(), outputs.superpixels.len());
+        (is_needed && done < num_frames).then(|| {
+            Arc::make_mut(&mut self.features).add_frame(&clip.frames[done], &outputs.superpixels[done]);
+            let before = self.steps_before;
+            StepReport::new(Stage::Cut, before + done + 1, before + num_frames + 2)
+        })
+    }
+}
+
 impl CutRounds {
+    /// Sets up the energy.
+    fn new(selected: SelectedObjects, recut: Option<&Recut>, outputs: &Outputs, clip: &Clip) -> Self {
+        let SelectedObjects { objects, mask_track_labels, features, steps_before } = selected;
+        let settings = &clip.params.cut;
+        let terms = CutTerms::new(outputs, recut, &objects, mask_track_labels, clip);
+        let learns = settings.appearance_rounds > 0 && features.num_frames() > 0;
+        let mut appearance = Vec::new();
+        if let Some(recut) = recut.filter(|_| learns) {
+            let previous = CutLabels { labels: recut.clusters.clone() };
+            let input = terms.input(outputs, &[], clip);
+            let margins = margins(&input, settings, &previous, &label_kinds(&input));
+            appearance = features.log_odds(&input, &previous, &margins, clip.params.clip.seed);
+        }
+        let input = terms.input(outputs, &appearance, clip);
+        let moves = recut.map_or_else(|| GabrielCut::new(&input, settings), |recut| recut.cut(&input, settings));
+        let rounds_left = if recut.is_none() && learns { settings.appearance_rounds } else { 0 };
+        let steps_before = steps_before + features.num_frames();
+        Self { objects, terms, features, appearance, moves, steps_before, rounds_left }
+    }
+
     /// Makes a move. After the last move of a round the next round begins.
-    fn step(&mut self, clip: &Clip, outputs: &Outputs) -> StepReport {
+    fn step(&mut self, outputs: &Outputs, clip: &Clip) -> StepReport {
         let is_more = self.moves.step();
         let (done, total) = self.moves.progress();
         // Setting up the energy counts as a step, so that progress reaches its total without any move.
@@ -172,9 +202,10 @@ impl CutRounds {
         let report = StepReport::new(Stage::Cut, done, total);
         let is_last = !is_more && self.rounds_left == 0;
         if !is_more && self.rounds_left > 0 {
-            let clusters = self.moves.labels().labels;
-            self.evidence = self.terms.evidence_with_appearance(outputs, &clusters, clip);
-            self.moves.restart(&self.terms.input(outputs, &self.evidence), &clip.params.cut);
+            let input = self.terms.input(outputs, &[], clip);
+            let margins = self.moves.margins(&label_kinds(&input));
+            self.appearance = self.features.log_odds(&input, &self.moves.labels(), &margins, clip.params.clip.seed);
+            self.moves.restart(&self.terms.input(outputs, &self.appearance, clip), &clip.params.cut);
             (self.steps_before, self.rounds_left) = (done, self.rounds_left - 1);
         }
         StepReport { is_last, ..report }
@@ -197,7 +228,7 @@ impl CutTerms {
         }
         let mut terms = Self { mask_track_labels, is_object, evidence: Vec::new() };
         if let Some(background) = &outputs.background {
-            let CutInput { tracks, label, objects: is_object, .. } = terms.input(outputs, &[]);
+            let CutInput { tracks, label, objects: is_object, .. } = terms.input(outputs, &[], clip);
             let is_sure =
                 |cluster: usize| recut.is_some_and(|recut| recut.is_open[usize::from(objects.of_cluster[cluster])]);
             let penalties = cluster_penalties(&outputs.clusters, &outputs.penalties, is_sure);
@@ -208,14 +239,9 @@ impl CutTerms {
         terms
     }
 
-    fn input<'a>(&'a self, outputs: &'a Outputs, evidence: &'a [f32]) -> CutInput<'a> {
-        outputs.cut_input_with(self.mask_track_labels.as_deref(), &self.is_object, evidence)
-    }
-
-    /// Adds the evidence of appearance models that are learned from the clusters of an earlier cut.
-    fn evidence_with_appearance(&self, outputs: &Outputs, clusters: &[Vec<u32>], clip: &Clip) -> Vec<f32> {
-        let weight = clip.params.cut.appearance_weight;
-        add_appearance(&self.evidence, &outputs.superpixels, &clip.frames, clusters, &self.is_object, weight)
+    fn input<'a>(&'a self, outputs: &'a Outputs, appearance: &'a [f32], clip: &'a Clip) -> CutInput<'a> {
+        let labels = self.mask_track_labels.as_deref();
+        outputs.cut_input_with(labels, &self.is_object, &self.evidence, appearance, &clip.flows)
     }
 }
 
@@ -313,8 +339,21 @@ impl ObjectSelection {
         outputs.background.as_ref()?.reprojection_input(t, segmented)
     }
 
+    /// Selects clusters first, then adds the reprojection errors of a frame, if they are needed.
+    fn step(selection: &mut Option<Self>, outputs: &mut Outputs, clip: &mut Clip) -> SelectionStep {
+        if let Some(selection) = selection {
+            selection.add_frame(outputs, clip);
+        }
+        let selection = selection.get_or_insert_with(|| Self::new(outputs, clip));
+        let (done, num_frames) = (selection.reprojection_errors.len(), selection.num_frames);
+        if done < num_frames {
+            return SelectionStep::Frame(StepReport::new(Stage::Cut, done + 1, num_frames + 2));
+        }
+        SelectionStep::Finished(selection.finish(outputs, clip))
+    }
+
     /// Adds the reprojection errors of the next frame.
-    fn step(&mut self, outputs: &Outputs, clip: &mut Clip) {
+    fn add_frame(&mut self, outputs: &Outputs, clip: &mut Clip) {
         let t = self.reprojection_errors.len();
         let compute = || self.reprojection_input(t, outputs).map(|input| input.errors()).unwrap_or_default();
         let errors = match clip.pending_jobs.take_result(JobKind::Reprojection, t) {
@@ -324,8 +363,8 @@ impl ObjectSelection {
         self.reprojection_errors.push(errors);
     }
 
-    /// Returns the objects and the clusters of the mask trajectories.
-    fn finish(&mut self, outputs: &mut Outputs, clip: &Clip) -> (Objects, Option<Vec<u32>>) {
+    /// Numbers the objects, after the reprojection errors of all frames.
+    fn finish(&mut self, outputs: &mut Outputs, clip: &Clip) -> SelectedObjects {
         let (mask_track_labels, errors) =
             (self.mask_track_labels.take(), std::mem::take(&mut self.reprojection_errors));
         let Outputs { background, track_set, .. } = &mut *outputs;
@@ -333,8 +372,17 @@ impl ObjectSelection {
         {
             background.set_reprojection_errors(errors, SegmentedTracks { tracks, label, is_object: &self.is_object });
         }
-        (label_objects(outputs, &self.is_object, clip), mask_track_labels)
+        let objects = label_objects(outputs, &self.is_object, clip);
+        SelectedObjects { objects, mask_track_labels, steps_before: self.num_frames, ..SelectedObjects::default() }
     }
+}
+
+/// What a step of the selection did.
+enum SelectionStep {
+    /// It added the reprojection errors of a frame.
+    Frame(StepReport),
+    /// It selected the objects.
+    Finished(SelectedObjects),
 }
 
 /// Returns the cluster of each mask trajectory, propagated from the clustered ones; `None` without masks.
