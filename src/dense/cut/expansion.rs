@@ -135,6 +135,15 @@ impl Expansion {
         gain
     }
 
+    /// Returns the number of moves from the start if none but the first gains anything.
+    pub(super) fn min_moves(&self) -> usize {
+        match self.problem.num_labels {
+            0 | 1 => 0,
+            2 => 1,
+            labels => labels,
+        }
+    }
+
     /// Makes the remaining moves and returns the labels.
     pub fn finish(mut self) -> Vec<u32> {
         while !self.is_finished() {

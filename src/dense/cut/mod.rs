@@ -116,6 +116,11 @@ impl GabrielCut {
         Some(self.expansion.problem().energy(&changed))
     }
 
+    /// Returns the number of moves if none but the first gains anything.
+    pub(crate) fn min_moves(&self) -> usize {
+        self.expansion.min_moves()
+    }
+
     /// Returns the margin of each superpixel's label against labels of another kind, as [`margins`], of a cut of the whole clip.
     pub(crate) fn margins(&self, kind: &[u8]) -> Vec<f32> {
         terms::margins_of(self.expansion.problem(), self.expansion.labels(), kind)

@@ -166,7 +166,7 @@ impl SelectedObjects {
         (is_needed && done < num_frames).then(|| {
             Arc::make_mut(&mut self.features).add_frame(&clip.frames[done], &outputs.superpixels[done]);
             let before = self.steps_before;
-            StepReport::new(Stage::Cut, before + done + 1, before + num_frames + 2)
+            StepReport::new(Stage::Cut, before + done + 1, before + num_frames + 1)
         })
     }
 }
@@ -196,9 +196,10 @@ impl CutRounds {
     fn step(&mut self, outputs: &Outputs, clip: &Clip) -> StepReport {
         let is_more = self.moves.step();
         let (done, total) = self.moves.progress();
-        // Setting up the energy counts as a step, so that progress reaches its total without any move.
-        let (done, round_total) = (self.steps_before + done as usize + 1, total as usize + 1);
-        let total = self.steps_before + round_total * (1 + self.rounds_left as usize);
+        // Setting up the energy counts as a step, so that progress reaches its total without any move. Later rounds are
+        // expected to be as short as they can be, so that the total never falls.
+        let total = self.steps_before + total as usize + 1 + self.rounds_left as usize * (self.moves.min_moves() + 1);
+        let done = self.steps_before + done as usize + 1;
         let report = StepReport::new(Stage::Cut, done, total);
         let is_last = !is_more && self.rounds_left == 0;
         if !is_more && self.rounds_left > 0 {
@@ -347,7 +348,7 @@ impl ObjectSelection {
         let selection = selection.get_or_insert_with(|| Self::new(outputs, clip));
         let (done, num_frames) = (selection.reprojection_errors.len(), selection.num_frames);
         if done < num_frames {
-            return SelectionStep::Frame(StepReport::new(Stage::Cut, done + 1, num_frames + 2));
+            return SelectionStep::Frame(StepReport::new(Stage::Cut, done + 1, num_frames + 1));
         }
         SelectionStep::Finished(selection.finish(outputs, clip))
     }

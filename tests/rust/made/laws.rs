@@ -45,6 +45,12 @@ pub fn check_session(session: &Session) {
     if let Some(sure) = allowed(session.object_confidence()) {
         all_in(&sure, 0.0..=1.0, "confidence of objects");
     }
+    if let Some(agreement) = session.agreement() {
+        for values in agreement.objects.iter().chain([&agreement.frames]) {
+            assert_eq!(values.len(), session.num_frames());
+            all_in(&values.iter().flatten().copied().collect::<Vec<_>>(), 0.0..=1.0, "agreement");
+        }
+    }
     for t in 0..session.num_frames() {
         check_frame(session, t, &known);
     }
