@@ -10,6 +10,7 @@ mod limits;
 mod made;
 mod mirror;
 mod pipeline;
+mod plain_ground;
 mod random;
 mod rooms;
 mod spectral;
