@@ -81,7 +81,7 @@ export type Background = Grid & { readonly data: Uint8ClampedArray<ArrayBuffer> 
 export type ConfidenceMap = Grid & { readonly confidence: Float32Array<ArrayBuffer> };
 
 /**
- * Agreement of the masks with those of nearby frames, moved along the flow, 0 to 1: low where masks change against the
+ * Agreement of the masks with the masks of nearby frames, moved along the flow, 0 to 1: low where masks change against the
  * motion. `clip` is the mean over the frames, `frames` has each frame, `objects[i]` the object of label `i + 1` in each
  * frame; NaN where there is nothing to compare.
  */
@@ -282,7 +282,7 @@ export class Result {
   }
 
   /**
-   * Returns the agreement of the masks with those of nearby frames; in windows, of the window's frames. The session must
+   * Returns the agreement of the masks with the masks of nearby frames, in windows of the same window. The session must
    * still be open, and neither cleared nor corrected since.
    */
   async agreement(): Promise<Agreement> {

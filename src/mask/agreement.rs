@@ -1,7 +1,7 @@
-//! The agreement of masks with those of nearby frames along the flow: a measure of quality that needs no true masks.
+//! The agreement of masks with the masks of nearby frames along the flow: a measure of quality that needs no true masks.
 //!
 //! In: the mask of each frame, and the forward flow of each pair of consecutive frames. Out: [`Agreement`], 1 where a mask
-//! is that of its neighbours, moved along the flow, and 0 where they share no pixel.
+//! equals its neighbours, moved along the flow, and 0 where they share no pixel.
 //!
 //! 1. From every frame `s`, every second pixel of every second row is followed along the chained flow to `s + 1`, `s + 2`
 //!    and `s + 4`, until it leaves the frame. Its label in `s` is compared with the label where it lands.
@@ -11,8 +11,7 @@
 //! 4. The agreement of a frame is the mean over the up to six frames that it is compared with.
 //!
 //! A wrong mask disagrees with all six, a correct one beside it only with that. Masks that are wrong in the same way in all
-//! frames agree. Pixels weighted by `exp(−e)` instead of 2., with their forward-backward error `e`, measured no better. The
-//! cost is linear in pixels. Not in the paper.
+//! frames agree. The cost is linear in pixels. Not in the paper.
 
 use crate::flow::{CompactFlow, Field};
 use crate::image::Plane;
@@ -22,12 +21,12 @@ const GAPS: [usize; 3] = [1, 2, 4];
 /// Every how many columns and rows a pixel is followed; chosen by eye.
 const STEP_PX: usize = 2;
 
-/// The agreement of masks with those of nearby frames along the flow, `0.0..=1.0`.
+/// The agreement of masks with the masks of nearby frames along the flow, `0.0..=1.0`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Agreement {
     /// The mean over the frames; `None` if no two frames can be compared.
     pub clip: Option<f32>,
-    /// Of all objects as one, for each frame: `None` without a frame to compare with, and where neither has an object.
+    /// Agreement of each frame, all objects as one: `None` without a frame to compare with, and where neither has an object.
     pub frames: Vec<Option<f32>>,
     /// The same of each label from 1 on.
     pub objects: Vec<Vec<Option<f32>>>,
@@ -46,7 +45,7 @@ fn mean(values: &[Option<f32>]) -> Option<f32> {
 /// for a frame that has none.
 pub(crate) fn agreement(masks: &[Plane<u8>], flows: &[CompactFlow]) -> Agreement {
     let num_labels = masks.iter().flat_map(Plane::data).max().map_or(0, |&label| usize::from(label));
-    // Of all objects as one, then of each label.
+    // First for all objects as one, then for each label.
     let mut means = vec![vec![Mean::default(); masks.len()]; 1 + num_labels];
     for s in 0..masks.len() {
         let Some(size) = flows.get(s).map(Field::size) else { break };

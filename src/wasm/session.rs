@@ -269,7 +269,7 @@ impl JsSession {
         self.session.object_confidence().map_err(|e| convert::to_js_error(&e))
     }
 
-    /// Computes the agreement of the masks with those of nearby frames: an `Agreement` of `npm/session/result.ts`; `null`
+    /// Computes the agreement of the masks with the masks of nearby frames: an `Agreement` of `npm/session/result.ts`; `null`
     /// without masks.
     pub fn agreement(&self) -> JsValue {
         self.session.agreement().map_or(JsValue::NULL, convert::agreement)

@@ -4,7 +4,7 @@ use super::Frame;
 
 /// Intervals of the table of the cube root over `0..=1`: the error of lightness is at most 0.0011 of its range.
 const ROOT_STEPS: usize = 4096;
-/// Bound of a and b in the histogram; stronger colours share the outermost bins. Chosen by eye.
+/// Size of a and b that is scaled to the ends of `0..=1`. Chosen by eye.
 const MAX_CHROMA: f32 = 40.0;
 
 /// Converts sRGB pixels to Lab under daylight D65: `L / 100`, `(a + 40) / 80`, `(b + 40) / 80`, row by row. Strong colours

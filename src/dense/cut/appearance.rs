@@ -4,8 +4,8 @@
 //! each superpixel. Extremely randomized trees (`forest`) learn the labels of superpixels near objects, and of some far from
 //! them, from colour, texture, surroundings and place (`features`); labels that the cut was sure of and large superpixels
 //! count more. Cuts and models that learn from each other are GrabCut (Rother, Kolmogorov and Blake, 2004), there with
-//! mixtures of colours. Not in the paper. Cost: O(pixels) for the features, a twentieth of a run for all. It fails where
-//! objects look like their surroundings, and where the first cut is mostly wrong.
+//! mixtures of colours. Not in the paper. Cost: O(pixels) for the features, O(superpixels) for
+//! the trees. It fails where objects look like their surroundings, and where the first cut is mostly wrong.
 
 use super::features::{Features, superpixel_features};
 use super::forest::{Forest, Sample};
@@ -22,7 +22,7 @@ const NEAR_SIDE_SHARE: f32 = 0.25;
 const FAR_SHARE: f64 = 0.15;
 /// Most samples of each class, for the time that the trees take. Chosen by eye.
 const MAX_CLASS_SAMPLES: usize = 3000;
-/// Least factor of a sample's weight: that of a superpixel that could as well have another label. Chosen by eye.
+/// Least factor of a sample's weight, of a superpixel that could as well have another label. Chosen by eye.
 const MIN_CERTAINTY: f32 = 0.15;
 /// Bound of the log-odds. Chosen by eye.
 const MAX_LOG_ODDS: f32 = 2.5;

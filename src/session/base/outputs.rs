@@ -104,7 +104,7 @@ pub(crate) struct Cut {
     pub(crate) context: Arc<CutContext>,
     /// Computed on first use.
     pub(crate) confidence_terms: OnceLock<ConfidenceTerms>,
-    /// Of the masks made from this cut; computed on first use.
+    /// The agreement of the masks made from this cut; computed on first use.
     pub(crate) agreement: OnceLock<Agreement>,
 }
 

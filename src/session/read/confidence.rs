@@ -42,8 +42,8 @@ impl Session {
         Ok(sums.into_iter().map(|(sum, count)| (sum / f64::from(count.max(1))) as f32).collect())
     }
 
-    /// Returns the agreement of the masks with those of nearby frames along the flow, of the present labels: low where masks
-    /// change against the motion. In windows it is that of the window's frames. `None` until all masks are made, and without
+    /// Returns the agreement of the present masks with the masks of nearby frames along the flow: low where masks change
+    /// against the motion. In windows only frames of the window are compared. `None` until all masks are made, and without
     /// masks.
     pub fn agreement(&self) -> Option<&Agreement> {
         let outputs = self.outputs_after(Stage::Masks).filter(|outputs| !outputs.masks.is_empty())?;

@@ -45,7 +45,7 @@ enum CutStep {
     Rounds(Box<CutRounds>),
 }
 
-/// What a cut needs to set up its energy.
+/// The selected objects, and the features of superpixels, from which a cut sets up its energy.
 #[derive(Debug, Clone, Default)]
 struct SelectedObjects {
     objects: Objects,
