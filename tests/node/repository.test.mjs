@@ -159,3 +159,8 @@ test('the arguments for ffmpeg equal the command line’s', () => {
   for (const name of ['GENERAL', 'LIST', 'DECODE', 'FILTERS', 'WRITE'])
     assert.deepEqual(words[name], constant(name), name);
 });
+
+test('all files are formatted', () => {
+  const { status, stderr } = spawnSync(process.execPath, ['scripts/format.mjs', '--check'], { cwd: root, encoding: 'utf8' });
+  assert.equal(status, 0, stderr);
+});

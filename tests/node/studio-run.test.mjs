@@ -84,7 +84,10 @@ test('the sample is opened, run, cancelled, resumed and corrected; other files a
 test('kept work is told, chosen of and painted in, and nothing is segmented for that', async () => {
   const { store, selection } = await openSampleWork();
   const { analysis, timeline } = store.state;
-  assert.match(store.state.summary, /^Object 1 \(orange\) at the upper left moves right; Object 3 \(pink\) at the bottom /);
+  assert.match(
+    store.state.summary,
+    /^Object 1 \(orange\) at the upper left moves right; Object 3 \(pink\) at the bottom /,
+  );
   assert.match(
     describeFrame(analysis.segmentation.presence, analysis.segmentation.count, 11, timeline.times),
     /^Frame 12 of 16, 0\.7\u00a0s: Object 1 \(orange\) [a-z ]+, [\d.]+%; Object 2/,
