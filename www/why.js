@@ -85,7 +85,7 @@ function reasonsOf({ source, superpixel, cluster, costs, voters, weight, flip, b
 function costTable({ costs, cluster }) {
   const sorted = [...costs].sort((a, b) => a.total - b.total);
   const rows = sorted.filter(({ label }, k) => sorted.findIndex((cost) => cost.label === label) === k);
-  const columns = ['total', 'trajectories', 'colours', 'evidence', 'links'];
+  const columns = ['total', 'trajectories', 'evidence', 'links'];
   const heads = ['label', 'votes', ...columns].map((name) => h('th', { scope: 'col' }, name));
   const body = rows.slice(0, MAX_LABELS).map((cost) => {
     const cells = [number(cost.votes), ...columns.map((name) => number(cost[name], 2))];

@@ -75,17 +75,16 @@ fn describe(session: &Session, [t, x, y]: [usize; 3], why: &Explanation) -> Stri
     }
     text.push("  cost of each label, all others fixed (in steps of 1/65536):".to_owned());
     text.push(format!(
-        "    {:28} {:>7} {:>12} {:>9} {:>9} {:>9} {:>9}",
-        "", "votes", "trajectories", "colours", "evidence", "links", "sum"
+        "    {:28} {:>7} {:>12} {:>9} {:>9} {:>9}",
+        "", "votes", "trajectories", "evidence", "links", "sum"
     ));
     for cost in &why.costs {
         let note = if cost.forbidden > 0.0 { "  forbidden by a stroke" } else { "" };
         text.push(format!(
-            "    {:28} {:7} {:12.4} {:9.4} {:9.4} {:9.4} {:9.4}{note}",
+            "    {:28} {:7} {:12.4} {:9.4} {:9.4} {:9.4}{note}",
             named(cost.cluster),
             cost.votes,
             cost.trajectories,
-            cost.colours,
             cost.evidence,
             cost.links,
             cost.total

@@ -50,6 +50,9 @@ struct WindowReport {
     clusters: usize,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     objects: Vec<ObjectClusters>,
+    /// Log-odds above which clusters were merged; left out if those of the parameters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    merge_log_odds: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -91,6 +94,7 @@ impl WindowPart {
         let (masks, table) = masks.map_or_else(Default::default, |(masks, table)| (Some(masks), table));
         let eigen = serde_json::to_value(&results.embedding.info).map_err(|e| Failure::new(e.to_string()))?;
         let object = |(label, clusters)| ObjectClusters { label, clusters };
+        let agreement = session.agreement();
         let (first, settled) = (window_result.first, window_result.settled.clone());
         let clusters = masks.as_ref().map_or_else(Vec::new, MaskReport::clusters_of_objects);
         let window = WindowReport {
@@ -103,12 +107,13 @@ impl WindowPart {
             points: results.tracks.x.len(),
             clusters: results.clusters.count,
             objects: clusters.into_iter().map(object).collect(),
+            merge_log_odds: agreement.and_then(|agreement| agreement.merge_log_odds),
         };
         Ok(Self {
             window,
             size: session.input_size().unwrap_or_default(),
             working: session.working_size().unwrap_or_default(),
-            agreement: session.agreement().and_then(|a| a.frames.get(settled.clone())).unwrap_or_default().to_vec(),
+            agreement: agreement.and_then(|a| a.frames.get(settled.clone())).unwrap_or_default().to_vec(),
             times: FrameTimes::collect(settled.map(|t| window_result.timing(t))),
             labels: label_sizes(results.tracks, results.clusters),
             masks,
@@ -304,7 +309,8 @@ impl<'a> Report<'a> {
             None => format!("{} windows, {} shot(s)", self.windows.len(), self.shots),
         };
         let objects = self.masks.as_ref().map_or_else(String::new, |m| format!("{} object(s), ", m.num_objects()));
-        let agreement = self.agreement.map_or_else(String::new, |a| format!("agreement {a:.2}, "));
+        let note = if self.windows.iter().any(|w| w.merge_log_odds.is_some()) { " by other clusters" } else { "" };
+        let agreement = self.agreement.map_or_else(String::new, |a| format!("agreement {a:.2}{note}, "));
         let seconds = self.seconds.get("total").copied().unwrap_or_default();
         format!(
             "{frames} frames of {width}x{height}: {contents}, {objects}{agreement}{seconds:.2} s; see {}",

@@ -83,28 +83,29 @@ export type ConfidenceMap = Grid & { readonly confidence: Float32Array<ArrayBuff
 /**
  * Agreement of the masks with the masks of nearby frames, moved along the flow, 0 to 1: low where masks change against the
  * motion. `clip` is the mean over the frames, `frames` has each frame, `objects[i]` the object of label `i + 1` in each
- * frame; NaN where there is nothing to compare.
+ * frame; NaN where there is nothing to compare. `mergeLogOdds` is NaN unless masks by the given `discretize.mergeLogOdds`
+ * agreed less than by this one.
  */
 export type Agreement = {
   readonly clip: number;
   readonly frames: Float32Array<ArrayBuffer>;
   readonly objects: readonly Float32Array<ArrayBuffer>[];
+  readonly mergeLogOdds: number;
 };
 
 /** Saliency of each pixel of a frame against its surroundings, 0 to 1, row by row. */
 export type SaliencyMap = Grid & { readonly saliency: Float32Array<ArrayBuffer> };
 
 /**
- * Cost of a cluster for the superpixel, all else being equal: by its trajectories, by colours if no trajectory counts, by
- * evidence from background and appearance, by links to neighbours of other clusters, and where a stroke forbids it.
- * `total` is the sum. `label` is the cluster's label in the masks, `votes` the number of its trajectories here.
+ * Cost of a cluster for the superpixel, all else being equal: by its trajectories, by evidence from background and
+ * appearance, by links to neighbours of other clusters, and where a stroke forbids it. `total` is the sum. `label` is the
+ * cluster's label in the masks, `votes` the number of its trajectories here.
  */
 export type LabelCost = {
   readonly cluster: number;
   readonly label: number;
   readonly votes: number;
   readonly trajectories: number;
-  readonly colours: number;
   readonly evidence: number;
   readonly links: number;
   readonly forbidden: number;

@@ -13,9 +13,7 @@ pub(crate) fn explanation<'py>(py: Python<'py>, why: &Explanation) -> Result<Bou
         LabelSource::Border => "border",
         LabelSource::Stroke => "stroke",
     };
-    let cost = |c: &LabelCost| {
-        (c.cluster, c.label, c.votes, c.trajectories, c.colours, c.evidence, c.links, c.forbidden, c.total)
-    };
+    let cost = |c: &LabelCost| (c.cluster, c.label, c.votes, c.trajectories, c.evidence, c.links, c.forbidden, c.total);
     let link = |l: &SuperpixelLink| (l.t, l.superpixel, l.cluster, l.tracks, l.cost);
     let voter = |v: &Voter| (v.x, v.y, v.cluster.map_or(-1, i64::from), v.is_outlier);
     let fields = PyDict::new(py);

@@ -30,6 +30,8 @@ pub struct Agreement {
     pub frames: Vec<Option<f32>>,
     /// The same of each label from 1 on.
     pub objects: Vec<Vec<Option<f32>>>,
+    /// Log-odds above which clusters were merged, if not those of `discretize.mergeLogOdds`, whose masks agreed less.
+    pub merge_log_odds: Option<f64>,
 }
 
 fn mean(values: &[Option<f32>]) -> Option<f32> {
@@ -67,7 +69,7 @@ pub(crate) fn agreement(masks: &[Plane<u8>], flows: &[CompactFlow]) -> Agreement
     }
     let mut values = means.iter().map(|means| means.iter().map(Mean::value).collect());
     let frames: Vec<Option<f32>> = values.next().unwrap_or_default();
-    Agreement { clip: mean(&frames), frames, objects: values.collect() }
+    Agreement { clip: mean(&frames), frames, objects: values.collect(), merge_log_odds: None }
 }
 
 /// Compares two masks along the pixels that were followed from the first to the second: intersection over union of all

@@ -170,7 +170,7 @@ pub(super) fn confidence(map: &Plane<f32>) -> JsValue {
     object([("width", map.width().into()), ("height", map.height().into()), ("confidence", float32_array(map.data()))])
 }
 
-/// `{clip, frames, objects}`; NaN stands for `None`.
+/// `{clip, frames, objects, mergeLogOdds}`; NaN stands for `None`.
 pub(super) fn agreement(agreement: &Agreement) -> JsValue {
     let list = |values: &[Option<f32>]| {
         float32_array(&values.iter().map(|value| value.unwrap_or(f32::NAN)).collect::<Vec<_>>())
@@ -180,6 +180,7 @@ pub(super) fn agreement(agreement: &Agreement) -> JsValue {
         ("clip", agreement.clip.unwrap_or(f32::NAN).into()),
         ("frames", list(&agreement.frames)),
         ("objects", objects.into()),
+        ("mergeLogOdds", agreement.merge_log_odds.unwrap_or(f64::NAN).into()),
     ])
 }
 

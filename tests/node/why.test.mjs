@@ -29,7 +29,7 @@ test('the explanation of a pixel agrees with the masks, and its sums with their 
       const links = why.links.filter(({ cluster }) => cluster !== cost.cluster);
       assert.equal(
         cost.total,
-        links.reduce((sum, link) => sum + link.cost, cost.trajectories + cost.colours + cost.evidence),
+        links.reduce((sum, link) => sum + link.cost, cost.trajectories + cost.evidence),
       );
       assert.equal(Math.round(cost.total * 65536), cost.total * 65536, 'whole steps');
       assert.ok(cost.total >= own.total, 'the cut could do better');

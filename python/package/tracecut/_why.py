@@ -23,9 +23,9 @@ class LabelCost(NamedTuple):
         The mask label of the cluster.
     votes : int
         The cluster's trajectories in the superpixel.
-    trajectories, colours, evidence, links, forbidden : float
-        The cost from its trajectories; from colours, where no trajectory votes; from background and appearance; from
-        links to superpixels of other clusters; and from strokes that forbid it.
+    trajectories, evidence, links, forbidden : float
+        The cost from its trajectories; from background and appearance; from links to superpixels of other clusters; and
+        from strokes that forbid it.
     total : float
         Their sum.
     """
@@ -34,7 +34,6 @@ class LabelCost(NamedTuple):
     label: int
     votes: int
     trajectories: float
-    colours: float
     evidence: float
     links: float
     forbidden: float

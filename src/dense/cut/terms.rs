@@ -372,8 +372,6 @@ fn fill(corners: [(f32, f32); 3], width: usize, covered: &mut [bool]) {
 pub(crate) struct UnaryCost {
     /// λ (1 − h) of the trajectories in it.
     pub trajectories: i32,
-    /// Its colours, if λ is 0.
-    pub colours: i32,
     /// Evidence against the label: by background and appearance.
     pub evidence: i32,
     /// Cost of a label that the strokes of a correction forbid.
@@ -428,11 +426,9 @@ impl SuperpixelTerms {
         let (trajectory_costs, lambda) = trajectory_costs(input, params, &nodes);
         let (votes, outliers) = count_votes(input, &nodes);
         let problem = energy(input, params, &nodes);
-        let has_lambda = lambda[node as usize] > 0.0;
-        let unary = |(&cost, &by_trajectories): (&i32, &i32)| UnaryCost {
-            trajectories: if has_lambda { by_trajectories } else { 0 },
-            colours: if has_lambda { 0 } else { by_trajectories },
-            evidence: cost - by_trajectories,
+        let unary = |(&cost, &trajectories): (&i32, &i32)| UnaryCost {
+            trajectories,
+            evidence: cost - trajectories,
             forbidden: 0,
         };
         let unary = problem.unary[costs.clone()].iter().zip(&trajectory_costs[costs.clone()]).map(unary).collect();
@@ -461,7 +457,7 @@ impl SuperpixelTerms {
     pub(crate) fn cost(&self, label: u32) -> i64 {
         let unary = self.unary[label as usize];
         let cut = self.links.iter().filter(|link| link.label != label).map(|link| i64::from(link.cost));
-        let unary = [unary.trajectories, unary.colours, unary.evidence, unary.forbidden];
+        let unary = [unary.trajectories, unary.evidence, unary.forbidden];
         unary.into_iter().map(i64::from).chain(cut).sum()
     }
 
@@ -475,8 +471,8 @@ impl SuperpixelTerms {
     /// equal; `None` if no number would.
     pub(crate) fn votes_to_flip(&self, label: u32, params: &CutParams) -> Option<u32> {
         let (current, target) = (self.unary[self.label as usize], self.unary[label as usize]);
-        let by_tracks = |cost: UnaryCost| i64::from(cost.trajectories) + i64::from(cost.colours);
-        let rest = (self.cost(label) - by_tracks(target)) - (self.cost(self.label) - by_tracks(current));
+        let rest = (self.cost(label) - i64::from(target.trajectories))
+            - (self.cost(self.label) - i64::from(current.trajectories));
         let units = |steps: i64| steps as f64 / f64::from(STEPS_PER_UNIT) / f64::from(self.unary_weight);
         let total = self.votes.iter().sum::<u32>() as f64 + f64::from(params.outlier_weight) * f64::from(self.outliers);
         let lead = units(i64::from(target.trajectories) - i64::from(current.trajectories)) * total;

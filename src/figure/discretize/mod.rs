@@ -82,6 +82,9 @@ crate::params! {
         /// With rotation-evidence: log-odds above which two clusters are merged, lower for small ones. Higher splits more,
         /// lower makes fewer, larger clusters.
         pub merge_log_odds: f64 = 2.8, in 0.0..=20.0;
+        /// Masks that agree less than this with the masks of nearby frames along the flow are made again from other clusters;
+        /// the masks that agree most are kept. 0 keeps the first. Not in the paper; docs/choices.md.
+        pub min_agreement: f32 = 0.7, in 0.0..=1.0, expert;
         /// ρ of rotation-merge: clusters whose mean discontinuity along their common border is below it are merged
         /// (section 2.3: 0.4). Higher merges more.
         pub merge_threshold: f64 = 0.77, in 0.0..=1.0, expert;

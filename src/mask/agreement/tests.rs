@@ -23,7 +23,15 @@ fn still(frames: usize) -> Vec<CompactFlow> {
 #[test]
 fn still_masks_agree_and_empty_ones_say_nothing() {
     let result = agreement(&vec![object(10); 7], &still(7));
-    assert_eq!(result, Agreement { clip: Some(1.0), frames: vec![Some(1.0); 7], objects: vec![vec![Some(1.0); 7]] });
+    assert_eq!(
+        result,
+        Agreement {
+            clip: Some(1.0),
+            frames: vec![Some(1.0); 7],
+            objects: vec![vec![Some(1.0); 7]],
+            merge_log_odds: None
+        }
+    );
 
     let result = agreement(&vec![Plane::filled(SIZE.0, SIZE.1, 0); 7], &still(7));
     assert_eq!((result.clip, result.frames, result.objects.len()), (None, vec![None; 7], 0));

@@ -6,7 +6,7 @@ use crate::background::Background;
 use crate::camera::Camera;
 use crate::connectedness::{Components, Separation};
 use crate::correction::StrokeConstraint;
-use crate::cut::{ClipFeatures, CutInput, CutLabels};
+use crate::cut::{ClipFeatures, CutInput, CutLabels, paint};
 use crate::discontinuity::Discontinuities;
 use crate::discretize::Clusters;
 use crate::embedding::Embedding;
@@ -106,6 +106,18 @@ pub(crate) struct Cut {
     pub(crate) confidence_terms: OnceLock<ConfidenceTerms>,
     /// The agreement of the masks made from this cut; computed on first use.
     pub(crate) agreement: OnceLock<Agreement>,
+}
+
+impl Cut {
+    /// Returns the mask of frame `t` before its borders are refined.
+    pub(crate) fn coarse_mask(&self, superpixels: &Superpixels, t: usize) -> Plane<u8> {
+        paint(superpixels, &self.labels.labels[t]).map(|cluster| self.mask_label(cluster))
+    }
+
+    /// Returns the mask label of a cluster; a clip without clusters is all background.
+    fn mask_label(&self, cluster: u32) -> u8 {
+        self.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0)
+    }
 }
 
 /// The terms of the masks' confidence.
@@ -209,7 +221,7 @@ impl Outputs {
 
     /// Returns the mask label of a cluster; a clip without clusters is all background.
     pub(crate) fn mask_label(&self, cluster: u32) -> u8 {
-        self.cut.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0)
+        self.cut.mask_label(cluster)
     }
 
     /// Saves all that a correction changes.

@@ -314,6 +314,11 @@ pub struct ScaledParams {
 }
 
 impl ScaledParams {
+    /// Sets `discretize.mergeLogOdds`.
+    pub(crate) fn set_merge_log_odds(&mut self, merge_log_odds: f64) {
+        self.params.discretize.merge_log_odds = merge_log_odds;
+    }
+
     /// Returns the distance of neighbouring trajectories, in pixels of the processed frames.
     pub fn spacing(&self) -> f32 {
         self.spacing

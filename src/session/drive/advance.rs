@@ -68,6 +68,7 @@ impl Session {
         self.phase = match std::mem::take(&mut self.phase) {
             Phase::Running(mut run) => {
                 store_identities(&mut run.clip, &run.outputs, overlap);
+                run.clip.params = self.params.for_size(run.clip.scale.working);
                 Phase::Frames(Box::new(run.clip))
             }
             phase => phase,

@@ -71,7 +71,7 @@ impl Forks {
             clip.pending_jobs.keep_only(if is_changed { &[] } else { &[JobKind::Superpixels] });
         }
         if let Phase::Running(run) = &mut session.phase
-            && let Run { clip, outputs, state: State::Affinities(work) } = &mut **run
+            && let Run { clip, outputs, state: State::Affinities(work), .. } = &mut **run
         {
             **work = AffinityWork::new(&outputs.track_set, clip);
         }

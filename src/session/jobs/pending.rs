@@ -61,11 +61,15 @@ impl PendingJobs {
         }
     }
 
+    /// Lets the jobs of these kinds be assigned again; none of them may be pending.
+    pub(crate) fn forget(&mut self, kinds: &[JobKind]) {
+        kinds.iter().for_each(|&kind| self.states[kind as usize].clear());
+    }
+
     /// Drops the jobs of all other kinds.
     #[cfg(not(target_arch = "wasm32"))] // For forks.
     pub(crate) fn keep_only(&mut self, kinds: &[JobKind]) {
-        for kind in JobKind::ALL.into_iter().filter(|kind| !kinds.contains(kind)) {
-            self.states[kind as usize].clear();
-        }
+        let others: Vec<JobKind> = JobKind::ALL.into_iter().filter(|kind| !kinds.contains(kind)).collect();
+        self.forget(&others);
     }
 }

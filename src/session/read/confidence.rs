@@ -47,8 +47,11 @@ impl Session {
     /// masks.
     pub fn agreement(&self) -> Option<&Agreement> {
         let outputs = self.outputs_after(Stage::Masks).filter(|outputs| !outputs.masks.is_empty())?;
-        let flows = &self.clip()?.flows;
-        Some(outputs.cut.agreement.get_or_init(|| agreement(&outputs.masks, flows)))
+        let Clip { flows, params, .. } = self.clip()?;
+        let [given, used] = [&self.params, &**params].map(|params| params.discretize.merge_log_odds);
+        let merge_log_odds = (used != given).then_some(used);
+        let compute = || Agreement { merge_log_odds, ..agreement(&outputs.masks, flows) };
+        Some(outputs.cut.agreement.get_or_init(compute))
     }
 }
 

@@ -42,8 +42,6 @@ pub struct LabelCost {
     pub votes: u32,
     /// Unary cost of trajectories.
     pub trajectories: f64,
-    /// Unary cost of colours, if the superpixel has no trajectory.
-    pub colours: f64,
     /// Unary cost of background and appearance evidence.
     pub evidence: f64,
     /// Pairwise costs of links to superpixels of other clusters.
@@ -253,17 +251,16 @@ impl PixelQuery<'_> {
 
     fn cost(&self, terms: &SuperpixelTerms, cluster: u32) -> LabelCost {
         let unary = terms.unary[cluster as usize];
-        let [trajectories, colours, evidence, forbidden] =
-            [unary.trajectories, unary.colours, unary.evidence, unary.forbidden].map(|steps| units(steps.into()));
+        let [trajectories, evidence, forbidden] =
+            [unary.trajectories, unary.evidence, unary.forbidden].map(|steps| units(steps.into()));
         let total = units(terms.cost(cluster));
         LabelCost {
             cluster,
             label: self.outputs.mask_label(cluster),
             votes: terms.votes[cluster as usize],
             trajectories,
-            colours,
             evidence,
-            links: total - trajectories - colours - evidence - forbidden,
+            links: total - trajectories - evidence - forbidden,
             forbidden,
             total,
         }

@@ -32,6 +32,8 @@ pub(crate) struct CutWork {
     /// The correction; `None` for the first cut.
     recut: Option<Recut>,
     step: CutStep,
+    /// Features of superpixels that were computed before; may be empty.
+    features: Arc<ClipFeatures>,
 }
 
 /// The next step of a cut.
@@ -85,7 +87,12 @@ struct CutTerms {
 impl CutWork {
     /// Starts the first cut, or one that a correction asks for.
     pub(crate) fn new(recut: Option<Recut>) -> Self {
-        Self { recut, step: CutStep::Selection(None) }
+        Self { recut, step: CutStep::Selection(None), features: Arc::default() }
+    }
+
+    /// Starts the first cut again, after the clusters have changed.
+    pub(super) fn again(outputs: &Outputs) -> Self {
+        Self { features: outputs.cut.context.features.clone(), ..Self::new(None) }
     }
 
     /// Moves the finished cut to the outputs. Returns the correction.
@@ -120,7 +127,9 @@ impl StageWork for CutWork {
                         Some(recut) => SelectedObjects::corrected(recut, outputs, clip),
                         None => match ObjectSelection::step(selection, outputs, clip) {
                             SelectionStep::Frame(report) => return Ok(report),
-                            SelectionStep::Finished(selected) => selected,
+                            SelectionStep::Finished(selected) => {
+                                SelectedObjects { features: self.features.clone(), ..selected }
+                            }
                         },
                     };
                     CutStep::Features(Box::new(selected))

@@ -6,8 +6,7 @@ use super::work::{StageWork, StepReport};
 use crate::Error;
 use crate::background::{Background, BackgroundParams};
 use crate::camera::{Camera, Egomotion, ForwardMotion, PointMatches};
-use crate::cut::paint;
-use crate::image::{Frame, Plane};
+use crate::image::Frame;
 use crate::mask::refine;
 use crate::session::base::{Outputs, Stage};
 use crate::session::jobs::{Job, JobInput, JobKind, JobResult, PendingJobs};
@@ -50,11 +49,6 @@ pub(crate) struct MaskWork {
     pub(crate) recut: Option<Recut>,
 }
 
-/// Returns the mask of a frame before its borders are refined.
-fn coarse_mask(outputs: &Outputs, t: usize) -> Plane<u8> {
-    paint(&outputs.superpixels[t], &outputs.cut.labels.labels[t]).map(|cluster| outputs.mask_label(cluster))
-}
-
 impl StageWork for MaskWork {
     fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<StepReport, Error> {
         let t = outputs.masks.len();
@@ -63,7 +57,7 @@ impl StageWork for MaskWork {
         let mask = match (&self.recut, result) {
             (Some(recut), _) => recut.mask(t, frame, outputs, &clip.params),
             (None, Some(JobResult::Mask(mask))) => mask,
-            (None, _) => refine(&coarse_mask(outputs, t), frame, &clip.params.refine),
+            (None, _) => refine(&outputs.cut.coarse_mask(&outputs.superpixels[t], t), frame, &clip.params.refine),
         };
         outputs.masks.push(mask);
         Ok(StepReport::new(Stage::Masks, t + 1, clip.frames.len()))
@@ -74,7 +68,10 @@ impl StageWork for MaskWork {
         let frames = if self.recut.is_none() { outputs.masks.len()..clip.frames.len() } else { 0..0 };
         let id = clip.pending_jobs.assign(JobKind::Mask, frames)?;
         let t = id.index as usize;
-        Some(Job { id, input: JobInput::Mask(clip.frames[t].clone(), coarse_mask(outputs, t)) })
+        Some(Job {
+            id,
+            input: JobInput::Mask(clip.frames[t].clone(), outputs.cut.coarse_mask(&outputs.superpixels[t], t)),
+        })
     }
 
     fn is_waiting(&self, pending_jobs: &PendingJobs, outputs: &Outputs) -> bool {

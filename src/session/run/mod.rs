@@ -1,5 +1,6 @@
 //! What runs: the states of a session, and the work of each stage.
 
+mod alternatives;
 mod clip;
 mod cut;
 mod dense;

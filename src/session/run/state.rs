@@ -1,5 +1,6 @@
 //! A run and its states: the order of the stages.
 
+use super::alternatives::Alternatives;
 use super::clip::Clip;
 use super::cut::CutWork;
 use super::dense::{MaskWork, SuperpixelWork};
@@ -19,6 +20,7 @@ pub(crate) struct Run {
     pub(crate) clip: Clip,
     pub(crate) outputs: Outputs,
     pub(crate) state: State,
+    pub(crate) alternatives: Alternatives,
 }
 
 /// The present stage of a run with its unfinished work.
@@ -59,7 +61,7 @@ macro_rules! with_work {
 
 impl State {
     /// Returns the state that follows once the work of this one is done.
-    fn next(self, clip: &mut Clip, outputs: &mut Outputs) -> Self {
+    fn next(self, clip: &mut Clip, outputs: &mut Outputs, alternatives: &mut Alternatives) -> Self {
         match self {
             Self::Motion(work) => Self::with_tracks(work.finish(clip), clip, outputs),
             Self::Affinities(_) => Self::Embedding(EmbeddingWork),
@@ -67,11 +69,25 @@ impl State {
             Self::Discontinuities(_) => Self::Saliency(Box::new(SaliencyWork::new(&outputs.track_set, clip))),
             Self::Saliency(_) => Self::Connectedness(Box::default()),
             Self::Connectedness(_) => Self::Clusters(ClusterWork),
-            Self::Clusters(_) if clip.params.clip.dense && !clip.frames.is_empty() => Self::Superpixels(SuperpixelWork),
+            Self::Clusters(_) if clip.params.clip.dense && !clip.frames.is_empty() => {
+                let is_new = alternatives.note(&outputs.clusters);
+                match alternatives.is_trying() {
+                    false => Self::Superpixels(SuperpixelWork),
+                    true if is_new => Self::Cut(Box::new(CutWork::again(outputs))),
+                    true => Self::clusters_or_masks(alternatives.next(outputs, clip)),
+                }
+            }
             Self::Superpixels(_) => Self::Cut(Box::new(CutWork::new(None))),
-            Self::Cut(work) => Self::Masks(Box::new(MaskWork { recut: work.finish(outputs) })),
+            Self::Cut(work) => match work.finish(outputs) {
+                None => Self::clusters_or_masks(alternatives.judge(outputs, clip)),
+                recut => Self::Masks(Box::new(MaskWork { recut })),
+            },
             Self::Clusters(_) | Self::Masks(_) | Self::Done => Self::Done,
         }
+    }
+
+    fn clusters_or_masks(again: bool) -> Self {
+        if again { Self::Clusters(ClusterWork) } else { Self::Masks(Box::new(MaskWork { recut: None })) }
     }
 
     fn with_tracks(track_set: TrackSet, clip: &Clip, outputs: &mut Outputs) -> Self {
@@ -93,17 +109,18 @@ impl Run {
             Some(track_set) => State::with_tracks(*track_set, &clip, &mut outputs),
             None => State::Motion(Box::new(MotionWork::new(&mut clip))),
         };
-        Self { clip, outputs, state }
+        Self { clip, outputs, state, alternatives: Alternatives::default() }
     }
 
     /// Takes one bounded step. Nothing changes on an error.
     pub(super) fn step(&mut self) -> Result<Step, Error> {
-        let Self { clip, outputs, state } = self;
+        let Self { clip, outputs, state, alternatives } = self;
         let report = with_work!(state, work => work.step(clip, outputs)?, else return Ok(Step::Done));
+        let was_trying = alternatives.is_trying();
         if report.is_last {
-            *state = std::mem::replace(state, State::Done).next(clip, outputs);
+            *state = std::mem::replace(state, State::Done).next(clip, outputs, alternatives);
         }
-        Ok(Step::Working(report.progress))
+        Ok(Step::Working(alternatives.progress(report.progress, was_trying)))
     }
 
     /// Hands out an unassigned job of this stage, or of one that follows soon.
@@ -119,6 +136,8 @@ impl Run {
     /// Returns whether a stage is finished and its outputs are complete.
     pub(crate) fn is_past(&self, stage: Stage) -> bool {
         let present = match &self.state {
+            // The first clustering can be read while others are made.
+            _ if self.alternatives.is_trying() => Stage::Cut,
             State::Motion(_) => Stage::Flow,
             State::Affinities(_) => Stage::Affinities,
             State::Embedding(_) => Stage::Embedding,
