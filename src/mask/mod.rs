@@ -1,6 +1,6 @@
 //! Masks: their borders, confidence and file formats.
 //!
-//! The cut gives every superpixel a cluster, after some clusters were selected as objects ([`find_objects`]). Borders of masks
+//! The cut gives every superpixel a cluster, after some clusters were selected as objects (`find_objects`). Borders of masks
 //! are then refined to the pixel ([`refine`]) and brought to the size of the source ([`enlarge`]).
 
 mod agreement;
