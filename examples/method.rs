@@ -97,9 +97,8 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
         saliency_threshold: params.saliency.threshold,
         max_edge: longest,
         vote_radius: params.vote_radius(),
-        spacing: params.trajectory.mask_step,
     };
-    let classes = classify_clusters(&background, &clusters, &observations, &params.background);
+    let classes = classify_clusters(&background, &clusters, &observations);
     let objects = number_objects(&tracks, &classes.clusters, &classes.is_object).of_cluster;
 
     // Evidence for and against objects in each superpixel (not in the paper): its distance from the plate and its flow, or
@@ -121,7 +120,6 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
         objects: is_object,
         evidence: &evidence,
         appearance: &[],
-        flows: &flows,
     };
     let (mut cut, mut appearance) = (gabriel_cut(&input, &params.cut), Vec::new());
     for _ in 0..params.cut.appearance_rounds {

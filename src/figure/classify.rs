@@ -1,7 +1,6 @@
 //! Classification of clusters as objects or scene, by the background model.
 
-use crate::background::{Background, BackgroundParams, ObjectClusters, SalientInput};
-use crate::background::{add_salient_objects, segment_rigid_scene};
+use crate::background::{Background, ObjectClusters, segment_rigid_scene};
 use crate::cut::{OUTLIER, UNKNOWN, propagate_labels};
 use crate::discretize::Clusters;
 use crate::evidence::{ClusterCues, EvidenceInput, motion_contrasts};
@@ -26,8 +25,6 @@ pub struct Observations<'a> {
     pub max_edge: f32,
     /// Clustered trajectories within this distance vote on the labels of denser ones, in pixels.
     pub vote_radius: f32,
-    /// Distance between neighbours of the denser ones, in pixels.
-    pub spacing: f32,
 }
 
 /// Clusters, and which of them are objects.
@@ -61,14 +58,12 @@ impl Observations<'_> {
 
 /// Classifies clusters as objects or scene.
 ///
-/// With a forward camera, tracks that violate the rigid scene form clusters of their own. With a moving camera and no object
-/// among the clusters, groups of salient trajectories become objects.
+/// With a forward camera, tracks that violate the rigid scene form clusters of their own.
 #[must_use]
 pub fn classify_clusters(
     background: &Background,
     clusters: &Clusters,
     observations: &Observations<'_>,
-    params: &BackgroundParams,
 ) -> Classification {
     let (ObjectClusters { clusters, is_object }, penalties) = match rigid_scene_clusters(background, observations) {
         Some(objects) => (objects, Vec::new()),
@@ -81,22 +76,6 @@ pub fn classify_clusters(
         }
     };
     let label = observations.propagate_labels(&clusters);
-    if matches!(background, Background::Moving(_)) && params.salient_fallback && !is_object.contains(&true) {
-        let Observations { clustered, denser, saliency, saliency_threshold, vote_radius, spacing, .. } = *observations;
-        let is_salient: Vec<bool> = saliency.iter().map(|&s| f64::from(s) > saliency_threshold).collect();
-        let objects = add_salient_objects(&SalientInput {
-            tracks: clustered.tracks,
-            clusters: &clusters,
-            denser,
-            denser_label: &label,
-            is_salient: &is_salient,
-            spacing,
-            vote_radius,
-        });
-        if let Some((ObjectClusters { clusters, is_object }, label)) = objects {
-            return Classification { clusters, is_object, label, penalties };
-        }
-    }
     Classification { clusters, is_object, label, penalties }
 }
 

@@ -2,7 +2,6 @@
 
 use std::sync::OnceLock;
 use tracecut::connectedness::ConnectednessMode;
-use tracecut::discretize::DiscretizeMethod;
 use tracecut::image::{Frame, Plane};
 use tracecut::synth::Scene;
 use tracecut::trajectory::Trajectories;
@@ -363,57 +362,4 @@ fn in_a_scene_of_depth_where_nothing_moves_nothing_is_found() {
     let labelled: usize =
         (0..16).map(|t| session.labels(t).unwrap().data().iter().filter(|&&label| label > 0).count()).sum();
     assert!(200 * labelled <= 16 * 240 * 160, "{labelled} pixels");
-}
-
-/// A textured scene that the camera pans over, and before it a square that goes against it.
-fn square_before_a_pan() -> Clip {
-    const SIZE: (usize, usize) = (240, 160);
-    // Blocks of three pixels, each of a grey of its own.
-    let texture = |x: usize, y: usize| {
-        let block =
-            ((x / 3) as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ ((y / 3) as u64).wrapping_mul(0xC2B2_AE3D_27D4_EB4F);
-        ((block ^ block >> 29).wrapping_mul(0xBF58_476D_1CE4_E5B9) >> 56) as u8
-    };
-    let is_inside = |i: usize, t: usize| {
-        let (x, y) = (i % SIZE.0, i / SIZE.0);
-        (60 + 4 * t..110 + 4 * t).contains(&x) && (50..100).contains(&y)
-    };
-    let frame = |t: usize| {
-        let pixel = |i: usize| {
-            let (x, y) = (i % SIZE.0, i / SIZE.0);
-            [if is_inside(i, t) { texture(x + 900 - 4 * t, y + 300) } else { texture(x + 3 * t, y) }; 3]
-        };
-        Frame::from_rgb((0..SIZE.0 * SIZE.1).flat_map(pixel).collect(), SIZE.0, SIZE.1).unwrap()
-    };
-    let mask = |t: usize| Plane::from_fn(SIZE.0, SIZE.1, |x, y| u8::from(is_inside(y * SIZE.0 + x, t)));
-    Clip { frames: (0..14).map(frame).collect(), masks: (0..14).map(mask).collect() }
-}
-
-#[test]
-fn what_stands_out_is_an_object_though_no_cluster_shows_it() {
-    let clip = square_before_a_pan();
-    let shown = |stand_out: bool, one_cluster: bool| {
-        let mut params = Params::default();
-        params.background.salient_fallback = stand_out;
-        // The paper's contours leave the faint square without a border.
-        (params.contour.low_threshold, params.contour.high_threshold) = (0.01, 0.02);
-        if one_cluster {
-            (params.discretize.method, params.discretize.merge_threshold) = (DiscretizeMethod::RotationMerge, 1.0);
-        }
-        let session = clip.run(params);
-        let (mut common, mut all) = (0, 0);
-        for t in 1..13 {
-            for (&found, &truth) in session.labels(t).unwrap().data().iter().zip(clip.masks[t].data()) {
-                common += usize::from(found > 0 && truth > 0);
-                all += usize::from(found > 0 || truth > 0);
-            }
-        }
-        let tracks = session.trajectories().unwrap().len();
-        let clusters = session.clusters().unwrap();
-        assert!(clusters.label.len() == tracks && (0..clusters.count as u32).all(|c| clusters.label.contains(&c)));
-        common as f64 / all as f64
-    };
-    assert!(shown(true, false) > 0.75);
-    assert!(shown(true, true) > 0.75);
-    assert_eq!(shown(false, true), 0.0);
 }

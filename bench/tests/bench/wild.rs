@@ -212,7 +212,7 @@ fn a_ledger_is_written_from_the_cache_and_goes_on_where_it_was() {
     let choice = |name: &str, without: &str| format!(r#"{{"name": "{name}", "paper": "p", "why": "w"{without}}}"#);
     let merge_all = r#""discretize": {"method": "rotation-merge", "mergeThreshold": 1}"#;
     let rows = [
-        choice("No objects", &format!(r#", "without": {{{merge_all}, "background": {{"salientFallback": false}}}}"#)),
+        choice("No objects", &format!(r#", "without": {{{merge_all}}}"#)),
         choice("Pixels", r#", "without": {"refine": {"band": 0}}"#),
         choice("Always", ""),
     ];

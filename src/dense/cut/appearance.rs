@@ -211,7 +211,6 @@ mod tests {
             objects,
             evidence: &[],
             appearance: &[],
-            flows: &[],
         };
         appearance_log_odds(&input, &CutParams::default(), &CutLabels { labels }, frames, 3)
     }

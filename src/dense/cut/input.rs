@@ -1,6 +1,5 @@
 //! Input and output of the cut.
 
-use crate::flow::CompactFlow;
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 
@@ -29,8 +28,6 @@ pub struct CutInput<'a> {
     pub evidence: &'a [f32],
     /// The same by appearance, learned from an earlier cut; empty in the first.
     pub appearance: &'a [f32],
-    /// Forward flow of each pair of consecutive frames; may be empty.
-    pub flows: &'a [CompactFlow],
 }
 
 /// Label of each superpixel of each frame.

@@ -43,7 +43,7 @@ pub(crate) use colour::{Colour, Corners, Histogram, UNSEEN_SHARE};
 pub use expansion::{Expansion, Potts};
 pub(crate) use expansion::{STEPS_PER_UNIT, to_steps};
 pub use input::{CutInput, CutLabels, OUTLIER, UNKNOWN};
-pub(crate) use label_votes::{VOTE_MOTION_PX, VOTE_RADIUS_PX, motion_difference_sq, propagate_labels};
+pub(crate) use label_votes::{VOTE_RADIUS_PX, propagate_labels};
 pub use params::CutParams;
 #[cfg(test)]
 pub(crate) use terms::UnaryCost;
@@ -264,7 +264,6 @@ fn counts(input: &CutInput) -> Vec<usize> {
 ///     objects: &[],
 ///     evidence: &[],
 ///     appearance: &[],
-///     flows: &[],
 /// };
 /// let cut = gabriel_cut(&input, &CutParams::default());
 /// assert_eq!(cut.labels, [[0, 0, 1]]);

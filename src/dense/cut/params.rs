@@ -13,8 +13,6 @@ crate::params! {
         pub weight_by_length: bool = true, in 0..=1, expert;
         /// Weight of the share of common trajectories between superpixels of consecutive frames.
         pub temporal_weight: f32 = 1.0, in 0.0..=1000.0;
-        /// Weight of the overlap of superpixels of consecutive frames along the flow. Not in the paper; docs/choices.md.
-        pub flow_weight: f32 = 0.5, in 0.0..=1000.0, expert;
         /// Number of further cuts, each with the appearance of objects and background, as learned from the cut before. Not
         /// in the paper; docs/choices.md.
         pub appearance_rounds: u32 = 3, in 0..=10, expert;
@@ -42,7 +40,6 @@ impl CutParams {
             weight_by_length: false,
             outlier_weight: 0.0,
             appearance_rounds: 0,
-            flow_weight: 0.0,
             ambiguous_share: 0.3,
             ..Self::default()
         }

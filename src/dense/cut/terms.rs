@@ -15,7 +15,6 @@ use super::expansion::{MAX_WEIGHT, Potts, STEPS_PER_UNIT, to_steps};
 use super::input::{CutInput, CutLabels, OUTLIER, UNKNOWN};
 use super::params::CutParams;
 use crate::delaunay::constrained_delaunay;
-use crate::flow::{CompactFlow, Field};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 
@@ -169,14 +168,11 @@ fn add_spatial(problem: &mut Potts, input: &CutInput, params: &CutParams, nodes:
     }
 }
 
-/// A superpixel of the next frame.
+/// A superpixel of the next frame, and the number of trajectories to it.
 #[derive(Debug, Clone, Copy, Default)]
 struct Successor {
     to: u32,
-    /// Number of trajectories to it.
     tracks: u32,
-    /// Number of pixels that the flow leads to it.
-    pixels: u32,
 }
 
 /// Adds the links between consecutive frames (step 4).
@@ -189,46 +185,16 @@ fn add_temporal(problem: &mut Potts, input: &CutInput, params: &CutParams, nodes
             if frames.contains(&t) && frames.contains(&(t + 1)) {
                 let p = input.tracks.point(i, t);
                 let (from, to) = (nodes.of_point[p], nodes.of_point[p + 1]);
-                steps.push((from - nodes.base[t], Successor { to: to - nodes.base[t + 1], tracks: 1, pixels: 0 }));
+                steps.push((from - nodes.base[t], Successor { to: to - nodes.base[t + 1], tracks: 1 }));
             }
         }
-        if let Some(flow) = input.flows.get(t).filter(|_| params.flow_weight > 0.0) {
-            add_overlaps(&mut steps, [&pair[0], &pair[1]], flow);
-        }
-        let areas = [pair[0].areas(), pair[1].areas()];
         for (from, link) in sum_links(&steps, pair[0].count) {
             let (p, q) = (nodes.base[t] + from, nodes.base[t + 1] + link.to);
-            let common_tracks =
-                link.tracks as f32 / nodes.num_tracks[p as usize].max(nodes.num_tracks[q as usize]).max(1) as f32;
-            let overlap = link.pixels as f32 / areas[0][from as usize].max(areas[1][link.to as usize]).max(1) as f32;
-            let weight = to_steps(params.temporal_weight * common_tracks + params.flow_weight * overlap);
+            let larger = nodes.num_tracks[p as usize].max(nodes.num_tracks[q as usize]).max(1);
+            let weight = to_steps(params.temporal_weight * link.tracks as f32 / larger as f32);
             if weight > 0 {
                 problem.edges.push((p, q));
                 problem.weights.push(weight);
-            }
-        }
-    }
-}
-
-/// Adds the superpixels that the flow leads each pixel from and to, unless sizes differ.
-fn add_overlaps(steps: &mut Vec<(u32, Successor)>, [from, to]: [&Superpixels; 2], flow: &CompactFlow) {
-    let size = flow.size();
-    if [from, to].iter().any(|superpixels| superpixels.runs().size() != size) {
-        return;
-    }
-    let label = to.label();
-    let is_inside = |position: f32, length: usize| position >= -0.5 && position < length as f32 - 0.5;
-    for (y, columns, p) in from.runs().rows() {
-        for x in columns {
-            let (u, v) = flow.at(x, y);
-            let (x, y) = (x as f32 + u, y as f32 + v);
-            if is_inside(x, size.0) && is_inside(y, size.1) {
-                let to = label.data()[pixel_index(size, x, y)];
-                match steps.last_mut() {
-                    // Neighbours mostly go to the same superpixel.
-                    Some((from, link)) if *from == p && link.to == to => link.pixels += 1,
-                    _ => steps.push((p, Successor { to, tracks: 0, pixels: 1 })),
-                }
             }
         }
     }
@@ -254,10 +220,7 @@ fn sum_links(steps: &[(u32, Successor)], count: usize) -> Vec<(u32, Successor)> 
         let first = links.len();
         for link in &sorted[begin[p] as usize..begin[p + 1] as usize] {
             match links[first..].iter_mut().find(|(_, sum)| sum.to == link.to) {
-                Some((_, sum)) => {
-                    sum.tracks += link.tracks;
-                    sum.pixels += link.pixels;
-                }
+                Some((_, sum)) => sum.tracks += link.tracks,
                 None => links.push((p as u32, *link)),
             }
         }

@@ -2,7 +2,6 @@
 
 use super::terms::ambiguous_shares;
 use super::*;
-use crate::flow::{CompactFlow, FlowField};
 use crate::superpixel::SuperpixelBorder;
 use crate::trajectory::Trajectories;
 
@@ -27,7 +26,7 @@ fn standing(num_frames: usize, places: &[(usize, f32, f32)]) -> Trajectories {
 }
 
 fn input<'a>(superpixels: &'a [Superpixels], tracks: &'a Trajectories, label: &'a [u32], n: usize) -> CutInput<'a> {
-    CutInput { superpixels, tracks, label, num_labels: n, objects: &[], evidence: &[], appearance: &[], flows: &[] }
+    CutInput { superpixels, tracks, label, num_labels: n, objects: &[], evidence: &[], appearance: &[] }
 }
 
 fn energy(input: &CutInput, params: &CutParams) -> Potts {
@@ -227,33 +226,6 @@ fn evidence_costs_the_labels_that_it_speaks_against() {
     let params = CutParams::default();
     let [half, quarter] = [0.5, 0.25].map(|cost: f32| (cost * 65536.0) as i32);
     assert_eq!(energy(&input, &params).unary, [half, 0, 0, 0, quarter, quarter, 0, 0, 0]);
-}
-
-#[test]
-fn overlaps_along_the_flow_link_superpixels_by_their_share_of_the_larger_one() {
-    let superpixels = [thirds(), thirds()];
-    let no_tracks = Trajectories::empty(2, (WIDTH, HEIGHT));
-    // Two pixels to the right: half of each third stays in it, and the last two columns leave the frame.
-    let flow = FlowField { u: Plane::filled(WIDTH, HEIGHT, 2.0), v: Plane::filled(WIDTH, HEIGHT, 0.0) };
-    let flows = [CompactFlow::new(&flow)];
-    let input = CutInput { flows: &flows, ..input(&superpixels, &no_tracks, &[], 2) };
-    let params = CutParams { flow_weight: 0.5, ..CutParams::default() };
-    let problem = energy(&input, &params);
-    let expected = [[1, 1, 0], [0, 1, 1], [0, 0, 1]];
-    for (p, row) in (0..).zip(expected) {
-        for (q, count) in (3..).zip(row) {
-            assert_eq!(weight(&problem, p, q), (count > 0).then(|| units(0.25)), "{p} {q}");
-        }
-    }
-    // With trajectories the link of both is one edge.
-    let tracks = standing(2, &[(0, 1.0, 1.0)]);
-    let both = energy(&CutInput { tracks: &tracks, label: &[1], ..input }, &params);
-    assert_eq!(weight(&both, 0, 3), Some(units(1.25)));
-    let params = CutParams { flow_weight: 0.0, ..params };
-    assert_eq!(weight(&energy(&input, &params), 0, 3), None);
-    // A field of another size says nothing.
-    let small = [CompactFlow::default()];
-    assert_eq!(weight(&energy(&CutInput { flows: &small, ..input }, &CutParams::default()), 0, 3), None);
 }
 
 #[test]

@@ -16,7 +16,6 @@
 //!    with the scene, and if it moves with the objects.
 //! 2. The log-odds of a superpixel are the contrast of both errors, less a prior against objects, since plain areas, which
 //!    have low errors both ways, are mostly scene.
-//! 3. If no cluster is an object, groups of salient trajectories are tried (`salient_groups`).
 //!
 //! **Forward camera**, as from a car: objects are tracks that violate a rigid scene on a ground (`rigid_scene`); their
 //! pixels have reprojection errors, too.
@@ -29,7 +28,6 @@ mod clean_plate;
 mod plate;
 mod reprojection;
 mod rigid_scene;
-mod salient_groups;
 mod segmented;
 
 pub(crate) use clean_plate::{CleanPlateInput, clean_plate};
@@ -38,7 +36,6 @@ pub(crate) use plate::Picture;
 pub(crate) use reprojection::{ReferenceFrame, WarpGrid};
 pub(crate) use reprojection::{ReprojectionErrors, ReprojectionInput};
 pub(crate) use rigid_scene::segment_rigid_scene;
-pub(crate) use salient_groups::{SalientInput, add_salient_objects};
 pub(crate) use segmented::ObjectClusters;
 pub use segmented::SegmentedTracks;
 
@@ -69,8 +66,6 @@ crate::params! {
         pub prior_log_odds: f32 = 1.3, in 0.0..=100.0, expert;
         /// Forward camera: takes tracks that violate a rigid scene on a ground for objects.
         pub rigid_scene: bool = true, in 0..=1, expert;
-        /// Moving camera without an object among the clusters: tries groups of salient trajectories that move alike.
-        pub salient_fallback: bool = true, in 0..=1, expert;
     }
 }
 

@@ -11,7 +11,6 @@ use crate::discontinuity::Discontinuities;
 use crate::discretize::Clusters;
 use crate::embedding::Embedding;
 use crate::evidence::EvidenceInput;
-use crate::flow::CompactFlow;
 use crate::image::{Plane, Runs};
 use crate::mask::Agreement;
 use crate::objects::Objects;
@@ -193,7 +192,6 @@ impl Outputs {
         is_object: &'a [bool],
         evidence: &'a [f32],
         appearance: &'a [f32],
-        flows: &'a [CompactFlow],
     ) -> CutInput<'a> {
         CutInput {
             superpixels: &self.superpixels,
@@ -203,19 +201,17 @@ impl Outputs {
             objects: is_object,
             evidence,
             appearance,
-            flows,
         }
     }
 
     /// Returns the input of the present cut.
-    pub(crate) fn cut_input<'a>(&'a self, flows: &'a [CompactFlow]) -> CutInput<'a> {
+    pub(crate) fn cut_input(&self) -> CutInput<'_> {
         let context = &*self.cut.context;
         self.cut_input_with(
             context.mask_track_labels.as_deref(),
             &context.is_object,
             &context.evidence,
             &context.appearance,
-            flows,
         )
     }
 

@@ -70,7 +70,7 @@ fn frame_confidence(outputs: &Outputs, clip: &Clip, t: usize) -> Plane<f32> {
 
 fn confidence_terms(outputs: &Outputs, clip: &Clip) -> ConfidenceTerms {
     let Outputs { superpixels, cut, .. } = outputs;
-    let margins = margins(&outputs.cut_input(&clip.flows), &clip.params.cut, &cut.labels, &cut.objects.of_cluster);
+    let margins = margins(&outputs.cut_input(), &clip.params.cut, &cut.labels, &cut.objects.of_cluster);
     let (mut sums, mut node) = ([(0.0_f64, 0.0_f64); 256], 0);
     for (superpixels, labels) in superpixels.iter().zip(&cut.labels.labels) {
         for (area, &cluster) in superpixels.areas().into_iter().zip(labels) {

@@ -211,7 +211,7 @@ impl PixelQuery<'_> {
     fn explanation(&self, x: usize, y: usize) -> Explanation {
         let Outputs { superpixels, cut, masks, .. } = self.outputs;
         let (context, params) = (&*cut.context, &self.clip.params.cut);
-        let input = self.outputs.cut_input(&self.clip.flows);
+        let input = self.outputs.cut_input();
         let superpixel = superpixels[self.t].label()[self.pixel];
         let mut terms = SuperpixelTerms::new(&input, params, &cut.labels, self.t, superpixel);
         let allowed = context.region.iter().flat_map(|region| &region.allowed);

@@ -190,11 +190,11 @@ impl CutRounds {
         let mut appearance = Vec::new();
         if let Some(recut) = recut.filter(|_| learns) {
             let previous = CutLabels { labels: recut.clusters.clone() };
-            let input = terms.input(outputs, &[], clip);
+            let input = terms.input(outputs, &[]);
             let margins = margins(&input, settings, &previous, &label_kinds(&input));
             appearance = features.log_odds(&input, &previous, &margins, clip.params.clip.seed);
         }
-        let input = terms.input(outputs, &appearance, clip);
+        let input = terms.input(outputs, &appearance);
         let moves = recut.map_or_else(|| GabrielCut::new(&input, settings), |recut| recut.cut(&input, settings));
         let rounds_left = if recut.is_none() && learns { settings.appearance_rounds } else { 0 };
         let steps_before = steps_before + features.num_frames();
@@ -212,10 +212,10 @@ impl CutRounds {
         let report = StepReport::new(Stage::Cut, done, total);
         let is_last = !is_more && self.rounds_left == 0;
         if !is_more && self.rounds_left > 0 {
-            let input = self.terms.input(outputs, &[], clip);
+            let input = self.terms.input(outputs, &[]);
             let margins = self.moves.margins(&label_kinds(&input));
             self.appearance = self.features.log_odds(&input, &self.moves.labels(), &margins, clip.params.clip.seed);
-            self.moves.restart(&self.terms.input(outputs, &self.appearance, clip), &clip.params.cut);
+            self.moves.restart(&self.terms.input(outputs, &self.appearance), &clip.params.cut);
             (self.steps_before, self.rounds_left) = (done, self.rounds_left - 1);
         }
         StepReport { is_last, ..report }
@@ -238,7 +238,7 @@ impl CutTerms {
         }
         let mut terms = Self { mask_track_labels, is_object, evidence: Vec::new() };
         if let Some(background) = &outputs.background {
-            let CutInput { tracks, label, objects: is_object, .. } = terms.input(outputs, &[], clip);
+            let CutInput { tracks, label, objects: is_object, .. } = terms.input(outputs, &[]);
             let is_sure =
                 |cluster: usize| recut.is_some_and(|recut| recut.is_open[usize::from(objects.of_cluster[cluster])]);
             let penalties = cluster_penalties(&outputs.clusters, &outputs.penalties, is_sure);
@@ -249,9 +249,9 @@ impl CutTerms {
         terms
     }
 
-    fn input<'a>(&'a self, outputs: &'a Outputs, appearance: &'a [f32], clip: &'a Clip) -> CutInput<'a> {
+    fn input<'a>(&'a self, outputs: &'a Outputs, appearance: &'a [f32]) -> CutInput<'a> {
         let labels = self.mask_track_labels.as_deref();
-        outputs.cut_input_with(labels, &self.is_object, &self.evidence, appearance, &clip.flows)
+        outputs.cut_input_with(labels, &self.is_object, &self.evidence, appearance)
     }
 }
 
@@ -326,7 +326,7 @@ impl ObjectSelection {
         let classes = outputs.background.as_ref().map(|background| {
             let evidence = outputs.cluster_evidence(&clip.params.affinity);
             let observations = observations(outputs, &evidence, clip);
-            classify_clusters(background, &outputs.clusters, &observations, &clip.params.background)
+            classify_clusters(background, &outputs.clusters, &observations)
         });
         let (is_object, mask_track_labels) = match classes {
             Some(classes) => {
@@ -412,7 +412,6 @@ fn observations<'a>(outputs: &'a Outputs, evidence: &'a EvidenceInput<'a>, clip:
         saliency_threshold: params.saliency.threshold,
         max_edge: params.connectedness.max_edge * params.spacing(),
         vote_radius: params.vote_radius(),
-        spacing: params.trajectory.mask_step,
     }
 }
 
