@@ -6,8 +6,7 @@
 //! 2. Unary: `λ_r (1 − h_r(label))`; outliers, beyond the paper, are in the histogram of every object. Evidence and
 //!    appearance are added, beyond the paper; beside appearance, trajectories count less.
 //! 3. Spatial: `exp(−mean Pb / scale)` along the common border, times its relative length.
-//! 4. Temporal: common trajectories over the larger number of trajectories; beyond the paper also the overlap along the flow,
-//!    over the larger area.
+//! 4. Temporal: common trajectories over the larger number of trajectories.
 //!
 //! Costs are computed in floating point, one at a time, and rounded to 1/65536. Cost: O(points + borders).
 
