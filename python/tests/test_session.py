@@ -246,7 +246,7 @@ def test_an_explanation_tells_why_a_pixel_has_its_label(done: Session) -> None:
             assert why.label == label[y, x] and why.superpixel == cells[y, x]
             assert [c.cluster for c in why.costs] == list(range(clusters.count))
             assert [c.label for c in why.costs] == objects.tolist()
-            assert all(c.total == sum(c[3:8]) for c in why.costs)
+            assert all(c.total == sum(c[3:7]) for c in why.costs)
             links = [sum(link.cost for link in why.links if link.cluster != c.cluster) for c in why.costs]
             assert [c.links for c in why.costs] == links
             assert sum(c.votes for c in why.costs) == sum(v.cluster >= 0 for v in why.voters)

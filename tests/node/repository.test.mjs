@@ -161,6 +161,9 @@ test('the arguments for ffmpeg equal the command line’s', () => {
 });
 
 test('all files are formatted', () => {
-  const { status, stderr } = spawnSync(process.execPath, ['scripts/format.mjs', '--check'], { cwd: root, encoding: 'utf8' });
+  const { status, stderr } = spawnSync(process.execPath, ['scripts/format.mjs', '--check'], {
+    cwd: root,
+    encoding: 'utf8',
+  });
   assert.equal(status, 0, stderr);
 });

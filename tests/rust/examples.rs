@@ -121,7 +121,6 @@ fn the_method_top_to_bottom_gives_the_masks_of_the_session() {
     let clips = [
         ("sample", frames_of(&Scene::sample(240, 136, 10, 1)), false, 3),
         ("players", frames_of(&Scene::entangled(288, 192, 24, 3)), false, 3),
-        ("planes", frames_of(&Scene::two_planes(192, 144, 12, (0.0, 0.0), (1.2, 0.3), 5)), false, 1),
         ("still-camera", still_camera_clip(), true, 1),
     ];
     for (name, clip, is_still, connectedness_steps) in clips {

@@ -27,4 +27,4 @@ pub(crate) use context::point_pixels;
 pub use context::{Saliency, context_saliency, sample_map, trajectory_saliency};
 pub use maps::SaliencyMaps;
 pub(crate) use maps::SaliencyQuery;
-pub use params::{Compensation, SaliencyParams};
+pub use params::{Compensation, Neighborhood, SaliencyParams};

@@ -12,6 +12,16 @@ crate::choices! {
     }
 }
 
+crate::choices! {
+    /// Density that the affinity of two trajectories is compared with.
+    pub enum Neighborhood {
+        /// The greater of both, as in discontinuities.
+        Max = "max",
+        /// The smaller of both, as the paper prints it.
+        Min = "min",
+    }
+}
+
 crate::params! {
     /// Saliency, and the foreground that follows from it.
     pub struct SaliencyParams {
@@ -27,15 +37,17 @@ crate::params! {
         pub prior: f32 = 0.2, in 0.001..=0.999, expert;
         /// ℓ: trajectories are near in the embedding if their embedding affinity is above this part of their density
         /// (section 3; the value is not given there). Higher averages over fewer.
-        pub neighborhood: f64 = 0.7, in 0.0..=1.0, expert;
+        pub neighborhood: f64 = 0.4, in 0.0..=1.0, expert;
+        /// Density of two trajectories: the greater or the smaller (the paper: min).
+        pub form: Neighborhood = Neighborhood::Max, in 0..=1, expert;
         /// Trajectories of a context-aware saliency above this are foreground (section 3: 0.5).
         pub threshold: f64 = 0.5, in 0.0..=1.0;
     }
 }
 
 impl SaliencyParams {
-    /// The paper's: magnitude of the raw flow.
+    /// The paper's: magnitude of the raw flow, and the printed neighbourhood with its sign reversed.
     pub(crate) fn paper() -> Self {
-        Self { compensation: Compensation::Off, ..Self::default() }
+        Self { compensation: Compensation::Off, neighborhood: 0.7, form: Neighborhood::Min, ..Self::default() }
     }
 }

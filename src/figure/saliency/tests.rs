@@ -245,13 +245,16 @@ fn two_blocks() -> (Embedding, Discontinuities) {
 fn context_is_the_mean_over_a_block_and_not_embedded_rows_keep_their_own() {
     let (embedding, d) = two_blocks();
     let own = vec![0.9, 0.6, 0.3, 0.0, 0.1, 0.8, 0.7];
-    let s = context_saliency(own.clone(), &embedding, &d, &SaliencyParams::default());
-    for (i, &mean) in s.in_context.iter().enumerate() {
-        let expected = [0.6, 0.3, 0.7][i / 3];
-        assert!((mean - expected).abs() < 1e-6, "{i}: {mean}");
+    for form in [Neighborhood::Max, Neighborhood::Min] {
+        let params = SaliencyParams { form, ..SaliencyParams::default() };
+        let s = context_saliency(own.clone(), &embedding, &d, &params);
+        for (i, &mean) in s.in_context.iter().enumerate() {
+            let expected = [0.6, 0.3, 0.7][i / 3];
+            assert!((mean - expected).abs() < 1e-6, "{i}: {mean}");
+        }
+        assert_eq!(s.foreground, [true, true, true, false, false, false, true]);
+        assert_eq!(s.of_points, own);
     }
-    assert_eq!(s.foreground, [true, true, true, false, false, false, true]);
-    assert_eq!(s.of_points, own);
 }
 
 #[test]
@@ -265,19 +268,22 @@ fn the_fast_context_is_the_mean_over_all_pairs() {
     let density: Vec<f64> = (0..n).map(|_| rng.range(0.2, 4.0)).collect();
     let own: Vec<f32> = (0..n).map(|_| rng.uniform() as f32).collect();
     let d = Discontinuities { dimensions, density: density.clone(), ..Discontinuities::default() };
-    let params = SaliencyParams::default();
-    let fast = context_saliency(own.clone(), &embedding, &d, &params).in_context;
-    for i in (0..n).step_by(97) {
-        let is_near = |j: &usize| {
-            let (a, b) = (embedding.row(i), embedding.row(*j));
-            let w: f64 = (0..dimensions).map(|k| embedding.eigenvalues[k] * a[k] * b[k]).sum();
-            (w / density[i]).max(w / density[*j]) > params.neighborhood
-        };
-        let neighbourhood: Vec<usize> = (0..n).filter(is_near).collect();
-        let mean = neighbourhood.iter().map(|&j| f64::from(own[j])).sum::<f64>() / neighbourhood.len() as f64;
-        let expected = if neighbourhood.is_empty() { f64::from(own[i]) } else { mean };
-        // A pair at the very bound may fall to either side of it.
-        assert!((f64::from(fast[i]) - expected).abs() < 0.01, "{i}: {} not {expected}", fast[i]);
+    for form in [Neighborhood::Max, Neighborhood::Min] {
+        let params = SaliencyParams { form, ..SaliencyParams::default() };
+        let fast = context_saliency(own.clone(), &embedding, &d, &params).in_context;
+        for i in (0..n).step_by(97) {
+            let is_near = |j: &usize| {
+                let (a, b) = (embedding.row(i), embedding.row(*j));
+                let w: f64 = (0..dimensions).map(|k| embedding.eigenvalues[k] * a[k] * b[k]).sum();
+                let (d, e) = (density[i], density[*j]);
+                w > params.neighborhood * if form == Neighborhood::Max { d.max(e) } else { d.min(e) }
+            };
+            let neighbourhood: Vec<usize> = (0..n).filter(is_near).collect();
+            let mean = neighbourhood.iter().map(|&j| f64::from(own[j])).sum::<f64>() / neighbourhood.len() as f64;
+            let expected = if neighbourhood.is_empty() { f64::from(own[i]) } else { mean };
+            // A pair at the very bound may fall to either side of it.
+            assert!((f64::from(fast[i]) - expected).abs() < 0.01, "{i}: {} not {expected}", fast[i]);
+        }
     }
 }
 
