@@ -130,9 +130,9 @@ tree! {
 const PRESET: &str = "preset";
 
 impl Params {
-    /// Returns the parameters of the paper: its saliency and connectedness, its merging of clusters, Pb at full size, contours
-    /// with a higher threshold, its energy, masks from the clustered trajectories alone, borders of superpixels, and no
-    /// background model. All other parameters are the defaults.
+    /// Returns the parameters of the paper: its saliency and connectedness, its merging of clusters into one clustering, Pb at
+    /// full size, contours with a higher threshold, its energy, masks from the clustered trajectories alone, borders of
+    /// superpixels, and no background model. All other parameters are the defaults.
     pub fn paper() -> Self {
         let mut params = Self {
             saliency: SaliencyParams::paper(),
@@ -141,6 +141,7 @@ impl Params {
             ..Self::default()
         };
         params.discretize.method = DiscretizeMethod::RotationMerge;
+        params.discretize.min_agreement = 0.0;
         params.trajectory.mask_step = params.trajectory.grid_step;
         params.trajectory.mask_min_length = params.trajectory.min_length;
         params.flow.max_side = 4096;

@@ -206,6 +206,11 @@ mod tests {
     }
 
     #[test]
+    fn the_paper_makes_one_clustering() {
+        assert_eq!(Params::paper().discretize.min_agreement, 0.0);
+    }
+
+    #[test]
     fn without_a_better_one_the_first_is_restored_bit_by_bit() {
         let mut searched = session(3, &given(1.0, 0.5));
         searched.run().unwrap();
