@@ -122,6 +122,30 @@ test('kept work is told, chosen of and painted in, and nothing is segmented for 
   assert.deepEqual([...store.state.hidden], [3], 'what is left out stays so');
 });
 
+test('an object shown alone is the first of those that are selected, and what they are joined to is kept', async () => {
+  const { store, selection } = await openSampleWork();
+  const join = async ([into, ...others]) => showCorrected(store, await selection.join(into, others));
+  selection.isolate(1);
+  selection.toggleSelected(2);
+  selection.toggleSelected(3);
+  assert.deepEqual([...store.state.selected], [1, 2, 3]);
+  await join(store.state.selected);
+  assert.deepEqual(selection.objects, { kept: [1], all: 1 });
+  showCorrected(store, await store.state.job.corrections.undo());
+
+  // A hidden object takes in the one that is shown.
+  selection.reset();
+  selection.isolate(3);
+  await join([2, 3]);
+  assert.deepEqual(selection.objects, { kept: [2], all: 2 });
+  assert.deepEqual([...store.state.selected], []);
+
+  // Where nothing was kept, nothing is.
+  store.set({ hidden: new Set([1, 2]) });
+  await join([1, 2]);
+  assert.deepEqual(selection.objects, { kept: [], all: 1 });
+});
+
 test('what is saved has the objects that are kept', async () => {
   const { store, selection } = await openSampleWork();
   selection.toggle(3);

@@ -77,8 +77,8 @@ export class Correction {
   connect() {
     const buttons: Record<string, () => unknown> = {
       'correct-done': () => this.toggle(false),
-      'correct-merge': () => this.apply((c) => c.join(this.target, [this.object])),
-      'correct-background': () => this.apply((c) => c.join(0, [this.object])),
+      'correct-merge': () => this.join(this.target, [this.object]),
+      'correct-background': () => this.join(0, [this.object]),
       'correct-split': () => this.apply((c) => c.split(this.object, this.place ?? undefined)),
       'correct-undo': () => this.undo(),
       'correct-redo': () => this.redo(),
@@ -239,6 +239,15 @@ export class Correction {
     byId('correct-split').title = lacksPlace || noPart ? 'Click the part to split off first' : '';
     disable('correct-undo', busy || (corrector.undoCount() === 0 && !this.store.state.previousJob));
     disable('correct-redo', busy || corrector.redoCount() === 0);
+  }
+
+  /** Joins objects and selects the joined one. */
+  join(into: number, others: number[]) {
+    return this.apply(async () => {
+      const frames = await this.selection.join(into, others);
+      if (into > 0 && others.includes(this.object)) this.object = into;
+      return frames;
+    });
   }
 
   applyStrokes() {
