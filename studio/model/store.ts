@@ -47,6 +47,8 @@ export interface State {
   /** Incremented whenever another source or run begins; earlier asynchronous steps are void. */
   visit: number;
   phase: Phase;
+  /** True while a file is opened beside finished work. */
+  isOpening: boolean;
   headline: string;
   subline: string;
   /** Description of the objects, empty for none. */
@@ -108,6 +110,7 @@ export const NOWHERE: Spot = { x: -1, y: -1, object: -1 };
 
 /** State of a page without a clip. */
 export const BLANK = {
+  isOpening: false,
   notice: '',
   job: null,
   previousJob: null,

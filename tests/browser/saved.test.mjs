@@ -130,6 +130,9 @@ describe('work', () => {
     const third = await context.newPage();
     await third.goto(address);
     await third.click('#recent-discard', { timeout: 180_000 });
+    assert.equal(await text(third, '#recent-discard'), 'Delete forever?');
+    assert.equal((await works(third)).length, 1);
+    await third.click('#recent-discard');
     // A reload would come before the storage has forgotten it.
     await third.waitForFunction(() => document.querySelector('#projects-open').hidden);
     await ended(third);
