@@ -185,11 +185,12 @@ export class App {
     if (!this.store.state.job?.isCorrected || (await this.confirmRerun())) await this.start();
   }
 
-  /** Restores the corrected result that a new run replaced. */
+  /** Restores the result that a new run replaced, and its settings. */
   async restore() {
     const { previousJob } = this.store.state;
     if (!previousJob) return;
     this.reset(previousJob);
+    this.store.set({ trim: { ...previousJob.trim }, changed: changedParameters(this.store.state, previousJob.options) });
     this.corrected = null;
     // Its own corrections can be undone step by step again.
     if (previousJob.corrections) previousJob.corrections.carriedCount = 0;
@@ -203,10 +204,12 @@ export class App {
   async start() {
     if (!this.store.state.source) return;
     const { job: last, previousJob, hidden, phase } = this.store.state;
+    const isFinished = phase === 'done' && last && !last.isPartial;
     // A restarted run still has to take over the corrections.
-    if (phase === 'done' && last instanceof ClipJob && !last.isPartial)
+    if (isFinished && last instanceof ClipJob)
       this.corrected = last.isCorrected || hidden.size > 0 ? { job: last, hidden } : null;
-    const keepsLast = last && this.corrected?.job === last && (last.isCorrected || !previousJob);
+    // One result is kept for undo; corrected ones come first.
+    const keepsLast = isFinished && (last.isCorrected || !previousJob?.isCorrected);
     if (keepsLast) this.hiddenBefore = hidden;
     const visit = this.reset(keepsLast ? last : previousJob);
     const job = this.createJob(this.store.state.source);

@@ -138,6 +138,20 @@ export function sessionOptions({ changed, source }: Pick<State, 'changed' | 'sou
   return tree;
 }
 
+/** Returns the changed parameters that give these options; those of other kinds of source stay. */
+export function changedParameters(
+  { changed, source }: Pick<State, 'changed' | 'source'>,
+  options: SessionOptions,
+): State['changed'] {
+  const groups = Object.entries(options as Record<string, Record<string, Value>>);
+  return new Map([
+    ...[...changed].filter(([name]) => !appliesTo(source, name)),
+    ...groups.flatMap(([group, fields]) =>
+      Object.entries(fields).map(([field, value]) => [`${group}.${field}`, value] as const),
+    ),
+  ]);
+}
+
 function isLegal({ kind, min, max, choices }: Parameter, value: Value): boolean {
   if (kind === 'boolean') return typeof value === 'boolean';
   if (kind === 'choice') return choices?.includes(String(value)) ?? false;

@@ -66,7 +66,7 @@ export interface State {
   /** Parameters that differ from their defaults. */
   changed: ReadonlyMap<string, number | boolean | string>;
   job: AnyJob | null;
-  /** The corrected job that the current run replaced. */
+  /** The finished job that the current run replaced. */
   previousJob: AnyJob | null;
   /** Finished share of the run, in 0..1. */
   share: number;

@@ -258,7 +258,7 @@ export class Correction {
 
   async undo() {
     await this.brush.finish();
-    // The first step may be the run that replaced a corrected result.
+    // The first step may be the run that replaced another result.
     if (!this.corrector?.undoCount()) await this.app.restore();
     else await this.apply((c) => c.undo(), 'Undone');
   }
