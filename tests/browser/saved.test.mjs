@@ -94,7 +94,7 @@ describe('work', () => {
     return { values, kept };
   }
 
-  test('is offered again after a killed tab, with corrections, and can be discarded', async () => {
+  test('is offered again after a killed tab, with corrections, and can be deleted, which is asked first', async () => {
     const { page, faults } = await site.open({ bypassCSP: true });
     await opened(page);
     await addThing(page);
@@ -179,8 +179,10 @@ describe('work', () => {
     await other.waitForFunction(() => globalThis.tracecutStudio.app.viewer.store.state.smoothedMasks);
     assert.equal(await alpha(other), edged);
     await other.setInputFiles('#file', { ...file, buffer: file.buffer.subarray(0, 500) });
-    await inPhase(other, 'error');
-    assert.match(await text(other, '#error'), /project/i);
+    // What is on screen stays.
+    assert.equal(await ended(other), 'done');
+    assert.equal(await text(other, '#notice'), 'Couldn’t open work.tracecut. Not a TraceCut project.');
+    assert.equal(await masks(other), before);
     assert.deepEqual(faults, []);
     await other.context().close();
     await page.context().close();
