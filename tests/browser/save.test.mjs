@@ -103,7 +103,7 @@ describe('exports', () => {
     'overlay-webm': 'overlay.webm',
     'overlay-mp4': 'overlay.mp4',
     'cutout-webm': 'cutout.webm',
-    'cutout-mp4': 'cutout.mp4',
+    'cutout-mp4': 'green.mp4',
   };
   for (const [id, file] of Object.entries(videos)) {
     test(`${file} plays, with the objects where they are`, async (t) => {
@@ -269,11 +269,15 @@ describe('words', () => {
     assert.deepEqual(await accessibilityFaults(page), []);
     await screenshot(page, 'save');
     const corner = {};
-    for (const id of ['transparent', 'green', 'blurred']) {
+    for (const [id, name] of [
+      ['transparent', 'five-cutout.webm'],
+      ['green', 'five-green.mp4'],
+      ['blurred', 'five-blur.mp4'],
+    ]) {
       const coming = page.waitForEvent('download');
       await page.click(`[data-export="${id}"]`);
       const file = await coming;
-      assert.equal(file.suggestedFilename(), `five-cutout.${id === 'transparent' ? 'webm' : 'mp4'}`);
+      assert.equal(file.suggestedFilename(), name);
       corner[id] = await page.evaluate(cornerOf, [...(await bytesOf(file))]);
       await page.waitForFunction(() => /^Saved/.test(document.querySelector('#export-status').textContent));
     }

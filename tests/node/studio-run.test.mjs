@@ -203,6 +203,14 @@ test('what is saved has the objects that are kept', async () => {
   };
   const none = { title: '', about: '', choices: [] };
   const choices = [...MAIN_EXPORTS, ...otherExports(none)].flatMap((one) => one.choices);
+  // Each file has a name of its own; a cut-out on the backdrop of the page is named by that.
+  const name = (id) => choices.find((one) => one.id === id).file(subject);
+  assert.deepEqual(['transparent', 'green', 'blurred', 'zip'].map(name), [
+    ...['cutout.webm', 'green.mp4', 'blur.mp4', 'masks.zip'],
+  ]);
+  assert.deepEqual(['cutout-webm', 'cutout-mp4'].map(name), ['cutout.webm', 'green.mp4']);
+  subject.state = { ...known.state, backdrop: { ...known.state.backdrop, name: 'dimmed' } };
+  assert.deepEqual(['cutout-webm', 'cutout-mp4', 'green'].map(name), ['spotlight.webm', 'spotlight.mp4', 'green.mp4']);
   const make = async (id) => {
     const blob = await choices
       .find((one) => one.id === id)

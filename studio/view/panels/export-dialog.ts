@@ -2,7 +2,7 @@
 
 import { type MaskSource, version } from '../../model/library.js';
 import { PLAYS_MP4, byId, connectDialog, h } from '../dom.js';
-import { maskEdges, toCutoutBackdrop } from '../../model/view-settings.js';
+import { maskEdges } from '../../model/view-settings.js';
 import { type Choice, type Export, type Subject, fileStem, exportSource } from '../../model/export.js';
 import { resizedFrames } from '../../model/export-size.js';
 import { MAIN_EXPORTS, otherExports } from '../../model/exports.js';
@@ -191,7 +191,6 @@ export class ExportDialog {
       maskStyle: this.viewer.maskStyle(side),
       quality,
       edges: maskEdges(this.store.state.edges, source.masks),
-      backdrop: toCutoutBackdrop(this.store.state.backdrop),
       sound: (format: 'webm' | 'mp4') => this.options.soundFor(format),
       objects: (object: number) => object > 0 && this.selection.has(object),
     };
