@@ -395,6 +395,7 @@ describe('five objects are joined and corrected', () => {
     await page.click('[data-object="2"] .object-main', { modifiers: ['Shift'] });
     await page.waitForSelector('#join', { state: 'visible' });
     assert.equal(await page.locator('#join-apply').isDisabled(), true);
+    assert.equal(await page.getByRole('button', { name: /^Object 2 \(light blue\), selected [\d.]+%/ }).count(), 1);
     assert.equal(await page.locator('#show-all').isVisible(), false, 'it is not shown alone');
     await page.click('[data-object="4"] .object-main', { modifiers: ['Control'] });
     await page.click('#canvas', { modifiers: ['Shift'], position: await placeOf(page, 5) });

@@ -1,8 +1,8 @@
 // The list of objects: colour, size, time and position, and whether they are kept.
 
 import { byId, isMultiSelect, h } from '../dom.js';
-import { describeMotion, nameAndColour, describePosition } from '../../model/describe.js';
-import { objectColor, objectName, objectShape } from '../../model/palette.js';
+import { describeMotion, describePosition } from '../../model/describe.js';
+import { colourName, objectColor, objectName, objectShape } from '../../model/palette.js';
 import { type Selection, listObjects } from '../../model/selection.js';
 import { formatPercent } from '../../model/messages.js';
 import { Lanes } from './lanes.js';
@@ -56,7 +56,7 @@ function createRow(facts: ObjectFacts, selection: Selection, lanes: Lanes) {
       'span',
       { class: 'object-name' },
       name,
-      h('span', { class: 'visually-hidden' }, `, ${nameAndColour(object)}`),
+      h('span', { class: 'visually-hidden' }, ` (${colourName(object)})`),
       selectedNote,
     ),
     h('span', { class: 'object-share' }, formatPercent(share)),
