@@ -190,7 +190,10 @@ export class App {
     const { previousJob } = this.store.state;
     if (!previousJob) return;
     this.reset(previousJob);
-    this.store.set({ trim: { ...previousJob.trim }, changed: changedParameters(this.store.state, previousJob.options) });
+    this.store.set({
+      trim: { ...previousJob.trim },
+      changed: changedParameters(this.store.state, previousJob.options),
+    });
     this.corrected = null;
     // Its own corrections can be undone step by step again.
     if (previousJob.corrections) previousJob.corrections.carriedCount = 0;
