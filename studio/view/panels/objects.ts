@@ -38,7 +38,7 @@ function createRow(facts: ObjectFacts, selection: Selection, lanes: Lanes) {
   const name = objectName(object);
   const swatch = h('span', { class: `swatch swatch-${objectShape(object)}`, 'aria-hidden': 'true' });
   swatch.style.setProperty('--mark', objectColor(object));
-  const selectedNote = h('span', { class: 'visually-hidden' });
+  const note = h('span', { class: 'visually-hidden' });
   const select = (event: MouseEvent | KeyboardEvent) => {
     event.preventDefault();
     selection.toggleSelected(object);
@@ -52,13 +52,7 @@ function createRow(facts: ObjectFacts, selection: Selection, lanes: Lanes) {
       keydown: (event: KeyboardEvent) => event.key === 'Enter' && event.shiftKey && select(event),
     },
     swatch,
-    h(
-      'span',
-      { class: 'object-name' },
-      name,
-      h('span', { class: 'visually-hidden' }, ` (${colourName(object)})`),
-      selectedNote,
-    ),
+    h('span', { class: 'object-name' }, name, note),
     h('span', { class: 'object-share' }, formatPercent(share)),
     h('span', { class: 'object-facts' }, describeFacts(facts)),
   );
@@ -70,7 +64,7 @@ function createRow(facts: ObjectFacts, selection: Selection, lanes: Lanes) {
     const isKept = selection.has(object);
     element.classList.toggle('is-hidden', !isKept);
     button.setAttribute('aria-pressed', String(selection.isAlone(object)));
-    selectedNote.textContent = selection.isSelected(object) ? ', selected' : '';
+    note.textContent = ` (${colourName(object)})${selection.isSelected(object) ? ', selected' : ''}`;
     keep?.update(isKept);
   };
   return { element, update };
