@@ -1,7 +1,7 @@
 // The panel of corrections: joins, splits, paints and erases the selected object, adds missing ones, and joins or
 // splits by strokes. Every step can be undone and redone. Loaded when first opened.
 
-import { byId, h } from '../dom.js';
+import { byId, isMultiSelect, h } from '../dom.js';
 import { describeMotion, nameAndColour, describePosition } from '../../model/describe.js';
 import { objectName } from '../../model/palette.js';
 import { listObjects } from '../../model/selection.js';
@@ -9,10 +9,12 @@ import { showCorrected } from '../../model/show-result.js';
 import { explain, formatPercent, formatPlural, formatSeconds } from '../../model/messages.js';
 import { Brush, type BrushTool, NEW_OBJECT } from '../../model/brush.js';
 import { BRUSH_HELP, Strokes, isBrush } from './strokes.js';
+import { Crosshair } from './crosshair.js';
 import type { Spot } from '../../model/frame-data.js';
 import type { Corrections } from '../../model/corrections.js';
 import type { ObjectFacts } from '../../model/presence.js';
 import type { View } from '../layers/layer.js';
+import type { CanvasPlace } from '../viewer.js';
 import type { Page } from '../page.js';
 
 type Tool = 'pick' | 'together' | 'apart' | BrushTool;
@@ -57,6 +59,11 @@ export class Correction {
       radius: () => byId<HTMLInputElement>('brush-size').valueAsNumber / 2,
       paint: (stroke, tool) => this.brush.stroke(stroke, tool),
     });
+    new Crosshair(viewer, keys, {
+      move: (place) => this.strokes.extend(place),
+      apply: (place, event) => this.applyAt(place, event),
+      leave: () => this.strokes.end(),
+    });
     this.connect();
     // A tool may have been selected before this file was loaded.
     const checkedTool = this.tools.find(({ checked }) => checked)?.value;
@@ -66,10 +73,14 @@ export class Correction {
     const redoable = () => this.isOpen || (this.corrector?.redoCount() ?? 0) > 0;
     keys.on('Ctrl+z', () => this.undo(), undoable);
     for (const key of ['Ctrl+y', 'Ctrl+Shift+z']) keys.on(key, () => this.redo(), redoable);
+    keys.on('Escape', () => (this.isOpen ? this.toggle(false) : app.cancel()));
     store.watch(['visit'], () => this.reset());
     store.watch(['isCorrecting'], ({ isCorrecting }) => {
       document.body.toggleAttribute('data-correcting', isCorrecting);
       byId('correct-open').setAttribute('aria-pressed', String(isCorrecting));
+      viewer.canvas.setAttribute('role', isCorrecting ? 'application' : 'img');
+      if (isCorrecting) viewer.canvas.tabIndex = 0;
+      else viewer.canvas.removeAttribute('tabindex');
     });
     this.selectTool((checkedTool ?? 'pick') as Tool);
   }
@@ -109,12 +120,20 @@ export class Correction {
 
   toggle(on: boolean = !this.isOpen) {
     const isCorrecting = on && this.corrector !== null;
+    const focused = document.activeElement;
+    const hadFocus = byId('correct').contains(focused) || focused === this.viewer.canvas;
     this.store.set({ isCorrecting, ...(isCorrecting ? { isPlaying: false } : {}) });
-    // The tools are at the top.
-    if (isCorrecting) byId('panel').scrollTop = 0;
     this.selectTool(isCorrecting ? this.tool : 'pick');
+    if (isCorrecting) this.focusTools();
+    else if (hadFocus) byId('correct-open').focus();
     this.showStatus('');
     this.listObjects();
+  }
+
+  /** Brings the tools into view, and moves the focus to the selected one. */
+  focusTools() {
+    byId('correct').scrollIntoView({ block: 'nearest' });
+    this.tools.find(({ checked }) => checked)?.focus({ preventScroll: true });
   }
 
   listObjects() {
@@ -169,6 +188,14 @@ export class Correction {
     if (this.tool === 'pick' && isMulti) return this.selection.toggleSelected(object);
     if (this.tool === 'add') this.brush.add({ x, y }, object, isRemoving);
     if (this.tool === 'pick' && object >= 0) this.selectObject(object, { t: this.store.state.frame, x, y });
+  }
+
+  /** Applies the tool at the crosshair; strokes begin and end with a key. */
+  applyAt(place: CanvasPlace, event: KeyboardEvent) {
+    const { strokes } = this;
+    if (!strokes.tool) this.pick(this.viewer.spotAt(place), isMultiSelect(event), event.altKey);
+    else if (strokes.current) strokes.end();
+    else strokes.begin(place);
   }
 
   selectTool(tool: Tool) {
