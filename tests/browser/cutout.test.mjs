@@ -228,7 +228,7 @@ describe('the cut-out view', () => {
     const coming = page.waitForEvent('download');
     await page.click('[data-export="cutout-webm"]');
     const file = await coming;
-    assert.match(file.suggestedFilename(), /cutout\.webm$/);
+    assert.match(file.suggestedFilename(), /green\.webm$/);
     await page.click('#export-close');
     await page.check('[name="view"][value="overlay"]', { force: true });
     assert.equal(await page.locator('#backdrop-row').isVisible(), false);
