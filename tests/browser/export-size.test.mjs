@@ -7,6 +7,7 @@ import {
   bytesOf,
   gifFile,
   onlyLong,
+  openLook,
   openSample,
   openSave,
   plainFrame,
@@ -143,6 +144,7 @@ describe('exports at the size of the source', () => {
 
   test('overlays look as the masks on screen do', async () => {
     const { page } = sample;
+    await openLook(page);
     const set = (name, value) => page.locator(`[data-setting="masks.${name}"]`).fill(value);
     const inside = async () => {
       await openSave(page);

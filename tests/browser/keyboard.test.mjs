@@ -74,6 +74,8 @@ test('a clip is opened, segmented, corrected and saved by keyboard alone', async
   await tabTo('.object-main');
   await page.keyboard.press('Enter');
   assert.equal(await page.getAttribute('.object-main', 'aria-pressed'), 'true');
+  await tabTo('#look > summary', 'Shift+Tab');
+  await page.keyboard.press('Enter');
   await tabTo('[data-layer="masks"]');
   await page.keyboard.press(' ');
   assert.equal(await page.locator('[data-layer="masks"]').isChecked(), false);

@@ -16,8 +16,10 @@ import {
   paintedShare,
   plainFrame,
   pngFile,
+  redo,
   run,
   screenshot,
+  setControl,
   sharedClips,
   text,
   useSample,
@@ -275,7 +277,7 @@ describe('a clip of more than one window', () => {
     await openAll(page, frames);
     assert.equal(await ended(page), 'done');
     const whole = await masks();
-    await page.click('#again');
+    await redo(page);
     await page.waitForFunction(() => globalThis.tracecutStudio.app.job?.settledFrames > 40);
     await page.keyboard.press('Escape');
     await inPhase(page, 'done');
@@ -357,12 +359,10 @@ describe('video files', () => {
       step: 1,
       side: 480,
     });
-    assert.equal(await page.locator('#clip-all').isVisible(), false, 'the whole clip is taken already');
+    assert.equal(await page.isHidden('#clip-all'), true, 'the whole clip is taken already');
     // Under way; it begins anew with what is chosen now.
-    await page.fill('#clip-frames', '8');
-    await page.selectOption('#clip-step', '2');
-    await page.selectOption('#clip-side', '320');
-    await page.locator('#clip-start').fill('100');
+    for (const [id, value] of Object.entries({ frames: '8', step: '2', side: '320', start: '100' }))
+      await setControl(page, `#clip-${id}`, value);
     await screenshot(page, 'running');
     await inPhase(page, 'done');
     assert.match(await text(page, '#subline'), /8 frames of 320 × 180/);
@@ -389,7 +389,7 @@ describe('clips dropped on the page, whole', onlyLong, () => {
       for (const type of ['dragenter', 'dragover', 'drop'])
         await page.dispatchEvent('body', type, { dataTransfer: dropped });
       await inPhase(page, 'running');
-      await page.selectOption('#clip-side', '320');
+      await setControl(page, '#clip-side', '320');
       await page.waitForFunction(() => globalThis.tracecutStudio.trim?.side === 320);
       assert.equal(await ended(page), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
       assert.match(

@@ -13,10 +13,12 @@ import {
   bytesOf,
   ended,
   openFix,
+  openRedo,
   openSample,
   openSave,
   plainFrame,
   pngFile,
+  redo,
   run,
   screenshot,
   text,
@@ -196,19 +198,21 @@ describe('exports', () => {
     assert.deepEqual(recipe.parameters, {});
     assert.match(recipe.masks.sha256, /^[0-9a-f]{64}$/);
     await page.click('#export-close');
-    await page.locator('#settings-list [data-parameter="trajectory.gridStep"] input').fill('12');
+    await openRedo(page);
+    await page.check('[name="trajectory.gridStep"][value="5"]', { force: true });
+    await page.click('#redo-close');
     await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
     await openSave(page);
     await page.click('#copy-link');
     await page.waitForFunction(() => /copied/.test(document.querySelector('#export-status').textContent));
     const link = await page.evaluate(() => navigator.clipboard.readText());
-    assert.match(link, /#trajectory\.gridStep=12$/);
+    assert.match(link, /#trajectory\.gridStep=5$/);
     const { page: other } = await site.open();
     await other.goto('about:blank');
     await other.goto(link);
     assert.equal(await ended(other), 'done');
     assert.deepEqual(await other.evaluate(() => globalThis.tracecutStudio.app.job.options), {
-      trajectory: { gridStep: 12 },
+      trajectory: { gridStep: 5 },
     });
     assert.deepEqual(faults, []);
   });
@@ -242,7 +246,7 @@ describe('words', () => {
       const head = document.querySelector('#headline');
       new MutationObserver(() => globalThis.heads.add(head.textContent)).observe(head, { childList: true });
     });
-    await page.click('#again');
+    await redo(page);
     await page.waitForSelector('#cancel', { state: 'visible' });
     await ended(page);
     const heads = await page.evaluate(() => [...globalThis.heads]);

@@ -79,6 +79,31 @@ export async function openFix(page) {
   await page.waitForSelector('body[data-correcting]');
 }
 
+/** Opens the edges and layers, over the picture. */
+export async function openLook(page) {
+  await page.evaluate(() => (document.querySelector('#look').open = true));
+}
+
+/** Opens the sheet of settings, with all that it has. */
+export async function openRedo(page) {
+  await page.click('#redo-open');
+  await page.evaluate(() => (document.querySelector('#clip-more').open = true));
+}
+
+/** Sets a control of a sheet that may be closed. */
+export async function setControl(page, selector, value) {
+  await page.locator(selector).evaluate((control, wanted) => {
+    control.value = wanted;
+    control.dispatchEvent(new Event('input', { bubbles: true }));
+  }, value);
+}
+
+/** Runs a finished clip again. */
+export async function redo(page) {
+  await page.click('#redo-open');
+  await page.click('#redo-run');
+}
+
 /** Opens the dialog that saves, with all that it has. */
 export async function openSave(page) {
   await page.click('#export-open');

@@ -110,8 +110,6 @@ export class Correction {
   toggle(on: boolean = !this.isOpen) {
     const isCorrecting = on && this.corrector !== null;
     this.store.set({ isCorrecting, ...(isCorrecting ? { isPlaying: false } : {}) });
-    // The tools are at the top.
-    if (isCorrecting) byId('panel').scrollTop = 0;
     this.selectTool(isCorrecting ? this.tool : 'pick');
     this.showStatus('');
     this.listObjects();
@@ -205,7 +203,7 @@ export class Correction {
       object === 0
         ? 'Everything that is not an object.'
         : describeFacts(facts.find((objectFacts) => objectFacts.object === object));
-    byId('correct-split').textContent =
+    byId('correct-split').querySelector('.tip')!.textContent =
       object === 0 ? 'Make an object here' : this.place ? 'Split off this part' : 'Split';
   }
 
@@ -218,6 +216,7 @@ export class Correction {
     byId('brush-actions').hidden = !brushing;
     byId('brush-width').hidden = tool === 'add';
     byId('add-sizes').hidden = tool !== 'add';
+    byId('correct-facts').hidden = !picking;
     byId('stroke-help').hidden = picking;
     byId('stroke-help').textContent = isBrush(tool)
       ? BRUSH_HELP[tool]

@@ -7,7 +7,7 @@ import type { Page } from '../page.js';
 export function runPanel({ app, store, keys }: Pick<Page, 'app' | 'store' | 'keys'>) {
   const buttons: [ids: string[], act: () => unknown][] = [
     [['sample', 'error-sample'], () => app.openSample()],
-    [['again', 'outdated-run'], () => app.rerun()],
+    [['again'], () => app.rerun()],
     [['restore'], () => app.restore()],
     [['resume'], () => app.resume()],
     [['cancel'], () => app.cancel()],
