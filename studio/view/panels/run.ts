@@ -49,7 +49,7 @@ type Open = (files: Iterable<File> | null | undefined) => void;
 
 function connectPicker(open: Open, keys: Keys) {
   const pick = connectInput('file', open);
-  for (const id of ['open', 'error-open']) byId(id).addEventListener('click', pick);
+  for (const id of ['open', 'error-open', 'welcome-open']) byId(id).addEventListener('click', pick);
   keys.on('o', pick);
   // Desktops ignore `capture` and show a file picker.
   byId('camera-open').hidden = !TOUCH;
