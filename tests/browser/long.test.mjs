@@ -9,6 +9,7 @@ import {
   SMALL,
   bytesOf,
   ended,
+  exportAs,
   inPhase,
   onlyLong,
   openFix,
@@ -244,7 +245,7 @@ describe('a clip of more than one window', () => {
     const { page } = sample;
     const save = async (id) => {
       const coming = page.waitForEvent('download');
-      await page.click(`[data-export="${id}"]`);
+      await exportAs(page, id);
       return bytesOf(await coming);
     };
     await openFix(page);
@@ -295,7 +296,7 @@ describe('a clip of more than one window', () => {
     assert.ok(ids.length >= 9, ids);
     for (const id of ids) {
       const coming = page.waitForEvent('download');
-      await page.click(`[data-export="${id}"]`);
+      await exportAs(page, id);
       await page.waitForFunction(() => !/^Saving/.test(document.querySelector('#export-status').textContent));
       const said = await text(page, '#export-status');
       assert.match(said, /^Saved/, `${id}: ${said}`);

@@ -12,6 +12,7 @@ import {
   accessibilityFaults,
   bytesOf,
   ended,
+  exportAs,
   openFix,
   openRedo,
   openSample,
@@ -55,7 +56,7 @@ describe('exports', () => {
   /** Saves one thing; its name and bytes. */
   async function save(id) {
     const coming = page.waitForEvent('download');
-    await page.click(`[data-export="${id}"]`);
+    await exportAs(page, id);
     const file = await coming;
     await page.waitForFunction(() => /^Saved/.test(document.querySelector('#export-status').textContent));
     return { name: file.suggestedFilename(), bytes: await bytesOf(file) };
@@ -275,7 +276,7 @@ describe('words', () => {
     const corner = {};
     for (const id of ['transparent', 'green', 'blurred']) {
       const coming = page.waitForEvent('download');
-      await page.click(`[data-export="${id}"]`);
+      await exportAs(page, id);
       const file = await coming;
       assert.equal(file.suggestedFilename(), `five-cutout.${id === 'transparent' ? 'webm' : 'mp4'}`);
       corner[id] = await page.evaluate(cornerOf, [...(await bytesOf(file))]);

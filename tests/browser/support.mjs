@@ -116,6 +116,12 @@ export async function inPhase(page, phase) {
   await page.waitForFunction((wanted) => document.body.dataset.phase === wanted, phase);
 }
 
+/** Saves one thing in the dialog: one of the cards is chosen, and then exported. */
+export async function exportAs(page, id) {
+  await page.click(`[data-export="${id}"]`);
+  if (await page.locator(`.card [data-export="${id}"]`).count()) await page.click('#export-run');
+}
+
 /** Opens the site and waits for the sample. */
 export async function openSample(site, options) {
   const opened = await site.open(options);

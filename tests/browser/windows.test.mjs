@@ -72,8 +72,8 @@ function dialogBoxes() {
 
 /** Chooses the green ground by the device's own means, and looks where everything is. */
 async function assertDialog(page, { height, hasTouch }) {
-  if (hasTouch) await page.locator('#export-previews label').nth(1).tap();
-  else await page.focus('[data-export="green"]');
+  const card = page.locator('[data-export="green"]');
+  await (hasTouch ? card.tap() : card.check());
   await page.waitForFunction(() => {
     const { dataset, firstElementChild: one } = document.querySelector('#export-preview');
     return dataset.shows === 'green' && dataset.waits === undefined && one && (one.naturalWidth || one.videoWidth);
