@@ -22,7 +22,7 @@ async function tabIn(page, selector, key = 'Tab') {
     await page.keyboard.press(key);
     const { there, seen, what } = await page.evaluate((wanted) => {
       const focused = document.activeElement;
-      const marked = focused.type === 'radio' ? focused.nextElementSibling : focused;
+      const marked = focused.type === 'radio' ? (focused.closest('.card') ?? focused.nextElementSibling) : focused;
       const { outlineStyle, outlineWidth } = getComputedStyle(marked);
       const body = focused === document.body;
       return {
@@ -57,11 +57,12 @@ test('a clip is opened, segmented, corrected and saved by keyboard alone', async
   await page.keyboard.press('e');
   await page.waitForSelector('#export[open]');
   await tabTo('[data-export="transparent"]');
+  await tabTo('#export-run');
   const [video] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('Enter')]);
   assert.equal(video.suggestedFilename(), 'frame0-cutout.webm');
   await page.waitForFunction(() => /^Saved/.test(document.querySelector('#export-status').textContent));
-  assert.equal(await page.evaluate(() => document.activeElement.dataset.export), 'transparent', 'its place is kept');
-  await tabTo('#export-more > summary');
+  assert.equal(await page.evaluate(() => document.activeElement.id), 'export-run', 'its place is kept');
+  await tabTo('#export-more > summary', 'Shift+Tab');
   await page.keyboard.press('Enter');
   await tabTo('[data-export="coco"]');
   const [download] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('Enter')]);
@@ -76,6 +77,8 @@ test('a clip is opened, segmented, corrected and saved by keyboard alone', async
   await tabTo('.object-main');
   await page.keyboard.press('Enter');
   assert.equal(await page.getAttribute('.object-main', 'aria-pressed'), 'true');
+  await tabTo('#look > summary', 'Shift+Tab');
+  await page.keyboard.press('Enter');
   await tabTo('[data-layer="masks"]');
   await page.keyboard.press(' ');
   assert.equal(await page.locator('[data-layer="masks"]').isChecked(), false);

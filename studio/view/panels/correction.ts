@@ -232,7 +232,7 @@ export class Correction {
       object === 0
         ? 'Everything that is not an object.'
         : describeFacts(facts.find((objectFacts) => objectFacts.object === object));
-    byId('correct-split').textContent =
+    byId('correct-split').querySelector('.tip')!.textContent =
       object === 0 ? 'Make an object here' : this.place ? 'Split off this part' : 'Split';
   }
 
@@ -245,6 +245,7 @@ export class Correction {
     byId('brush-actions').hidden = !brushing;
     byId('brush-width').hidden = tool === 'add';
     byId('add-sizes').hidden = tool !== 'add';
+    byId('correct-facts').hidden = !picking;
     byId('stroke-help').hidden = picking;
     byId('stroke-help').textContent = isBrush(tool)
       ? BRUSH_HELP[tool]

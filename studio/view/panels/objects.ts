@@ -76,7 +76,7 @@ function createKeepBox(object: number, selection: Selection) {
     'aria-label': `Keep ${objectName(object)}`,
     change: () => selection.toggle(object),
   });
-  const element = h('label', { class: 'keep', title: 'Keep on screen and when saving' }, box, 'Keep');
+  const element = h('label', { class: 'keep', title: 'Keep on screen and when saving' }, box);
   const update = (isKept: boolean) => (box.checked = isKept);
   return { element, update };
 }
