@@ -28,7 +28,7 @@ const types = {
   '.svg': 'image/svg+xml',
   '.ts': 'text/plain; charset=utf-8',
   '.wasm': 'application/wasm',
-  '.webp': 'image/webp',
+  '.avif': 'image/avif',
   '.webmanifest': 'application/manifest+json',
 };
 

@@ -3,7 +3,6 @@ export {
   ALL_FORMATS,
   BlobSource,
   BufferTarget,
-  CanvasSource,
   EncodedAudioPacketSource,
   EncodedPacket,
   EncodedPacketSink,

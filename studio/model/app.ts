@@ -5,6 +5,7 @@
 //        v         v   |       v
 //      error     stopped <-- running (again)
 //
+// A finished result of a user's clip stays until another source is open.
 // A run starts without questions. If settings change while it is running, it starts again.
 //
 // Every asynchronous step remembers the number of its visit and does nothing once another visit has begun.
@@ -13,11 +14,11 @@ import { Progress } from './progress.js';
 import { showPreview, showResult, showWindow } from './show-result.js';
 import { ClipJob } from './clip-job.js';
 import { StillJob } from './still-job.js';
-import { sessionOptions } from './settings.js';
+import { changedParameters, sessionOptions } from './settings.js';
 import { PROJECT_EXTENSION, viewSettingsPatch } from './view-settings.js';
 import { type Source, clampTrim, defaultTrim } from './source.js';
-import { BLANK, type Store, errorPatch, phasePatch } from './store.js';
-import { stageName } from './messages.js';
+import { BLANK, type State, type Store, errorPatch, phasePatch } from './store.js';
+import { explain, stageName } from './messages.js';
 import type { InterruptedRun } from './interrupted-runs.js';
 import type { AnyJob, Images } from './job.js';
 import type { Project } from './library.js';
@@ -45,6 +46,8 @@ export class App {
   /** Stage plans with the time shares measured in the last run, by the default plan. */
   plans = new Map<StagePlan[], StagePlan[]>();
   restartTimer = 0;
+  /** Number of sources that were to be opened. */
+  openings = 0;
   /** Asks the user before a corrected result is replaced. */
   confirmRerun = async () => true;
   /** The corrected result whose corrections the next run takes over. */
@@ -133,20 +136,35 @@ export class App {
     );
   }
 
-  /** @param name shown until the source is open */
+  /**
+   * Opens a source and goes on with `next`. Finished work stays until the source is open, and if it cannot be opened.
+   * @param name shown until the source is open
+   */
   async open(name: string, opener: () => Promise<Source>, next: () => Promise<void>) {
+    const keepsWork = hasWork(this.store.state);
+    let visit = keepsWork ? this.store.state.visit : this.leave(name);
+    const opening = (this.openings += 1);
+    if (keepsWork) this.store.set({ isOpening: true, announcement: 'Opening…' });
+    try {
+      const source = await opener();
+      if (visit !== this.store.state.visit || opening !== this.openings) return source.close();
+      if (keepsWork) visit = this.leave(name);
+      this.store.set({ source, name: source.name, trim: defaultTrim(source) });
+      await next();
+    } catch (error) {
+      if (opening !== this.openings) return;
+      if (this.store.state.isOpening) this.store.set(notOpenedPatch(name, error));
+      else this.fail(visit, error);
+    }
+  }
+
+  /** Closes the source for another one. */
+  leave(name: string): number {
     const visit = this.reset();
     this.corrected = null;
     this.store.state.source?.close();
     this.store.set({ source: null, name, ...phasePatch('opening', 'Opening…', '') });
-    try {
-      const source = await opener();
-      if (visit !== this.store.state.visit) return source.close();
-      this.store.set({ source, name: source.name, trim: defaultTrim(source) });
-      await next();
-    } catch (error) {
-      this.fail(visit, error);
-    }
+    return visit;
   }
 
   /**
@@ -167,11 +185,15 @@ export class App {
     if (!this.store.state.job?.isCorrected || (await this.confirmRerun())) await this.start();
   }
 
-  /** Restores the corrected result that a new run replaced. */
+  /** Restores the result that a new run replaced, and its settings. */
   async restore() {
     const { previousJob } = this.store.state;
     if (!previousJob) return;
     this.reset(previousJob);
+    this.store.set({
+      trim: { ...previousJob.trim },
+      changed: changedParameters(this.store.state, previousJob.options),
+    });
     this.corrected = null;
     // Its own corrections can be undone step by step again.
     if (previousJob.corrections) previousJob.corrections.carriedCount = 0;
@@ -185,10 +207,12 @@ export class App {
   async start() {
     if (!this.store.state.source) return;
     const { job: last, previousJob, hidden, phase } = this.store.state;
+    const isFinished = phase === 'done' && last && !last.isPartial;
     // A restarted run still has to take over the corrections.
-    if (phase === 'done' && last instanceof ClipJob && !last.isPartial)
+    if (isFinished && last instanceof ClipJob)
       this.corrected = last.isCorrected || hidden.size > 0 ? { job: last, hidden } : null;
-    const keepsLast = last && this.corrected?.job === last && (last.isCorrected || !previousJob);
+    // One result is kept for undo; corrected ones come first.
+    const keepsLast = isFinished && (last.isCorrected || !previousJob?.isCorrected);
     if (keepsLast) this.hiddenBefore = hidden;
     const visit = this.reset(keepsLast ? last : previousJob);
     const job = this.createJob(this.store.state.source);
@@ -298,6 +322,17 @@ async function carryHidden(previous: CorrectedResult, job: ClipJob): Promise<Rea
   // Nothing was lost: it replaces the previous run in storage.
   else job.id = previous.job.id;
   return hidden;
+}
+
+/** Returns whether the page shows masks of a user's clip, or corrected ones of the sample. */
+function hasWork({ phase, analysis, source, job }: State): boolean {
+  return phase === 'done' && Boolean(analysis?.segmentation && (source?.kind !== 'sample' || job?.isCorrected));
+}
+
+/** Returns the changes after a file that cannot be opened beside finished work. */
+function notOpenedPatch(name: string, error: unknown): Partial<State> {
+  const notice = `Couldn’t open ${name}. ${explain(error).title}.`;
+  return { isOpening: false, notice, announcement: notice };
 }
 
 function jobClassFor({ kind }: Source) {

@@ -24,7 +24,7 @@ const MAX_DESCRIBED_OBJECTS = 3;
 
 /** Returns `Object 1 (orange)`. */
 export function nameAndColour(object: number): string {
-  return object === 0 ? 'Background (grey)' : `${objectName(object)} (${colourName(object)})`;
+  return `${objectName(object)} (${colourName(object)})`;
 }
 
 /**

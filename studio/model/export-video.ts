@@ -1,8 +1,9 @@
 // Video exports: overlay, cut-out and mask.
 
-import { type Backdrop, SCREEN_GREEN, encodeVideo } from './library.js';
+import { encodeVideo } from './library.js';
 import { type Choice, type Export, frameRateOption } from './export.js';
-import type { BackdropName } from './view-settings.js';
+import { type BackdropName, toCutoutBackdrop } from './view-settings.js';
+import type { State } from './store.js';
 
 const BACKDROP_LABELS: Record<BackdropName, string> = {
   transparent: 'Transparent',
@@ -12,6 +13,17 @@ const BACKDROP_LABELS: Record<BackdropName, string> = {
   desaturated: 'Grey',
   dimmed: 'Spotlight',
   picture: 'Picture',
+};
+
+/** Suffixes of the names of cut-out files. */
+const BACKDROP_SUFFIXES: Record<BackdropName, string> = {
+  transparent: 'cutout',
+  green: 'green',
+  colour: 'colour',
+  blurred: 'blur',
+  desaturated: 'grey',
+  dimmed: 'spotlight',
+  picture: 'picture',
 };
 
 export const overlayVideo: Export = {
@@ -46,7 +58,7 @@ export const transparentVideo: Export = {
 export const greenVideo: Export = {
   title: 'Green screen',
   about: 'MP4, for any editor',
-  choices: [videoChoice('green', 'MP4', 'cutout', 'mp4', SCREEN_GREEN)],
+  choices: [videoChoice('green', 'MP4', 'cutout', 'mp4', 'green')],
 };
 
 export const blurredVideo: Export = {
@@ -61,21 +73,30 @@ export const maskVideo: Export = {
   choices: [videoChoice('alpha-webm', 'WebM', 'alpha', 'webm'), videoChoice('alpha-mp4', 'MP4', 'alpha', 'mp4')],
 };
 
-/** @param background replaces the backdrop on screen */
+/** @param backdrop replaces the backdrop on screen */
 function videoChoice(
   id: string,
   label: Choice['label'],
   style: 'overlay' | 'cutout' | 'alpha',
   format: 'webm' | 'mp4',
-  background?: Backdrop,
+  backdrop?: BackdropName,
 ): Choice {
+  const backdropOf = (state: State) => {
+    const name = backdrop ?? state.backdrop.name;
+    return format === 'mp4' && name === 'transparent' ? 'green' : name;
+  };
+  const suffixes = {
+    overlay: () => 'overlay',
+    cutout: (state: State) => BACKDROP_SUFFIXES[backdropOf(state)],
+    alpha: () => 'mask',
+  };
   return {
     id,
     label,
-    file: () => `${style === 'alpha' ? 'mask' : style}.${format}`,
+    file: ({ state }) => `${suffixes[style](state)}.${format}`,
     make: (subject, task) => {
-      const { masks, frames, objects, maskStyle, quality, backdrop, edges } = subject;
-      const shownBackdrop = background ?? (format === 'mp4' && backdrop === 'transparent' ? SCREEN_GREEN : backdrop);
+      const { masks, frames, objects, maskStyle, quality, edges, state } = subject;
+      const background = toCutoutBackdrop({ ...state.backdrop, name: backdropOf(state) });
       const sound = subject.sound(format);
       return encodeVideo(masks, frames(task.signal), {
         style,
@@ -87,7 +108,7 @@ function videoChoice(
         maskOpacity: maskStyle.opacity,
         outlineWidth: maskStyle.outline,
         ...task,
-        ...(style === 'cutout' ? { background: shownBackdrop } : {}),
+        ...(style === 'cutout' ? { background } : {}),
         ...(sound ? { sound } : {}),
         ...frameRateOption(subject),
       });

@@ -2,7 +2,7 @@
 
 import { masksAtSize } from './library.js';
 import type { Plate } from './frame-data.js';
-import type { Backdrop, MaskEdges, MaskSource, SoundOptions, TrajectoryPoints, VideoQuality } from './library.js';
+import type { MaskEdges, MaskSource, SoundOptions, TrajectoryPoints, VideoQuality } from './library.js';
 import type { BackdropName } from './view-settings.js';
 import type { Source } from './source.js';
 import type { Timeline, State } from './store.js';
@@ -24,8 +24,6 @@ export interface Subject {
   maskStyle: MaskStyle;
   quality: VideoQuality;
   edges: MaskEdges;
-  /** Backdrop of cut-out objects. */
-  backdrop: Backdrop;
   /** Options of the soundtrack; null for none. */
   sound: (format: 'webm' | 'mp4') => SoundOptions | null;
   source: Source;
@@ -50,10 +48,7 @@ export interface Subject {
 export type MaskStyle = { opacity: number; fill: number; outline: number };
 
 /** The data of an export without the chosen options. */
-type ExportSource = Omit<
-  Subject,
-  'objects' | 'frames' | 'image' | 'maskStyle' | 'quality' | 'sound' | 'backdrop' | 'edges'
->;
+type ExportSource = Omit<Subject, 'objects' | 'frames' | 'image' | 'maskStyle' | 'quality' | 'sound' | 'edges'>;
 
 type ExportTask = { signal: AbortSignal; onProgress: (progress: { done: number; total: number }) => void };
 

@@ -36,10 +36,10 @@ const namesByObject = new Map<number, string>();
 
 /**
  * Returns the nearest named colour, numbered if it repeats.
- * @param object from 1 on
- * @returns `orange`, `purple`, `green 2`
+ * @returns `orange`, `purple`, `green 2`; `grey` for the background
  */
 export function colourName(object: number): string {
+  if (object === 0) return 'grey';
   for (let next = namesByObject.size + 1; next <= object; next++) {
     const color = objectColor(next);
     const [name] = COLOUR_NAMES.reduce((best, candidate) =>

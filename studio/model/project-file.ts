@@ -102,7 +102,9 @@ export async function createProjectFile({ files, project, edits, about }: SavedP
 }
 
 export async function readProjectFile(file: File): Promise<{ files: File[]; about: ProjectInfo; project: Project }> {
-  const project = await openProject(file);
+  const project = await openProject(file).catch((error) => {
+    throw new PageError('no-project', error.message);
+  });
   const about = project.about as ProjectInfo & { types?: Record<string, string> };
   const files = Object.entries(project.files).map(
     ([name, bytes]) => new File([bytes as BlobPart], name, { type: about?.types?.[name] ?? '' }),

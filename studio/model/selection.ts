@@ -54,13 +54,28 @@ export class Selection {
     return { kept: objects.filter((object) => this.has(object)), all: objects.length };
   }
 
-  /** Adds an object to the selection, or removes it. */
+  /** Adds an object to the selection, or removes it. An object that is shown alone is selected with the first one. */
   toggleSelected(object: number) {
     const { phase, analysis, job } = this.store.state;
     if (object < 1 || phase !== 'done' || !analysis?.segmentation || !job?.corrector) return;
     const selected = new Set(this.store.state.selected);
+    const alone = this.objects.kept.find((kept) => kept !== object && this.isAlone(kept));
+    if (selected.size === 0 && alone !== undefined) selected.add(alone);
     if (!selected.delete(object)) selected.add(object);
     this.store.set({ selected });
+  }
+
+  /**
+   * Joins objects. The joined object is kept if one of them was.
+   * @returns the changed frames; null for all
+   */
+  async join(into: number, others: number[]): Promise<number[] | null> {
+    const { job } = this.store.state;
+    const frames = (await job?.corrector?.join(into, others)) ?? null;
+    const parts = [into, ...others];
+    if (into > 0 && job === this.store.state.job && parts.some((part) => this.has(part)))
+      this.store.set({ hidden: new Set([...this.store.state.hidden].filter((object) => !parts.includes(object))) });
+    return frames;
   }
 
   isSelected(object: number) {

@@ -1,5 +1,5 @@
-// The parameters that the page offers, and the user's changes, which lie in the store. Links and buttons may set
-// other parameters too; the lab has all of them.
+// The choices that the page offers, and the user's changes of parameters, which lie in the store. Links and buttons may
+// set other parameters too; the lab has all of them.
 
 import { type Source, sourceKind } from './source.js';
 import type { SessionOptions } from './library.js';
@@ -10,60 +10,39 @@ const STILL_GROUPS = ['contour', 'superpixel', 'still'];
 /** Not offered: the page needs masks. */
 const DENSE = 'clip.dense';
 
-/** A parameter with a slider. Its range is what is worth trying, not all that is valid. */
-export interface Essential {
+/** A plain choice of what to do differently. Each option has a value of one parameter; null is the default. */
+export interface SettingChoice {
   name: string;
   label: string;
-  about: string;
-  range: [min: number, max: number, step: number];
-  unit?: string;
-  only: 'clip' | 'still';
+  options: { label: string; value: number | null }[];
 }
 
-export const ESSENTIALS: Essential[] = [
+/** The choices of clips. The values are chosen by eye, within what docs/choices.md measures. */
+export const SETTING_CHOICES: SettingChoice[] = [
   {
     name: 'discretize.mergeLogOdds',
-    label: 'Object separation',
-    about: 'Higher separates parts that move differently; lower makes fewer, larger objects.',
-    range: [1, 5, 0.1],
-    only: 'clip',
-  },
-  {
-    name: 'affinity.noiseFloor',
-    label: 'Ignore camera shake',
-    about: 'Lower detects slower motion; higher ignores more shake.',
-    range: [0.05, 1, 0.05],
-    unit: 'px/frame',
-    only: 'clip',
+    label: 'Objects',
+    options: [
+      { label: 'Fewer', value: 1.5 },
+      { label: 'Standard', value: null },
+      { label: 'More', value: 4 },
+    ],
   },
   {
     name: 'trajectory.gridStep',
-    label: 'Point spacing',
-    about: 'Lower finds smaller objects but takes longer.',
-    range: [4, 20, 1],
-    unit: 'px',
-    only: 'clip',
+    label: 'Small things',
+    options: [
+      { label: 'Standard', value: null },
+      { label: 'Smaller, slower', value: 5 },
+    ],
   },
   {
-    name: 'cut.spatialWeight',
-    label: 'Mask smoothness',
-    about: 'Higher gives rounder masks that lose thin parts.',
-    range: [0, 8, 0.5],
-    only: 'clip',
-  },
-  {
-    name: 'superpixel.mergeThreshold',
-    label: 'Superpixel size',
-    about: 'Higher makes fewer, larger superpixels.',
-    range: [0, 10, 0.5],
-    only: 'still',
-  },
-  {
-    name: 'still.weight',
-    label: 'Embedding weight',
-    about: 'How much embedding discontinuities count next to boundaries.',
-    range: [0, 4, 0.1],
-    only: 'still',
+    name: 'cut.temporalWeight',
+    label: 'Masks',
+    options: [
+      { label: 'Standard', value: null },
+      { label: 'Steadier', value: 3 },
+    ],
   },
 ];
 
@@ -122,6 +101,15 @@ export class Settings {
   }
 }
 
+/** Returns the changed parameters that are no option of a choice and apply to the source, as text. */
+export function otherChanges({ changed, source }: Pick<State, 'changed' | 'source'>): string[] {
+  const isOption = (name: string, value: Value) =>
+    SETTING_CHOICES.some((choice) => choice.name === name && choice.options.some((option) => option.value === value));
+  return [...changed]
+    .filter(([name, value]) => appliesTo(source, name) && !isOption(name, value))
+    .map(([name, value]) => `${name} = ${value}`);
+}
+
 export function appliesTo(source: Source | null, name: string): boolean {
   const [group] = name.split('.');
   return sourceKind(source) === 'still' ? STILL_GROUPS.includes(group) : group !== 'still';
@@ -136,6 +124,20 @@ export function sessionOptions({ changed, source }: Pick<State, 'changed' | 'sou
   }
   // Only valid values of known parameters come in, see `Settings.set`.
   return tree;
+}
+
+/** Returns the changed parameters that give these options; those of other kinds of source stay. */
+export function changedParameters(
+  { changed, source }: Pick<State, 'changed' | 'source'>,
+  options: SessionOptions,
+): State['changed'] {
+  const groups = Object.entries(options as Record<string, Record<string, Value>>);
+  return new Map([
+    ...[...changed].filter(([name]) => !appliesTo(source, name)),
+    ...groups.flatMap(([group, fields]) =>
+      Object.entries(fields).map(([field, value]) => [`${group}.${field}`, value] as const),
+    ),
+  ]);
 }
 
 function isLegal({ kind, min, max, choices }: Parameter, value: Value): boolean {

@@ -48,6 +48,8 @@ export interface State {
   /** Incremented whenever another source or run begins; earlier asynchronous steps are void. */
   visit: number;
   phase: Phase;
+  /** True while a file is opened beside finished work. */
+  isOpening: boolean;
   headline: string;
   subline: string;
   /** Description of the objects, empty for none. */
@@ -65,7 +67,7 @@ export interface State {
   /** Parameters that differ from their defaults. */
   changed: ReadonlyMap<string, number | boolean | string>;
   job: AnyJob | null;
-  /** The corrected job that the current run replaced. */
+  /** The finished job that the current run replaced. */
   previousJob: AnyJob | null;
   /** Finished share of the run, in 0..1. */
   share: number;
@@ -113,6 +115,7 @@ export const NOWHERE: Spot = { x: -1, y: -1, object: -1 };
 
 /** State of a page without a clip. */
 export const BLANK = {
+  isOpening: false,
   notice: '',
   job: null,
   previousJob: null,

@@ -4,7 +4,7 @@ type Action = { act: () => unknown; when: () => boolean };
 
 export class Keys {
   actions = new Map<string, Action>();
-  /** True if the focus was moved by the keyboard; then the space bar presses the focused button. */
+  /** True if the focus was moved by the keyboard; then keys act on the focused button. */
   tabbed = false;
 
   constructor() {
@@ -54,5 +54,6 @@ function usesKey(event: KeyboardEvent, tabbed: boolean): boolean {
   const target = event.target as HTMLElement;
   if (target.matches('select, textarea, input[type="number"]')) return true;
   if (target.matches('input[type="range"]')) return /^(Arrow|Home|End|Page)/.test(event.key);
+  if (target.matches('input[type="radio"]') && event.key.startsWith('Arrow')) return tabbed;
   return event.key === ' ' && tabbed && target.matches('button, input, a');
 }

@@ -16,6 +16,9 @@ import type { Layer, View } from './layers/layer.js';
 /** Largest density of the canvas, in device pixels per CSS pixel; higher ones cost time and are hardly visible. */
 const MAX_DENSITY = 2;
 
+/** A position in CSS pixels of the canvas. */
+export type CanvasPlace = { offsetX: number; offsetY: number };
+
 export class Viewer {
   canvas = byId<HTMLCanvasElement>('canvas');
   box = byId('pane-result');
@@ -29,8 +32,8 @@ export class Viewer {
   fitScale = 1;
   zoomListeners: ((zoom: Zoom) => void)[] = [];
   redrawRequest = 0;
-  /** Position of the pointer, in CSS pixels. */
-  pointer: { offsetX: number; offsetY: number } | null = null;
+  /** Position of the pointer; null outside the canvas. */
+  pointer: CanvasPlace | null = null;
   lastState: Readonly<State>;
   maskCache = new EdgedMaskCache();
   sharp = new SharpFrames(() => this.redraw());
@@ -62,14 +65,14 @@ export class Viewer {
   }
 
   connectPointer() {
-    this.canvas.addEventListener('pointermove', ({ offsetX, offsetY }) => {
-      this.pointer = { offsetX, offsetY };
-      this.store.set({ spot: this.spotAt(this.pointer) });
-    });
-    this.canvas.addEventListener('pointerleave', () => {
-      this.pointer = null;
-      this.store.set({ spot: NOWHERE });
-    });
+    this.canvas.addEventListener('pointermove', ({ offsetX, offsetY }) => this.movePointer({ offsetX, offsetY }));
+    this.canvas.addEventListener('pointerleave', () => this.movePointer(null));
+  }
+
+  /** @param place null outside the canvas */
+  movePointer(place: CanvasPlace | null) {
+    this.pointer = place;
+    this.store.set({ spot: place ? this.spotAt(place) : NOWHERE });
   }
 
   /** @param pick called with the clicked position, and flags for selecting several objects and removing */
@@ -208,17 +211,13 @@ export class Viewer {
     tell(this.zoom);
   }
 
-  /**
-   * @param place in CSS pixels of the canvas
-   * @returns in clip pixels
-   */
-  placeAt({ offsetX, offsetY }: { offsetX: number; offsetY: number }): [x: number, y: number] {
+  /** Returns the position in clip pixels. */
+  placeAt({ offsetX, offsetY }: CanvasPlace): [x: number, y: number] {
     const { unit, width, height } = this.view;
     return [this.zoom.x * width + offsetX * unit - 0.5, this.zoom.y * height + offsetY * unit - 0.5];
   }
 
-  /** @param place in CSS pixels of the canvas */
-  spotAt(place: { offsetX: number; offsetY: number }): Spot {
+  spotAt(place: CanvasPlace): Spot {
     const { segmentation, frame } = this.view;
     const [x, y] = this.placeAt(place);
     if (!segmentation) return { ...NOWHERE, x, y };

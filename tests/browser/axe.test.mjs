@@ -12,6 +12,8 @@ import {
   accessibilityFaults,
   ended,
   openFix,
+  openLook,
+  openRedo,
   openSave,
   plainFrame,
   pngFile,
@@ -48,7 +50,7 @@ function cutOff() {
   return [...document.querySelectorAll(kinds)]
     .filter(
       (element) =>
-        element.offsetParent && !element.closest('.visually-hidden') && !isShrunk(element.closest('.heading')),
+        element.checkVisibility() && !element.closest('.visually-hidden') && !isShrunk(element.closest('.heading')),
     )
     .filter((element) => getComputedStyle(element).textOverflow !== 'ellipsis')
     .filter((element) => element.clientWidth > 0 && element.scrollWidth > element.clientWidth + 1)
@@ -85,6 +87,14 @@ describe('an accessibility checker finds nothing', () => {
       await page.check('[name="view"][value="slider"]', { force: true });
       assert.deepEqual(await faultsOf(page, look), [], 'all layers');
       await assertFits(page, 'all layers');
+      await openLook(page);
+      assert.deepEqual(await faultsOf(page, look), [], 'edges and layers');
+      await assertFits(page, 'edges and layers');
+      await page.evaluate(() => (document.querySelector('#look').open = false));
+      await openRedo(page);
+      assert.deepEqual(await faultsOf(page, look), [], 'redo');
+      await assertFits(page, 'redo');
+      await page.click('#redo-close');
       await page.keyboard.press('?');
       await page.waitForSelector('#help[open]');
       assert.deepEqual(await faultsOf(page, look), [], 'help');

@@ -4,7 +4,7 @@
 import assert from 'node:assert/strict';
 import { before, beforeEach, describe, test } from 'node:test';
 import { WIDE, fiveObjects } from './five-objects.mjs';
-import { SMALL, accessibilityFaults, ended, openFix, openSample, screenshot, text, useSite } from './support.mjs';
+import { SMALL, accessibilityFaults, ended, openFix, openSample, redo, screenshot, text, useSite } from './support.mjs';
 
 const FRAME = 12;
 
@@ -395,6 +395,7 @@ describe('five objects are joined and corrected', () => {
     await page.click('[data-object="2"] .object-main', { modifiers: ['Shift'] });
     await page.waitForSelector('#join', { state: 'visible' });
     assert.equal(await page.locator('#join-apply').isDisabled(), true);
+    assert.equal(await page.getByRole('button', { name: /^Object 2 \(light blue\), selected [\d.]+%/ }).count(), 1);
     assert.equal(await page.locator('#show-all').isVisible(), false, 'it is not shown alone');
     await page.click('[data-object="4"] .object-main', { modifiers: ['Control'] });
     await page.click('#canvas', { modifiers: ['Shift'], position: await placeOf(page, 5) });
@@ -478,14 +479,14 @@ describe('five objects are joined and corrected', () => {
     await page.click('#correct-done');
     await page.keyboard.press('r');
     assert.equal(await page.evaluate(() => document.body.dataset.phase), 'done');
-    await page.click('#again');
+    await redo(page);
     await page.waitForSelector('#confirm[open]');
     assert.deepEqual(await accessibilityFaults(page), []);
     await screenshot(page, 'ask');
     await page.keyboard.press('Escape');
     assert.equal(await masks(), before, 'whoever says no keeps them');
     for (const undo of [() => page.click('#restore'), () => page.keyboard.press('Control+z')]) {
-      await page.click('#again');
+      await redo(page);
       await page.click('#confirm-yes');
       await page.waitForSelector('#restore', { state: 'visible' });
       assert.equal(await ended(page), 'done');
@@ -494,7 +495,7 @@ describe('five objects are joined and corrected', () => {
       assert.equal(await ended(page), 'done');
       assert.equal(await masks(), before);
     }
-    await page.click('#again');
+    await redo(page);
     await page.click('#confirm-yes');
     await page.waitForSelector('#restore', { state: 'visible' });
     assert.equal(await ended(page), 'done');

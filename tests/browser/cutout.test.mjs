@@ -5,6 +5,7 @@ import { describe, test } from 'node:test';
 import {
   accessibilityFaults,
   bytesOf,
+  openLook,
   openSample,
   openSave,
   plainFrame,
@@ -171,6 +172,7 @@ describe('the cut-out view', () => {
     assert.equal(await page.locator('#edges-reset').isVisible(), false);
     const plain = await covered();
     assert.equal(plain.soft, 0);
+    await openLook(page);
     await page.fill('#edge-grow', '3');
     const larger = await covered();
     assert.ok(larger.sum > plain.sum * 1.05, `${plain.sum} ${larger.sum}`);
@@ -209,6 +211,7 @@ describe('the cut-out view', () => {
     assert.ok(drawn > 0 && shown < 0.02, `${shown} of the video is not what is on screen`);
     // Nothing in the small sample is as small as the slider's end.
     await page.evaluate(() => (document.querySelector('#edge-smallest').max = 5));
+    await openLook(page);
     await page.fill('#edge-smallest', '3');
     assert.ok((await covered()).labels < plain.labels);
     await page.click('#edges-reset');
@@ -228,7 +231,7 @@ describe('the cut-out view', () => {
     const coming = page.waitForEvent('download');
     await page.click('[data-export="cutout-webm"]');
     const file = await coming;
-    assert.match(file.suggestedFilename(), /cutout\.webm$/);
+    assert.match(file.suggestedFilename(), /green\.webm$/);
     await page.click('#export-close');
     await page.check('[name="view"][value="overlay"]', { force: true });
     assert.equal(await page.locator('#backdrop-row').isVisible(), false);

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
 import { adjustMask } from '../../dist/node/edit.js';
-import { SMALL, bytesOf, openSample, openSave, screenshot, useSite } from './support.mjs';
+import { SMALL, bytesOf, exportAs, openSample, openSave, screenshot, useSite } from './support.mjs';
 
 const { width: WIDTH, height: HEIGHT, frames: FRAMES } = SMALL;
 const FRAME = 12;
@@ -24,7 +24,7 @@ describe('cut-out pictures', () => {
 
   async function save(id) {
     const coming = page.waitForEvent('download');
-    await page.click(`[data-export="${id}"]`);
+    await exportAs(page, id);
     const file = await coming;
     await status('^Saved');
     return { name: file.suggestedFilename(), bytes: await bytesOf(file) };

@@ -2,12 +2,16 @@
 // have it.
 
 import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { writeFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { createSession, encodeVideo, synthClip } from '../../dist/node.js';
 import { useServerAndBrowser } from '../site.mjs';
 import { emptyPage, useEmptyPage } from './empty-page.mjs';
+import { useFilms, withFfmpeg } from './video-clips.mjs';
 
 const site = useServerAndBrowser();
+const films = useFilms();
 
 /** Frame `t` is `[4 x, 40 t, 128]`; the object a square. Odd sides, and times that are not even. */
 const WIDTH = 61;
@@ -160,7 +164,7 @@ test('cut-out objects lie on their own frame, blurred, or on a picture', async (
       const { encodeVideo: encode, masks, frames, shown } = globalThis.kit;
       const picture = new OffscreenCanvas(400, 100);
       const context = picture.getContext('2d');
-      for (const [k, color] of ['#ff0000', '#0000ff', '#ff0000'].entries()) {
+      for (const [k, color] of ['#ff0000', '#00ff00', '#ff0000'].entries()) {
         context.fillStyle = color;
         context.fillRect([0, 120, 280][k], 0, 160, 100);
       }
@@ -170,7 +174,7 @@ test('cut-out objects lie on their own frame, blurred, or on a picture', async (
     [INSIDE, OUTSIDE],
   );
   near(colors[0], frameColor(INSIDE), 'inside');
-  near(colors[1], [0, 0, 255], 'the middle of the picture');
+  near(colors[1], [0, 255, 0], 'the middle of the picture');
 });
 
 test('MP4 has even sides, one more where they are odd, and the same times', async () => {
@@ -310,6 +314,34 @@ test('an abort ends it, and the frame source is notified', async () => {
   const { name, most, given, ended } = outcome;
   assert.deepEqual({ name, ended }, { name: 'AbortError', ended: true });
   assert.ok(given <= most, `${given} frames were read, of at most ${most}`);
+});
+
+test('videos have the colours of BT.709 in limited range', withFfmpeg, async () => {
+  const { page } = shared;
+  const entries = 'stream=width,pix_fmt,color_range,color_space,color_transfer,color_primaries';
+  for (const options of [{ format: 'mp4' }, { format: 'webm' }, { style: 'cutout' }]) {
+    const bytes = await page.evaluate(async (chosen) => {
+      const { encodeVideo: encode, masks, frames } = globalThis.kit;
+      return [
+        ...new Uint8Array(await (await encode(masks, frames, { ...chosen, quality: 'very-high' })).arrayBuffer()),
+      ];
+    }, options);
+    const path = films.path(`colours.${options.format ?? 'webm'}`);
+    writeFileSync(path, Buffer.from(bytes));
+    const probe = ['-v', 'error', '-select_streams', 'v', '-show_entries', entries, '-of', 'json', path];
+    const [{ width, ...colours }] = JSON.parse(execFileSync('ffprobe', probe)).streams;
+    assert.deepEqual(colours, {
+      ...{ pix_fmt: 'yuv420p', color_range: 'tv', color_space: 'bt709' },
+      ...{ color_transfer: 'bt709', color_primaries: 'bt709' },
+    });
+    if (options.style) continue;
+    // Frame 5 is [4 x, 200, 128].
+    const [x, y] = OUTSIDE;
+    const raw = films.ffmpeg(['-i', path, '-fps_mode', 'passthrough', '-f', 'rawvideo', '-pix_fmt', 'yuv420p', '-']);
+    const luma = raw[(raw.length / 6) * 5 + y * width + x];
+    const expected = 16 + (219 / 255) * (0.2126 * 4 * x + 0.7152 * 200 + 0.0722 * 128);
+    assert.ok(Math.abs(luma - expected) < 4, `${luma} (expected ${expected})`);
+  }
 });
 
 test('what cannot be encoded is refused in words', async () => {

@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { bytesOf, ended, openSample, openSave, plainFrame, pngFile, run, text, useSite } from './support.mjs';
+import { bytesOf, ended, exportAs, openSample, openSave, plainFrame, pngFile, run, text, useSite } from './support.mjs';
 
 const clip = (name) =>
   [0, 1, 2].map((k) =>
@@ -54,7 +54,7 @@ describe('faults around the page', { timeout: 300_000 }, () => {
     assert.match(await text(page, '#headline'), /./);
     await page.keyboard.press('e');
     const coming = page.waitForEvent('download');
-    await page.click('[data-export="zip"]');
+    await exportAs(page, 'zip');
     assert.ok((await bytesOf(await coming)).length > 0, 'saving works');
     // What could not be kept is not left without a question.
     const asked = page.waitForEvent('dialog').then((dialog) => (dialog.accept(), dialog.type()));

@@ -93,10 +93,12 @@ export async function fiveObjects(page, size) {
   };
 }
 
-/** Runs in the page: where the canvas is, in CSS pixels, and the share of the window that it has. */
+/** Runs in the page: where the canvas is, in CSS pixels, and the shares of the window that it and its box have. */
 export function pictureBox() {
   const { width, height, top, left } = document.querySelector('#canvas').getBoundingClientRect();
-  return { width, height, top, left, across: width / innerWidth, down: height / innerHeight };
+  const box = document.querySelector('#screen').getBoundingClientRect();
+  const ofBox = (box.width * box.height) / (innerWidth * innerHeight);
+  return { width, height, top, left, across: width / innerWidth, down: height / innerHeight, ofBox };
 }
 
 export const WIDE = { width: 480, height: 270, frames: 8 };

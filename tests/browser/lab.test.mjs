@@ -189,6 +189,7 @@ describe('the lab', () => {
     const studio = await site.open();
     await ended(studio.page);
     await run(studio.page, movingClip(6, [96, 60]));
+    await studio.page.click('#redo-open');
     await studio.page.click('#lab-open');
     await studio.page.waitForURL(/\/lab\/#clip$/);
     assert.equal(await ended(studio.page), 'done');
@@ -198,7 +199,7 @@ describe('the lab', () => {
     await studio.page.waitForFunction(() => / in 16 frames\.$/.test(document.querySelector('#status').textContent));
     assert.equal(await text(studio.page, '#clip-name'), 'Sample');
     await studio.page.click('nav a');
-    await studio.page.waitForSelector('#lab-open');
+    await studio.page.waitForSelector('#lab-open', { state: 'attached' });
     assert.equal(new URL(studio.page.url()).pathname, '/');
     assert.deepEqual(faults, []);
   });

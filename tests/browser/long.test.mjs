@@ -9,6 +9,7 @@ import {
   SMALL,
   bytesOf,
   ended,
+  exportAs,
   inPhase,
   onlyLong,
   openFix,
@@ -16,8 +17,10 @@ import {
   paintedShare,
   plainFrame,
   pngFile,
+  redo,
   run,
   screenshot,
+  setControl,
   sharedClips,
   text,
   useSample,
@@ -242,7 +245,7 @@ describe('a clip of more than one window', () => {
     const { page } = sample;
     const save = async (id) => {
       const coming = page.waitForEvent('download');
-      await page.click(`[data-export="${id}"]`);
+      await exportAs(page, id);
       return bytesOf(await coming);
     };
     await openFix(page);
@@ -275,7 +278,7 @@ describe('a clip of more than one window', () => {
     await openAll(page, frames);
     assert.equal(await ended(page), 'done');
     const whole = await masks();
-    await page.click('#again');
+    await redo(page);
     await page.waitForFunction(() => globalThis.tracecutStudio.app.job?.settledFrames > 40);
     await page.keyboard.press('Escape');
     await inPhase(page, 'done');
@@ -293,7 +296,7 @@ describe('a clip of more than one window', () => {
     assert.ok(ids.length >= 9, ids);
     for (const id of ids) {
       const coming = page.waitForEvent('download');
-      await page.click(`[data-export="${id}"]`);
+      await exportAs(page, id);
       await page.waitForFunction(() => !/^Saving/.test(document.querySelector('#export-status').textContent));
       const said = await text(page, '#export-status');
       assert.match(said, /^Saved/, `${id}: ${said}`);
@@ -357,12 +360,10 @@ describe('video files', () => {
       step: 1,
       side: 480,
     });
-    assert.equal(await page.locator('#clip-all').isVisible(), false, 'the whole clip is taken already');
+    assert.equal(await page.isHidden('#clip-all'), true, 'the whole clip is taken already');
     // Under way; it begins anew with what is chosen now.
-    await page.fill('#clip-frames', '8');
-    await page.selectOption('#clip-step', '2');
-    await page.selectOption('#clip-side', '320');
-    await page.locator('#clip-start').fill('100');
+    for (const [id, value] of Object.entries({ frames: '8', step: '2', side: '320', start: '100' }))
+      await setControl(page, `#clip-${id}`, value);
     await screenshot(page, 'running');
     await inPhase(page, 'done');
     assert.match(await text(page, '#subline'), /8 frames of 320 × 180/);
@@ -389,7 +390,7 @@ describe('clips dropped on the page, whole', onlyLong, () => {
       for (const type of ['dragenter', 'dragover', 'drop'])
         await page.dispatchEvent('body', type, { dataTransfer: dropped });
       await inPhase(page, 'running');
-      await page.selectOption('#clip-side', '320');
+      await setControl(page, '#clip-side', '320');
       await page.waitForFunction(() => globalThis.tracecutStudio.trim?.side === 320);
       assert.equal(await ended(page), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
       assert.match(

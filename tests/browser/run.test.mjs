@@ -11,11 +11,14 @@ import {
   gifFile,
   inPhase,
   layerNames,
+  openLook,
+  openRedo,
   openSample,
   paintedShare,
   picture,
   plainFrame,
   pngFile,
+  redo,
   run,
   screenshot,
   showOnly,
@@ -89,7 +92,7 @@ describe('a run', () => {
     const { page, faults } = sample;
     const labels = () => page.evaluate(() => String(globalThis.tracecutStudio.result.clusters.label));
     const before = await labels();
-    await page.click('#again');
+    await redo(page);
     await inPhase(page, 'running');
     await page.waitForFunction(() => globalThis.tracecutStudio.app.job.stages[1].done >= 2);
     const ms = await page.evaluate(() => {
@@ -107,7 +110,7 @@ describe('a run', () => {
 
   test('is cancelled with Escape while frames are read, and a new one follows', async () => {
     const { page } = sample;
-    await page.click('#again');
+    await redo(page);
     await page.keyboard.press('Escape');
     await inPhase(page, 'stopped');
     await page.click('#again');
@@ -116,7 +119,7 @@ describe('a run', () => {
 
   test('gives way to another clip that is opened meanwhile', async () => {
     const { page, faults } = sample;
-    await page.click('#again');
+    await redo(page);
     await inPhase(page, 'running');
     assert.equal(await run(page, files(movingSquare(9, 2))), 'done');
     assert.match(await text(page, '#subline'), /9 frames of 96 × 64/);
@@ -289,7 +292,9 @@ describe('a still image', () => {
     assert.match(await text(page, '#notice'), /motion/);
     for (const absent of ['#timeline', '.block-objects', '#clip-frames'])
       assert.equal(await page.locator(absent).isVisible(), false, absent);
+    await openRedo(page);
     assert.equal(await page.locator('#clip-side').isVisible(), true);
+    await page.click('#redo-close');
     const ids = await layerNames(page);
     assert.deepEqual(ids, ['superpixels', 'contours', 'boundaries', 'still', 'image']);
     const pictures = new Set();
@@ -308,6 +313,7 @@ describe('a still image', () => {
     await run(page, [pngFile('disc.png', disc)]);
     await showOnly(page, 'still');
     const pictures = new Set();
+    await openLook(page);
     for (const [k, kind] of KINDS.entries()) {
       await page.selectOption('[data-setting="still.kind"]', String(k));
       await page.waitForFunction(paintedShare);

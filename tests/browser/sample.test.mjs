@@ -22,6 +22,8 @@ describe('the sample', () => {
     assert.ok(objects >= 2, `${objects} objects`);
     await page.evaluate((frame) => globalThis.tracecutStudio.app.timeline.seek(frame), FRAME);
     await screenshot(page, 'sample');
+    const excess = await page.evaluate(() => document.documentElement.scrollHeight - innerHeight);
+    assert.equal(excess, 0, 'the page is as high as the window');
     assert.deepEqual(faults, []);
   });
 

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { WIDE, fiveObjects } from './five-objects.mjs';
-import { accessibilityFaults, bytesOf, openSample, screenshot, useSite } from './support.mjs';
+import { accessibilityFaults, bytesOf, exportAs, openSample, screenshot, useSite } from './support.mjs';
 
 const CHOICES = ['transparent', 'green', 'blurred', 'zip'];
 
@@ -83,7 +83,7 @@ describe('the preview of what is saved', () => {
     const { page, faults } = await openAt(site, 5, { bypassCSP: true });
     const seen = {};
     for (const id of CHOICES) {
-      await page.hover(`[data-export="${id}"]`);
+      await page.check(`[data-export="${id}"]`);
       await shown(page, id);
       seen[id] = await page.evaluate(previewPixels);
       assert.deepEqual([seen[id].width, seen[id].height], [WIDE.width, WIDE.height]);
@@ -93,7 +93,7 @@ describe('the preview of what is saved', () => {
     assert.deepEqual(await accessibilityFaults(page), []);
     for (const [k, id] of CHOICES.entries()) {
       const coming = page.waitForEvent('download');
-      await page.click(`[data-export="${id}"]`);
+      await exportAs(page, id);
       const type = { transparent: 'video/webm', zip: 'application/zip' }[id] ?? 'video/mp4';
       const saved = await page.evaluate(savedPixels, { bytes: [...(await bytesOf(await coming))], frame: 5, type });
       await page.waitForFunction(() => /^Saved/.test(document.querySelector('#export-status').textContent));
@@ -103,6 +103,53 @@ describe('the preview of what is saved', () => {
     }
     const corner = seen.transparent.data.slice(0, 4);
     assert.ok(corner[3] < 8, `${corner[3]}: transparent where there is no object`);
+    assert.deepEqual(faults, []);
+  });
+
+  test('is never black, and the dialog does not jump from opening to the saved file', async () => {
+    const { page, faults } = await openAt(site, 5);
+    await page.keyboard.press('Escape');
+    await page.evaluate(() => {
+      globalThis.looks = [];
+      const box = document.querySelector('#export-preview');
+      const look = () => {
+        if (document.querySelector('#export').open) {
+          const places = ['#export', '#export-main', '#export-run', '#export-cancel', '.export-foot']
+            .map((selector) => document.querySelector(selector))
+            .filter((one) => one.checkVisibility())
+            .map((one) => one.id.replace(/run|cancel/, 'button') + one.getBoundingClientRect().top);
+          globalThis.looks.push({ places: places.join(' '), isEmpty: box.childElementCount === 0 });
+        }
+        requestAnimationFrame(look);
+      };
+      look();
+    });
+    await page.click('#export-open');
+    await page.waitForSelector('#export[open]');
+    const sketch = await page.evaluate(() => {
+      const canvas = document.querySelector('#export-preview canvas');
+      const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+      return data.filter((value, at) => at % 4 < 3 && value > 60).length;
+    });
+    assert.ok(sketch > 1000, 'the objects are there before the file is made');
+    await shown(page, 'transparent');
+    for (const id of ['green', 'blurred']) {
+      await page.check(`[data-export="${id}"]`);
+      await shown(page, id);
+    }
+    assert.equal(await page.textContent('#export-status'), '', 'nothing is saved by choosing');
+    const coming = page.waitForEvent('download');
+    await page.click('#export-run');
+    await coming;
+    await page.waitForFunction(() => /^Saved/.test(document.querySelector('#export-status').textContent));
+    const looks = await page.evaluate(() => globalThis.looks);
+    assert.ok(looks.every(({ isEmpty }) => !isEmpty));
+    assert.equal(
+      new Set(looks.map(({ places }) => places)).size,
+      1,
+      [...new Set(looks.map((one) => one.places))].join(),
+    );
+    assert.match(await page.innerText('.card:has(:checked) .value'), /^480 × 270, 0\.8\ss, about [\d.]+\s[kKM]?B$/);
     assert.deepEqual(faults, []);
   });
 

@@ -12,11 +12,14 @@ import {
   accessibilityFaults,
   bytesOf,
   ended,
+  exportAs,
   openFix,
+  openRedo,
   openSample,
   openSave,
   plainFrame,
   pngFile,
+  redo,
   run,
   screenshot,
   text,
@@ -53,7 +56,7 @@ describe('exports', () => {
   /** Saves one thing; its name and bytes. */
   async function save(id) {
     const coming = page.waitForEvent('download');
-    await page.click(`[data-export="${id}"]`);
+    await exportAs(page, id);
     const file = await coming;
     await page.waitForFunction(() => /^Saved/.test(document.querySelector('#export-status').textContent));
     return { name: file.suggestedFilename(), bytes: await bytesOf(file) };
@@ -103,7 +106,7 @@ describe('exports', () => {
     'overlay-webm': 'overlay.webm',
     'overlay-mp4': 'overlay.mp4',
     'cutout-webm': 'cutout.webm',
-    'cutout-mp4': 'cutout.mp4',
+    'cutout-mp4': 'green.mp4',
   };
   for (const [id, file] of Object.entries(videos)) {
     test(`${file} plays, with the objects where they are`, async (t) => {
@@ -196,19 +199,21 @@ describe('exports', () => {
     assert.deepEqual(recipe.parameters, {});
     assert.match(recipe.masks.sha256, /^[0-9a-f]{64}$/);
     await page.click('#export-close');
-    await page.locator('#settings-list [data-parameter="trajectory.gridStep"] input').fill('12');
+    await openRedo(page);
+    await page.check('[name="trajectory.gridStep"][value="5"]', { force: true });
+    await page.click('#redo-close');
     await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
     await openSave(page);
     await page.click('#copy-link');
     await page.waitForFunction(() => /copied/.test(document.querySelector('#export-status').textContent));
     const link = await page.evaluate(() => navigator.clipboard.readText());
-    assert.match(link, /#trajectory\.gridStep=12$/);
+    assert.match(link, /#trajectory\.gridStep=5$/);
     const { page: other } = await site.open();
     await other.goto('about:blank');
     await other.goto(link);
     assert.equal(await ended(other), 'done');
     assert.deepEqual(await other.evaluate(() => globalThis.tracecutStudio.app.job.options), {
-      trajectory: { gridStep: 12 },
+      trajectory: { gridStep: 5 },
     });
     assert.deepEqual(faults, []);
   });
@@ -242,7 +247,7 @@ describe('words', () => {
       const head = document.querySelector('#headline');
       new MutationObserver(() => globalThis.heads.add(head.textContent)).observe(head, { childList: true });
     });
-    await page.click('#again');
+    await redo(page);
     await page.waitForSelector('#cancel', { state: 'visible' });
     await ended(page);
     const heads = await page.evaluate(() => [...globalThis.heads]);
@@ -269,11 +274,15 @@ describe('words', () => {
     assert.deepEqual(await accessibilityFaults(page), []);
     await screenshot(page, 'save');
     const corner = {};
-    for (const id of ['transparent', 'green', 'blurred']) {
+    for (const [id, name] of [
+      ['transparent', 'five-cutout.webm'],
+      ['green', 'five-green.mp4'],
+      ['blurred', 'five-blur.mp4'],
+    ]) {
       const coming = page.waitForEvent('download');
-      await page.click(`[data-export="${id}"]`);
+      await exportAs(page, id);
       const file = await coming;
-      assert.equal(file.suggestedFilename(), `five-cutout.${id === 'transparent' ? 'webm' : 'mp4'}`);
+      assert.equal(file.suggestedFilename(), name);
       corner[id] = await page.evaluate(cornerOf, [...(await bytesOf(file))]);
       await page.waitForFunction(() => /^Saved/.test(document.querySelector('#export-status').textContent));
     }

@@ -10,10 +10,13 @@ import {
   inPhase,
   movingClip,
   openFix,
+  openLook,
   openSave,
   plainFrame,
   pngFile,
+  redo,
   screenshot,
+  setControl,
   text,
   useSite,
 } from './support.mjs';
@@ -77,6 +80,7 @@ describe('work', () => {
   /** Chooses edges, a ground, and that the first object is not kept. */
   async function chooseLook(page) {
     const then = Number(await page.evaluate(() => document.body.dataset.saved));
+    await openLook(page);
     for (const [name, value] of Object.entries({ grow: 3, feather: 2, smallest: 0.5, smooth: 1 }))
       await page.fill(`#edge-${name}`, String(value));
     await page.check('[name="view"][value="cutout"]', { force: true });
@@ -94,7 +98,7 @@ describe('work', () => {
     return { values, kept };
   }
 
-  test('is offered again after a killed tab, with corrections, and can be discarded', async () => {
+  test('is offered again after a killed tab, with corrections, and can be deleted, which is asked first', async () => {
     const { page, faults } = await site.open({ bypassCSP: true });
     await opened(page);
     await addThing(page);
@@ -130,6 +134,9 @@ describe('work', () => {
     const third = await context.newPage();
     await third.goto(address);
     await third.click('#recent-discard', { timeout: 180_000 });
+    assert.equal(await text(third, '#recent-discard'), 'Delete forever?');
+    assert.equal((await works(third)).length, 1);
+    await third.click('#recent-discard');
     // A reload would come before the storage has forgotten it.
     await third.waitForFunction(() => document.querySelector('#projects-open').hidden);
     await ended(third);
@@ -176,8 +183,10 @@ describe('work', () => {
     await other.waitForFunction(() => globalThis.tracecutStudio.app.viewer.store.state.smoothedMasks);
     assert.equal(await alpha(other), edged);
     await other.setInputFiles('#file', { ...file, buffer: file.buffer.subarray(0, 500) });
-    await inPhase(other, 'error');
-    assert.match(await text(other, '#error'), /project/i);
+    // What is on screen stays.
+    assert.equal(await ended(other), 'done');
+    assert.equal(await text(other, '#notice'), 'Couldn’t open work.tracecut. Not a TraceCut project.');
+    assert.equal(await masks(other), before);
     assert.deepEqual(faults, []);
     await other.context().close();
     await page.context().close();
@@ -215,7 +224,7 @@ describe('work', () => {
     const corrected = await masks(page);
     // Run again: the same clip, and its corrections.
     await then(async () => {
-      await page.click('#again');
+      await redo(page);
       await page.click('#confirm-yes');
     });
     assert.deepEqual(await facts(page), ['true 0']);
@@ -290,7 +299,7 @@ describe('work', () => {
     await page.click('[data-open]');
     await page.waitForFunction(() => globalThis.tracecutStudio.app.segmentation?.result.numFrames === 12);
     assert.equal(await ended(page), 'done');
-    await page.click('#again');
+    await redo(page);
     assert.equal(await page.locator('#confirm[open]').isVisible(), true, 'it is still corrected work');
     assert.deepEqual(faults, []);
     await page.context().close();
@@ -387,7 +396,7 @@ describe('a run that was cut off', () => {
   test('is offered with its settings; when it has ended it is forgotten', async () => {
     const { page, faults } = await site.open({ bypassCSP: true });
     await begun(page);
-    await page.selectOption('#clip-step', '3');
+    await setControl(page, '#clip-step', '3');
     // The run begins anew with that, and is remembered so.
     await remembered(page, [3]);
     const again = await anew(page);

@@ -79,6 +79,31 @@ export async function openFix(page) {
   await page.waitForSelector('body[data-correcting]');
 }
 
+/** Opens the edges and layers, over the picture. */
+export async function openLook(page) {
+  await page.evaluate(() => (document.querySelector('#look').open = true));
+}
+
+/** Opens the sheet of settings, with all that it has. */
+export async function openRedo(page) {
+  await page.click('#redo-open');
+  await page.evaluate(() => (document.querySelector('#clip-more').open = true));
+}
+
+/** Sets a control of a sheet that may be closed. */
+export async function setControl(page, selector, value) {
+  await page.locator(selector).evaluate((control, wanted) => {
+    control.value = wanted;
+    control.dispatchEvent(new Event('input', { bubbles: true }));
+  }, value);
+}
+
+/** Runs a finished clip again. */
+export async function redo(page) {
+  await page.click('#redo-open');
+  await page.click('#redo-run');
+}
+
 /** Opens the dialog that saves, with all that it has. */
 export async function openSave(page) {
   await page.click('#export-open');
@@ -89,6 +114,12 @@ export async function openSave(page) {
 /** Waits for one phase of the page (see studio/model/store.ts). */
 export async function inPhase(page, phase) {
   await page.waitForFunction((wanted) => document.body.dataset.phase === wanted, phase);
+}
+
+/** Saves one thing in the dialog: one of the cards is chosen, and then exported. */
+export async function exportAs(page, id) {
+  await page.click(`[data-export="${id}"]`);
+  if (await page.locator(`.card [data-export="${id}"]`).count()) await page.click('#export-run');
 }
 
 /** Opens the site and waits for the sample. */

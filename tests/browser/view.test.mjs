@@ -8,9 +8,12 @@ import {
   accessibilityFaults,
   ended,
   inPhase,
+  openLook,
+  openRedo,
   picture,
   plainFrame,
   pngFile,
+  redo,
   run,
   screenshot,
   showOnly,
@@ -167,6 +170,7 @@ describe('the canvas', () => {
 describe('the layers of a sample', () => {
   test('fades a layer, and shows its outlines without its fill', async () => {
     const { page } = sample;
+    await openLook(page);
     await showOnly(page, 'masks');
     const alpha = () => page.evaluate(meanAlpha);
     const setting = (name, value) => page.locator(`[data-setting="masks.${name}"]`).fill(String(value));
@@ -309,7 +313,7 @@ describe('the page', () => {
       const line = document.querySelector('#subline');
       new MutationObserver(() => globalThis.lines.add(line.textContent)).observe(line, { childList: true });
     });
-    await page.click('#again');
+    await redo(page);
     await inPhase(page, 'done');
     const heard = await page.evaluate(() => globalThis.heard.join('\n'));
     assert.match(heard, /Reading frames/);
@@ -320,45 +324,38 @@ describe('the page', () => {
 });
 
 describe('settings', () => {
-  test('are marked, applied by “Run again”, and reset', async () => {
+  test('are chosen in a sheet, applied by “Redo”, and reset', async () => {
     const { page, faults } = sample;
-    const row = '#settings-list [data-parameter="trajectory.gridStep"]';
+    const choice = (value) => page.check(`[name="trajectory.gridStep"][value="${value}"]`, { force: true });
     const count = () => page.evaluate(() => globalThis.tracecutStudio.result.trajectories.count);
     const before = await count();
-    assert.equal(await page.locator('#outdated').isVisible(), false);
-    await page.locator(`${row} input`).fill('12');
-    assert.equal(await page.locator('#outdated').isVisible(), true);
-    assert.match(await page.getAttribute(row, 'class'), /is-changed/);
-    await page.click('#outdated-run');
+    assert.equal(await page.locator('#again').isVisible(), false);
+    await openRedo(page);
+    assert.equal(await page.locator('#redo input[type="range"]:visible').count(), 0, 'no numbers of the method');
+    await choice(5);
+    await page.click('#redo-close');
+    assert.equal(await page.locator('#again').isVisible(), true);
+    await redo(page);
     assert.equal(await ended(page), 'done');
-    assert.equal(await page.locator('#outdated').isVisible(), false);
-    const fewer = await count();
-    assert.ok(fewer < 0.7 * before, `${fewer} trajectories at 12 px, ${before} at 8`);
-    await page.click(`${row} .reset`);
-    assert.equal(await page.locator('#outdated').isVisible(), true, 'the result was made with another value');
-    await page.click('#again');
+    assert.equal(await page.locator('#again').isVisible(), false);
+    const more = await count();
+    assert.ok(more > 1.5 * before, `${more} trajectories at 5 px, ${before} at 8`);
+    await openRedo(page);
+    await choice('default');
+    assert.equal(await page.locator('#settings-reset').isVisible(), false);
+    await page.click('#redo-run');
     assert.equal(await ended(page), 'done');
     assert.equal(await count(), before);
-    assert.equal(await page.locator('#settings-reset').isVisible(), false);
     assert.deepEqual(faults, []);
   });
 
-  test('of still images count for still images', async () => {
+  test('of clips are not offered for still images', async () => {
     const { page } = sample;
-    // Cells of a few pixels, some of which are hardly different from the next one.
-    const cells = plainFrame(80, 60, (x, y) => {
-      const value = 40 + (((x >> 3) * 37 + (y >> 3) * 71) % 64);
-      return [value, value, 255 - value];
-    });
-    assert.equal(await run(page, [pngFile('cells.png', cells)]), 'done');
-    assert.equal(await page.locator('[data-parameter="trajectory.gridStep"]:visible').count(), 0);
-    const before = await page.evaluate(() => globalThis.tracecutStudio.app.job.outputs.superpixels.count);
-    await page.locator('#settings-list [data-parameter="superpixel.mergeThreshold"] input').fill('5');
-    await page.click('#again');
-    assert.equal(await ended(page), 'done');
-    const after = await page.evaluate(() => globalThis.tracecutStudio.app.job.outputs.superpixels.count);
-    assert.notEqual(after, before);
-    await page.click('#settings-reset');
+    assert.equal(await run(page, [pngFile('plain.png', plainFrame(80, 60))]), 'done');
+    await openRedo(page);
+    assert.equal(await page.locator('#settings-list').isVisible(), false);
+    assert.match(await page.getAttribute('#lab-open', 'href'), /lab/);
+    await page.click('#redo-close');
     await page.click('#sample');
     assert.equal(await ended(page), 'done');
   });

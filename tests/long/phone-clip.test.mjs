@@ -7,7 +7,7 @@ import { existsSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, test } from 'node:test';
-import { bytesOf, ended, sharedClips, useSite } from '../browser/support.mjs';
+import { bytesOf, ended, exportAs, sharedClips, useSite } from '../browser/support.mjs';
 
 const FRAMES = 75;
 const RATE = 25;
@@ -47,7 +47,7 @@ test('a clip of a phone becomes a transparent video with its sound', { skip }, a
   assert.equal(await ended(page), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
   const segmented = performance.now();
   await page.click('#export-open');
-  const [video] = await Promise.all([page.waitForEvent('download'), page.click('[data-export="transparent"]')]);
+  const [video] = await Promise.all([page.waitForEvent('download'), exportAs(page, 'transparent')]);
   const made = join(folder, 'phone.webm');
   writeFileSync(made, await bytesOf(video));
   const seconds = (from, to) => ((to - from) / 1000).toFixed(1);

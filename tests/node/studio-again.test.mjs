@@ -103,6 +103,35 @@ test('that is begun anew or cancelled on the way still keeps it', async () => {
   assert.equal(masks(), before);
 });
 
+test('with other settings is undone, also where nothing was corrected: masks and settings are as before', async () => {
+  const { app, store, masks } = await opened(movingFrames(8, [96, 64]));
+  const first = store.state.job;
+  const [before, { trim }] = [masks(), store.state];
+  store.set({ changed: new Map([['trajectory.gridStep', 12]]), trim: { ...trim, frames: 6 } });
+  await app.rerun();
+  assert.equal(store.state.timeline.numFrames, 6);
+  assert.equal(store.state.previousJob, first);
+  // One result is kept, that of the last run that ended.
+  const second = store.state.job;
+  store.set({ changed: new Map([['trajectory.gridStep', 10]]) });
+  const running = app.rerun();
+  app.cancel();
+  await running;
+  assert.equal(store.state.previousJob, second);
+  await app.restore();
+  assert.deepEqual([store.state.job, store.state.previousJob], [second, null]);
+  assert.deepEqual([...store.state.changed], [['trajectory.gridStep', 12]]);
+  assert.deepEqual(store.state.trim, { ...trim, frames: 6 });
+  store.set({ changed: new Map(), trim });
+  await app.rerun();
+  assert.equal(masks(), before);
+  store.set({ changed: new Map([['trajectory.gridStep', 12]]) });
+  await app.rerun();
+  await app.restore();
+  assert.equal(masks(), before);
+  assert.deepEqual([store.state.changed.size, store.state.phase], [0, 'done']);
+});
+
 test('is asked about where there are corrections, and is undone step by step before that', async () => {
   const { app, store, masks, paint } = await opened();
   await paint(disc);

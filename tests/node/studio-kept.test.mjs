@@ -92,7 +92,7 @@ test('work is packed, kept, reopenProject as it was, and saved as a project file
     assert.equal(store.state.job.corrections.undoCount(), 1, 'it can be undone');
     assert.equal(opened.files[0].name, 'clip.mp4');
   }
-  await assert.rejects(readProjectFile(new File(['x'], 'b.tracecut')));
+  await assert.rejects(readProjectFile(new File(['x'], 'b.tracecut')), { code: 'no-project' });
   assert.notEqual(await hashClip([CLIP]), await hashClip([new File(['other'], 'clip.mp4')]));
 });
 

@@ -12,6 +12,9 @@ import { showCorrected } from '../../build/model/show-result.js';
 import { describeFrame } from '../../build/model/describe.js';
 import { CLIP, SAMPLE, openModel, openSampleWork } from './studio.mjs';
 
+/** A file that is no clip. */
+const NOTES = new File(['x'], 'notes.txt', { type: 'text/plain' });
+
 /** Every headline that is shown from now on. */
 function headlines(store) {
   const all = [];
@@ -62,10 +65,15 @@ test('the sample is opened, run, cancelled, resumed and corrected; other files a
   assert.equal(corrections.redoCount(), 1);
   assert.equal(store.state.job.isCorrected, true);
 
-  // A file that is none is an error; another clip is run in its place.
-  await app.openFiles([new File(['x'], 'notes.txt', { type: 'text/plain' })]);
+  // A file that is none leaves what was corrected; without corrections of the sample it is an error.
+  await app.openFiles([NOTES]);
+  assert.equal(store.state.phase, 'done');
+  assert.equal(masksOf(store.state), joined);
+  await change(corrections.undo());
+  await app.openFiles([NOTES]);
   assert.equal(store.state.phase, 'error');
   assert.equal(store.state.error.code, 'unknown-file');
+  // Another clip is run in its place.
   const first = app.openFiles([CLIP]);
   const second = app.openFiles([new File(['x'], 'other.mp4', { type: 'video/mp4' })]);
   await Promise.all([first, second]);
@@ -122,6 +130,65 @@ test('kept work is told, chosen of and painted in, and nothing is segmented for 
   assert.deepEqual([...store.state.hidden], [3], 'what is left out stays so');
 });
 
+test('finished work stays until another clip is open, and where none can be opened', async () => {
+  const { app, store, selection } = await openSampleWork();
+  selection.toggle(3);
+  const { visit, job, headline } = store.state;
+  const before = masksOf(store.state);
+  const opening = app.openFiles([NOTES]);
+  assert.equal(store.state.isOpening, true);
+  assert.equal(masksOf(store.state), before);
+  await opening;
+  const { phase, isOpening, notice, announcement } = store.state;
+  assert.deepEqual([phase, isOpening, store.state.headline], ['done', false, headline]);
+  assert.equal(notice, 'Couldn’t open notes.txt. Not a video or an image.');
+  assert.equal(announcement, notice);
+  assert.deepEqual([store.state.visit, store.state.job, [...store.state.hidden]], [visit, job, [3]]);
+  // It can be corrected and saved as before.
+  showCorrected(store, await job.corrections.join(1, [2]));
+  assert.deepEqual([exportSource(store.state).name, store.state.notice], ['clip.mp4', '']);
+
+  // Of two files the last one counts, also if the first is opened later.
+  let openFirst;
+  const source = { ...store.state.source, name: 'first.mp4', close: () => (source.isClosed = true) };
+  const first = app.open('first.mp4', () => new Promise((resolve) => (openFirst = () => resolve(source))));
+  await app.openFiles([NOTES]);
+  openFirst();
+  await first;
+  assert.deepEqual([store.state.visit, store.state.phase, source.isClosed], [visit, 'done', true]);
+
+  // Another clip takes its place.
+  const second = app.openFiles([new File(['x'], 'other.mp4', { type: 'video/mp4' })]);
+  while (store.state.phase !== 'running') await new Promise((resolve) => setTimeout(resolve));
+  assert.deepEqual([store.state.name, store.state.isOpening, store.state.notice], ['other.mp4', false, '']);
+  app.cancel();
+  await second;
+});
+
+test('an object shown alone is the first of those that are selected, and what they are joined to is kept', async () => {
+  const { store, selection } = await openSampleWork();
+  const join = async ([into, ...others]) => showCorrected(store, await selection.join(into, others));
+  selection.isolate(1);
+  selection.toggleSelected(2);
+  selection.toggleSelected(3);
+  assert.deepEqual([...store.state.selected], [1, 2, 3]);
+  await join(store.state.selected);
+  assert.deepEqual(selection.objects, { kept: [1], all: 1 });
+  showCorrected(store, await store.state.job.corrections.undo());
+
+  // A hidden object takes in the one that is shown.
+  selection.reset();
+  selection.isolate(3);
+  await join([2, 3]);
+  assert.deepEqual(selection.objects, { kept: [2], all: 2 });
+  assert.deepEqual([...store.state.selected], []);
+
+  // Where nothing was kept, nothing is.
+  store.set({ hidden: new Set([1, 2]) });
+  await join([1, 2]);
+  assert.deepEqual(selection.objects, { kept: [], all: 1 });
+});
+
 test('what is saved has the objects that are kept', async () => {
   const { store, selection } = await openSampleWork();
   selection.toggle(3);
@@ -136,6 +203,14 @@ test('what is saved has the objects that are kept', async () => {
   };
   const none = { title: '', about: '', choices: [] };
   const choices = [...MAIN_EXPORTS, ...otherExports(none)].flatMap((one) => one.choices);
+  // Each file has a name of its own; a cut-out on the backdrop of the page is named by that.
+  const name = (id) => choices.find((one) => one.id === id).file(subject);
+  assert.deepEqual(['transparent', 'green', 'blurred', 'zip'].map(name), [
+    ...['cutout.webm', 'green.mp4', 'blur.mp4', 'masks.zip'],
+  ]);
+  assert.deepEqual(['cutout-webm', 'cutout-mp4'].map(name), ['cutout.webm', 'green.mp4']);
+  subject.state = { ...known.state, backdrop: { ...known.state.backdrop, name: 'dimmed' } };
+  assert.deepEqual(['cutout-webm', 'cutout-mp4', 'green'].map(name), ['spotlight.webm', 'spotlight.mp4', 'green.mp4']);
   const make = async (id) => {
     const blob = await choices
       .find((one) => one.id === id)

@@ -7,7 +7,7 @@ import { describeClip, lastFrame, describePart, describeTrim, trimFromInputs } f
 import { computeDuration, exportSizes } from '../../build/model/export-size.js';
 import { colourName } from '../../build/model/palette.js';
 import { settingsLink, readLink } from '../../build/model/recipe.js';
-import { ESSENTIALS, Settings, sessionOptions } from '../../build/model/settings.js';
+import { SETTING_CHOICES, Settings, otherChanges, sessionOptions } from '../../build/model/settings.js';
 import { clampTrim, defaultTrim } from '../../build/model/source.js';
 import { Countdown, StageClock, timeLeft } from '../../build/model/stage-clock.js';
 import { Store } from '../../build/model/store.js';
@@ -95,14 +95,22 @@ test('settings name parameters that there are, take what is legal, and make opti
   const all = parameters();
   const store = new Store();
   const settings = new Settings(store, all);
-  for (const { name, range } of ESSENTIALS) {
-    const { min, max } = all.find((one) => one.name === name);
-    assert.ok(range[0] >= min && range[1] <= max, name);
-  }
+  assert.equal(SETTING_CHOICES.length, 3);
+  for (const { name, options } of SETTING_CHOICES)
+    for (const { value } of options.filter((option) => option.value !== null)) {
+      assert.equal(settings.set(name, value), true, name);
+      assert.ok(store.state.changed.has(name), `${name}: ${value} is the default`);
+    }
+  assert.deepEqual(otherChanges({ ...store.state, source: VIDEO }), []);
+  settings.resetAll();
   assert.equal(settings.set('cut.spatialWeight', -1), false);
   assert.equal(settings.set('no.such', 1), false);
   assert.equal(settings.set('trajectory.gridStep', 12), true);
   assert.equal(settings.set('superpixel.mergeThreshold', 5), true);
+  assert.deepEqual(otherChanges({ ...store.state, source: VIDEO }), [
+    'trajectory.gridStep = 12',
+    'superpixel.mergeThreshold = 5',
+  ]);
   const { changed } = store.state;
   assert.deepEqual(sessionOptions({ changed, source: VIDEO }), {
     superpixel: { mergeThreshold: 5 },

@@ -75,10 +75,40 @@ function createOpaqueEncoder(
   codec: Codec,
   quality: Quality,
 ) {
-  const source = new media.CanvasSource(painter.canvas, { codec, quality });
+  const source = new media.VideoSampleSource({ codec, quality });
   output.addVideoTrack(source);
-  const add = (time: number, duration: number) => source.add(time, duration);
+  const add = async (time: number, duration: number) => {
+    const sample = new media.VideoSample(toVideoFrame(painter, time, duration));
+    await source.add(sample);
+    sample.close();
+  };
   return { add, finish: async () => {}, close: () => {} };
+}
+
+/**
+ * Colours of the frames to encode. Encoders convert them to BT.709 in limited range, which cameras write and editors expect;
+ * frames of a canvas would become full range.
+ */
+const COLOR_SPACE: VideoColorSpaceInit = { primaries: 'bt709', transfer: 'bt709', matrix: 'rgb', fullRange: false };
+
+const MICROSECONDS = 1e6;
+
+/**
+ * Returns the painted picture, which is opaque.
+ * @param time in seconds
+ */
+function toVideoFrame({ canvas, context }: Painter, time: number, duration: number): VideoFrame {
+  const { width, height } = canvas;
+  const { data } = context.getImageData(0, 0, width, height);
+  return new VideoFrame(data, {
+    ...{ format: 'RGBX', codedWidth: width, codedHeight: height, colorSpace: COLOR_SPACE, transfer: [data.buffer] },
+    ...createTimestamps(time, duration),
+  });
+}
+
+/** Converts seconds to microseconds. */
+function createTimestamps(time: number, duration: number) {
+  return { timestamp: Math.round(time * MICROSECONDS), duration: Math.round(duration * MICROSECONDS) };
 }
 
 /** @param codec one that supports alpha */
@@ -119,8 +149,6 @@ const KEY_FRAME_INTERVAL = 50;
 
 /** Frames in an encoder before painting waits. */
 const MAX_QUEUED = 4;
-
-const MICROSECONDS = 1e6;
 
 /** Writes an encoded picture and its encoded alpha. */
 type WritePair = (color: EncodedVideoChunk, alpha: Uint8Array, meta?: EncodedVideoChunkMetadata) => Promise<void>;
@@ -165,13 +193,12 @@ class AlphaEncoder {
   async add(time: number, duration: number) {
     const keyFrame = this.#count % KEY_FRAME_INTERVAL === 0;
     this.#count += 1;
-    const init = { timestamp: Math.round(time * MICROSECONDS), duration: Math.round(duration * MICROSECONDS) };
-    encode(this.color, new VideoFrame(this.painter.canvas, { ...init, alpha: 'discard' }), keyFrame);
+    encode(this.color, toVideoFrame(this.painter, time, duration), keyFrame);
     const { width, height } = this.painter.size;
     encode(
       this.alpha,
       new VideoFrame(toI420(this.painter.alpha(), width, height), {
-        ...init,
+        ...createTimestamps(time, duration),
         format: 'I420',
         codedWidth: width,
         codedHeight: height,

@@ -44,9 +44,7 @@ class ClipPanel {
 
   showSource(source: Source) {
     const isSample = source.kind === 'sample';
-    byId('clip-form').hidden = isSample;
-    byId('clip-sample').hidden = !isSample;
-    byId('clip-title').textContent = sourceKind(source) === 'still' ? 'Image' : 'Clip';
+    byId('clip-more').hidden = isSample;
     byId('clip-facts').textContent = describeClip(source);
     this.start.max = String(Math.max(0, source.count - 2));
   }

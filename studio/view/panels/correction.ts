@@ -1,7 +1,7 @@
 // The panel of corrections: joins, splits, paints and erases the selected object, adds missing ones, and joins or
 // splits by strokes. Every step can be undone and redone. Loaded when first opened.
 
-import { byId, h } from '../dom.js';
+import { byId, isMultiSelect, h } from '../dom.js';
 import { describeMotion, nameAndColour, describePosition } from '../../model/describe.js';
 import { objectName } from '../../model/palette.js';
 import { listObjects } from '../../model/selection.js';
@@ -9,10 +9,12 @@ import { showCorrected } from '../../model/show-result.js';
 import { explain, formatPercent, formatPlural, formatSeconds } from '../../model/messages.js';
 import { Brush, type BrushTool, NEW_OBJECT } from '../../model/brush.js';
 import { BRUSH_HELP, Strokes, isBrush } from './strokes.js';
+import { Crosshair } from './crosshair.js';
 import type { Spot } from '../../model/frame-data.js';
 import type { Corrections } from '../../model/corrections.js';
 import type { ObjectFacts } from '../../model/presence.js';
 import type { View } from '../layers/layer.js';
+import type { CanvasPlace } from '../viewer.js';
 import type { Page } from '../page.js';
 
 type Tool = 'pick' | 'together' | 'apart' | BrushTool;
@@ -57,6 +59,11 @@ export class Correction {
       radius: () => byId<HTMLInputElement>('brush-size').valueAsNumber / 2,
       paint: (stroke, tool) => this.brush.stroke(stroke, tool),
     });
+    new Crosshair(viewer, keys, {
+      move: (place) => this.strokes.extend(place),
+      apply: (place, event) => this.applyAt(place, event),
+      leave: () => this.strokes.end(),
+    });
     this.connect();
     // A tool may have been selected before this file was loaded.
     const checkedTool = this.tools.find(({ checked }) => checked)?.value;
@@ -66,10 +73,14 @@ export class Correction {
     const redoable = () => this.isOpen || (this.corrector?.redoCount() ?? 0) > 0;
     keys.on('Ctrl+z', () => this.undo(), undoable);
     for (const key of ['Ctrl+y', 'Ctrl+Shift+z']) keys.on(key, () => this.redo(), redoable);
+    keys.on('Escape', () => (this.isOpen ? this.toggle(false) : app.cancel()));
     store.watch(['visit'], () => this.reset());
     store.watch(['isCorrecting'], ({ isCorrecting }) => {
       document.body.toggleAttribute('data-correcting', isCorrecting);
       byId('correct-open').setAttribute('aria-pressed', String(isCorrecting));
+      viewer.canvas.setAttribute('role', isCorrecting ? 'application' : 'img');
+      if (isCorrecting) viewer.canvas.tabIndex = 0;
+      else viewer.canvas.removeAttribute('tabindex');
     });
     this.selectTool((checkedTool ?? 'pick') as Tool);
   }
@@ -77,8 +88,8 @@ export class Correction {
   connect() {
     const buttons: Record<string, () => unknown> = {
       'correct-done': () => this.toggle(false),
-      'correct-merge': () => this.apply((c) => c.join(this.target, [this.object])),
-      'correct-background': () => this.apply((c) => c.join(0, [this.object])),
+      'correct-merge': () => this.join(this.target, [this.object]),
+      'correct-background': () => this.join(0, [this.object]),
       'correct-split': () => this.apply((c) => c.split(this.object, this.place ?? undefined)),
       'correct-undo': () => this.undo(),
       'correct-redo': () => this.redo(),
@@ -109,12 +120,20 @@ export class Correction {
 
   toggle(on: boolean = !this.isOpen) {
     const isCorrecting = on && this.corrector !== null;
+    const focused = document.activeElement;
+    const hadFocus = byId('correct').contains(focused) || focused === this.viewer.canvas;
     this.store.set({ isCorrecting, ...(isCorrecting ? { isPlaying: false } : {}) });
-    // The tools are at the top.
-    if (isCorrecting) byId('panel').scrollTop = 0;
     this.selectTool(isCorrecting ? this.tool : 'pick');
+    if (isCorrecting) this.focusTools();
+    else if (hadFocus) byId('correct-open').focus();
     this.showStatus('');
     this.listObjects();
+  }
+
+  /** Brings the tools into view, and moves the focus to the selected one. */
+  focusTools() {
+    byId('correct').scrollIntoView({ block: 'nearest' });
+    this.tools.find(({ checked }) => checked)?.focus({ preventScroll: true });
   }
 
   listObjects() {
@@ -171,6 +190,14 @@ export class Correction {
     if (this.tool === 'pick' && object >= 0) this.selectObject(object, { t: this.store.state.frame, x, y });
   }
 
+  /** Applies the tool at the crosshair; strokes begin and end with a key. */
+  applyAt(place: CanvasPlace, event: KeyboardEvent) {
+    const { strokes } = this;
+    if (!strokes.tool) this.pick(this.viewer.spotAt(place), isMultiSelect(event), event.altKey);
+    else if (strokes.current) strokes.end();
+    else strokes.begin(place);
+  }
+
   selectTool(tool: Tool) {
     this.tool = tool;
     for (const radio of this.tools) radio.checked = radio.value === tool;
@@ -205,7 +232,7 @@ export class Correction {
       object === 0
         ? 'Everything that is not an object.'
         : describeFacts(facts.find((objectFacts) => objectFacts.object === object));
-    byId('correct-split').textContent =
+    byId('correct-split').querySelector('.tip')!.textContent =
       object === 0 ? 'Make an object here' : this.place ? 'Split off this part' : 'Split';
   }
 
@@ -218,6 +245,7 @@ export class Correction {
     byId('brush-actions').hidden = !brushing;
     byId('brush-width').hidden = tool === 'add';
     byId('add-sizes').hidden = tool !== 'add';
+    byId('correct-facts').hidden = !picking;
     byId('stroke-help').hidden = picking;
     byId('stroke-help').textContent = isBrush(tool)
       ? BRUSH_HELP[tool]
@@ -241,6 +269,15 @@ export class Correction {
     disable('correct-redo', busy || corrector.redoCount() === 0);
   }
 
+  /** Joins objects and selects the joined one. */
+  join(into: number, others: number[]) {
+    return this.apply(async () => {
+      const frames = await this.selection.join(into, others);
+      if (into > 0 && others.includes(this.object)) this.object = into;
+      return frames;
+    });
+  }
+
   applyStrokes() {
     const { tool } = this;
     const list = this.strokes.list;
@@ -249,7 +286,7 @@ export class Correction {
 
   async undo() {
     await this.brush.finish();
-    // The first step may be the run that replaced a corrected result.
+    // The first step may be the run that replaced another result.
     if (!this.corrector?.undoCount()) await this.app.restore();
     else await this.apply((c) => c.undo(), 'Undone');
   }

@@ -1,8 +1,8 @@
 // The save dialog: files, a link with the settings, and the recipe that reproduces the result.
 
-import { type MaskSource, version } from '../../model/library.js';
+import { type MaskSource, SCREEN_GREEN, drawCutout, version } from '../../model/library.js';
 import { PLAYS_MP4, byId, connectDialog, h } from '../dom.js';
-import { maskEdges, toCutoutBackdrop } from '../../model/view-settings.js';
+import { maskEdges } from '../../model/view-settings.js';
 import { type Choice, type Export, type Subject, fileStem, exportSource } from '../../model/export.js';
 import { resizedFrames } from '../../model/export-size.js';
 import { MAIN_EXPORTS, otherExports } from '../../model/exports.js';
@@ -16,14 +16,6 @@ import { formatBytes, formatCount, explain, formatTimeLeft } from '../../model/m
 import { ExportOptions } from './export-options.js';
 import { SavePreview } from './save-preview.js';
 import type { Page } from '../page.js';
-
-/** Short labels of the choices with a preview. */
-const PREVIEW_LABELS: Record<string, string> = {
-  transparent: 'Cut-out',
-  green: 'Green',
-  blurred: 'Blurred',
-  zip: 'Masks',
-};
 
 /** Interval between updates of the progress, in milliseconds; chosen by eye. */
 const TICK_MS = 200;
@@ -39,10 +31,10 @@ export class ExportDialog {
   recipe = '';
   abort: AbortController | null = null;
   sharedFile: File | null = null;
-  mainChoices: { choice: Choice; button: HTMLButtonElement }[];
+  mainChoices: { choice: Choice; button: HTMLInputElement; facts: HTMLElement }[];
   preview: SavePreview;
   otherChoices: { title: string; choice: Choice; button: HTMLButtonElement }[];
-  choices: { choice: Choice; button: HTMLButtonElement }[];
+  choices: { choice: Choice; button: HTMLButtonElement | HTMLInputElement }[];
 
   constructor({ store, selection, viewer }: Pick<Page, 'store' | 'selection' | 'viewer'>) {
     this.store = store;
@@ -50,15 +42,17 @@ export class ExportDialog {
     this.viewer = viewer;
     const rows = otherExports(background).map((item) => this.row(item));
     byId('export-list').replaceChildren(...rows.map(({ element }) => element));
-    const first = MAIN_EXPORTS.map((item, k) => this.card(item, k === 0));
-    byId('export-main').replaceChildren(...first.map(({ button }) => button));
-    this.mainChoices = first;
+    const cards = MAIN_EXPORTS.map((item) => this.card(item));
+    byId('export-main').append(...cards.map(({ element }) => element));
+    this.mainChoices = cards;
     this.preview = new SavePreview(
-      first.map(({ choice }) => choice),
+      cards.map(({ choice }) => choice),
       () => this.subject(),
+      (choice) => drawSketch(choice, viewer),
     );
     this.otherChoices = rows.flatMap(({ choices }) => choices);
-    this.choices = [...first, ...this.otherChoices];
+    this.choices = [...cards, ...this.otherChoices];
+    this.options.onChange = () => this.showFacts();
     this.nameChoices();
     this.connect();
   }
@@ -66,6 +60,7 @@ export class ExportDialog {
   connect() {
     byId('export-close').addEventListener('click', () => this.dialog.close());
     byId('export-cancel').addEventListener('click', () => this.abort?.abort());
+    byId('export-run').addEventListener('click', () => this.chosen && this.save(this.chosen));
     byId('export-share').addEventListener('click', () => this.share());
     byId('copy-link').addEventListener('click', () =>
       this.copy(settingsLink(this.store.state.changed, location.href), 'Link copied.'),
@@ -77,7 +72,6 @@ export class ExportDialog {
       this.preview.begin();
       if (choice) this.showPreview(choice);
     });
-    this.connectPreview();
     this.dialog.addEventListener('close', () => {
       this.abort?.abort();
       this.preview.begin();
@@ -85,27 +79,23 @@ export class ExportDialog {
     connectDialog(this.dialog);
   }
 
-  /** Previews a choice on hover or focus; touch screens have radio buttons beside the picture. */
-  connectPreview() {
-    for (const { choice, button } of this.mainChoices)
-      for (const kind of ['pointerenter', 'focus']) button.addEventListener(kind, () => this.showPreview(choice));
-    const radios = this.mainChoices.map(({ choice }) =>
-      h(
-        'label',
-        {},
-        h('input', { type: 'radio', name: 'look', value: choice.id, input: () => this.showPreview(choice) }),
-        h('span', {}, PREVIEW_LABELS[choice.id] ?? choice.id),
-      ),
-    );
-    byId('export-previews').append(...radios);
+  /** The chosen card. */
+  get chosen(): Choice | undefined {
+    return this.mainChoices.find(({ button }) => button.checked)?.choice;
+  }
+
+  choose(choice: Choice) {
+    for (const { choice: one, button } of this.mainChoices) button.checked = one === choice;
+    this.showPreview(choice);
   }
 
   showPreview(choice: Choice) {
-    if (this.abort || !this.dialog.open) return;
-    this.preview.show(choice);
-    for (const { choice: one, button } of this.mainChoices) button.toggleAttribute('data-previewed', one === choice);
-    const radio = byId('export-previews').querySelector<HTMLInputElement>(`[value="${choice.id}"]`);
-    if (radio) radio.checked = true;
+    if (!this.abort && this.dialog.open) this.preview.show(choice);
+  }
+
+  /** Shows size and length on the cards. */
+  showFacts() {
+    for (const { choice, facts } of this.mainChoices) facts.textContent = this.options.describe(choice.id === 'zip');
   }
 
   /** Returns the data to export; null without a result. */
@@ -128,23 +118,17 @@ export class ExportDialog {
     this.store.set({ isPlaying: false });
     byId('export-preview').style.setProperty('--aspect', String(source.source.width / source.source.height));
     this.dialog.showModal();
-    this.showPreview(this.mainChoices[0].choice);
+    this.choose(this.chosen ?? this.mainChoices[0].choice);
   }
 
-  /** @param isNext true for the suggested choice */
-  card({ title, about, choices: [choice] }: Export, isNext: boolean) {
-    const button = h(
-      'button',
-      {
-        type: 'button',
-        class: isNext ? 'card primary' : 'card',
-        'data-export': choice.id,
-        click: () => this.save(choice),
-      },
-      h('strong', {}, title),
-      h('span', {}, about),
-    );
-    return { choice, button };
+  card({ title, about, choices: [choice] }: Export) {
+    const facts = h('span', { class: 'value' });
+    const button = h('input', {
+      ...{ type: 'radio', name: 'export-choice', 'data-export': choice.id },
+      input: () => this.showPreview(choice),
+    });
+    const element = h('label', { class: 'card' }, button, h('strong', {}, title), h('span', {}, about), facts);
+    return { choice, button, facts, element };
   }
 
   row({ title, about, choices }: Export) {
@@ -191,7 +175,6 @@ export class ExportDialog {
       maskStyle: this.viewer.maskStyle(side),
       quality,
       edges: maskEdges(this.store.state.edges, source.masks),
-      backdrop: toCutoutBackdrop(this.store.state.backdrop),
       sound: (format: 'webm' | 'mp4') => this.options.soundFor(format),
       objects: (object: number) => object > 0 && this.selection.has(object),
     };
@@ -271,7 +254,8 @@ export class ExportDialog {
     const subject = this.source();
     for (const { choice, button } of this.choices)
       button.disabled = busy || !subject || choice.isAvailable?.(subject) === false;
-    byId('export-progress').hidden = !busy;
+    byId('export-progress').hidden = byId('export-cancel').hidden = !busy;
+    byId('export-run').hidden = busy;
     showProgress({ done: 0, total: 0 });
   }
 
@@ -316,6 +300,18 @@ function showProgress({ done, total }: { done: number; total: number }, timeLeft
   const msLeft = timeLeft?.estimate({ done, total }, performance.now()) ?? null;
   const text = msLeft === null ? progressText : `${progressText}, ${formatTimeLeft(msLeft)}`;
   byId('export-count').textContent = total > 0 ? text : '';
+}
+
+/** Draws roughly what a choice saves of the frame on screen, until its preview is made. */
+function drawSketch({ id }: Choice, viewer: Page['viewer']): HTMLCanvasElement | null {
+  const { image, width, height } = viewer.view;
+  const mask = viewer.edgedMask();
+  if (!image || !mask) return null;
+  const canvas = h('canvas', { width, height });
+  const ctx = canvas.getContext('2d')!;
+  const background = id === 'green' ? SCREEN_GREEN : id === 'blurred' ? 'blurred' : 'transparent';
+  drawCutout(ctx, image, mask, { background });
+  return canvas;
 }
 
 function isCancel(error: unknown) {

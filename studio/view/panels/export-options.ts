@@ -29,6 +29,7 @@ export class ExportOptions {
   withSound = byId<HTMLInputElement>('export-sound');
   source: SizedSource | null = null;
   sizes: ReturnType<typeof exportSizes> = [];
+  onChange = () => {};
   /** Soundtrack of the source. */
   sound: SoundInfo | null = null;
 
@@ -79,22 +80,23 @@ export class ExportOptions {
     return { source: source.source.file, start, end: start + computeDuration(source.masks, source.fps) };
   }
 
-  show() {
+  /** Describes the size and the length of what is saved; of videos its bytes too. */
+  describe(areImages: boolean): string {
     const { source } = this;
+    if (!source) return '';
+    const { numFrames } = source.masks;
+    const { width, height } = fitSize(source.source, this.side);
+    if (areImages) return `${width} × ${height}, ${formatPlural(numFrames, 'frame')}`;
+    const size = estimateVideoSize({ width, height, numFrames, quality: this.values.quality });
+    const seconds = `${computeDuration(source.masks, source.fps).toFixed(1)}\u00a0s`;
+    return `${width} × ${height}, ${seconds}, about ${formatBytes(size)}`;
+  }
+
+  show() {
+    this.onChange();
     byId('export-custom').hidden = this.size.value !== 'own';
     byId('export-with-sound').hidden = !this.sound;
     byId('export-sound-facts').textContent = this.soundText;
-    if (!source) return;
-    const { numFrames } = source.masks;
-    const { width, height } = fitSize(source.source, this.side);
-    const size = estimateVideoSize({ width, height, numFrames, quality: this.values.quality });
-    const facts = [
-      `${width} × ${height}`,
-      formatPlural(numFrames, 'frame'),
-      `${computeDuration(source.masks, source.fps).toFixed(1)}\u00a0s`,
-      `about ${formatBytes(size)} as video`,
-    ];
-    byId('export-facts').textContent = `${facts.join(', ')}.`;
   }
 
   /** Describes the formats that can hold the sound. */

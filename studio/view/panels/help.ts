@@ -15,11 +15,12 @@ const KEYS: [keys: string[], what: string][] = [
   [['P'], 'play the original clip'],
   [['O'], 'open a file'],
   [['M'], 'fix the result'],
+  [['←', '→', '↑', '↓', 'Enter'], 'on the picture, in Fix: move, and use the tool'],
   [['Shift', 'Enter'], 'on a listed object: select several; or Shift-click'],
   [['Ctrl', 'Z'], 'undo'],
   [['Ctrl', 'Y'], 'redo'],
   [['E'], 'save'],
-  [['Esc'], 'cancel a run, close a dialog'],
+  [['Esc'], 'cancel a run, leave Fix, close a dialog'],
   [['Tab'], 'next control'],
   [['?'], 'this list'],
 ];

@@ -101,7 +101,7 @@ export class JoinBar {
     if (objects.length === 0) return;
     const hadFocus = byId('join').contains(document.activeElement);
     const { analysis } = this.store.state;
-    await this.correction.apply((corrector) => corrector.join(into, objects));
+    await this.correction.join(into, objects);
     if (this.store.state.analysis === analysis) return;
     this.lastJoin = { analysis: this.store.state.analysis, count: objects.length + 1 };
     this.show();

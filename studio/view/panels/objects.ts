@@ -1,8 +1,8 @@
 // The list of objects: colour, size, time and position, and whether they are kept.
 
 import { byId, isMultiSelect, h } from '../dom.js';
-import { describeMotion, nameAndColour, describePosition } from '../../model/describe.js';
-import { objectColor, objectName, objectShape } from '../../model/palette.js';
+import { describeMotion, describePosition } from '../../model/describe.js';
+import { colourName, objectColor, objectName, objectShape } from '../../model/palette.js';
 import { type Selection, listObjects } from '../../model/selection.js';
 import { formatPercent } from '../../model/messages.js';
 import { Lanes } from './lanes.js';
@@ -38,7 +38,7 @@ function createRow(facts: ObjectFacts, selection: Selection, lanes: Lanes) {
   const name = objectName(object);
   const swatch = h('span', { class: `swatch swatch-${objectShape(object)}`, 'aria-hidden': 'true' });
   swatch.style.setProperty('--mark', objectColor(object));
-  const selectedNote = h('span', { class: 'visually-hidden' });
+  const note = h('span', { class: 'visually-hidden' });
   const select = (event: MouseEvent | KeyboardEvent) => {
     event.preventDefault();
     selection.toggleSelected(object);
@@ -52,13 +52,7 @@ function createRow(facts: ObjectFacts, selection: Selection, lanes: Lanes) {
       keydown: (event: KeyboardEvent) => event.key === 'Enter' && event.shiftKey && select(event),
     },
     swatch,
-    h(
-      'span',
-      { class: 'object-name' },
-      name,
-      h('span', { class: 'visually-hidden' }, `, ${nameAndColour(object)}`),
-      selectedNote,
-    ),
+    h('span', { class: 'object-name' }, name, note),
     h('span', { class: 'object-share' }, formatPercent(share)),
     h('span', { class: 'object-facts' }, describeFacts(facts)),
   );
@@ -70,7 +64,7 @@ function createRow(facts: ObjectFacts, selection: Selection, lanes: Lanes) {
     const isKept = selection.has(object);
     element.classList.toggle('is-hidden', !isKept);
     button.setAttribute('aria-pressed', String(selection.isAlone(object)));
-    selectedNote.textContent = selection.isSelected(object) ? ', selected' : '';
+    note.textContent = ` (${colourName(object)})${selection.isSelected(object) ? ', selected' : ''}`;
     keep?.update(isKept);
   };
   return { element, update };
@@ -82,7 +76,7 @@ function createKeepBox(object: number, selection: Selection) {
     'aria-label': `Keep ${objectName(object)}`,
     change: () => selection.toggle(object),
   });
-  const element = h('label', { class: 'keep', title: 'Keep on screen and when saving' }, box, 'Keep');
+  const element = h('label', { class: 'keep', title: 'Keep on screen and when saving' }, box);
   const update = (isKept: boolean) => (box.checked = isKept);
   return { element, update };
 }

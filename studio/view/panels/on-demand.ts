@@ -57,7 +57,11 @@ export function correctPanel(page: Pick<Page, 'app' | 'store' | 'viewer' | 'keys
     return fetching();
   };
   byId('correct-open').addEventListener('click', open);
-  page.keys.on('m', () => void open());
+  page.keys.on('m', () => {
+    // It has the focus then.
+    page.keys.tabbed = true;
+    void open();
+  });
   store.watch(['selected', 'phase'], ({ selected, phase, source }) => {
     // A user's clip may have similar objects to propose.
     if (!isLoaded && (selected.size > 0 || (phase === 'done' && source?.files))) void fetching();

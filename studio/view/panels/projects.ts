@@ -18,8 +18,14 @@ import type { Source } from '../../model/source.js';
 import type { State } from '../../model/store.js';
 import type { Page } from '../page.js';
 
-/** A notice with actions. */
-type Notice = { text: string; action?: () => unknown; actionText?: string; discard?: () => unknown; hasList: boolean };
+/** A notice with actions; `removable` can be deleted. */
+type Notice = {
+  text: string;
+  action?: () => unknown;
+  actionText?: string;
+  removable?: { id: string; name: string };
+  hasList: boolean;
+};
 
 let loading: Promise<RunMemory> | undefined;
 
@@ -153,7 +159,7 @@ export class Projects {
       text: run ? `The run of ${run.name} was interrupted.` : `Recent project: ${last.name}`,
       actionText: run && `Run again: ${run.name}`,
       action: () => (run ? this.rerun(run) : this.open(projects[0])),
-      discard: () => this.remove(last),
+      removable: last,
       hasList: projects.length >= (run ? 1 : 2),
     });
   }
@@ -165,15 +171,17 @@ export class Projects {
     await this.app.openInterruptedRun(run);
   }
 
-  showNotice({ text, action, actionText = 'Continue', discard, hasList }: Notice) {
+  showNotice({ text, action, actionText = 'Continue', removable, hasList }: Notice) {
     byId('recent-text').textContent = text;
     byId('recent-open').textContent = actionText;
     byId('recent-open').onclick = () => action?.();
-    byId('recent-discard').hidden = !discard;
-    byId('recent-discard').onclick = () => {
-      byId('recent').hidden = true;
-      discard?.();
-    };
+    const discard = byId<HTMLButtonElement>('recent-discard');
+    discard.hidden = !removable;
+    if (removable)
+      confirmDelete(discard, removable.name, () => {
+        byId('recent').hidden = true;
+        void this.remove(removable);
+      });
     byId('recent-all').hidden = !hasList;
     byId('recent').hidden = false;
   }
@@ -229,26 +237,20 @@ function createOpenButton(label: string, id: string, open: () => void) {
   return h('button', { type: 'button', 'aria-label': label, 'data-open': id, click: open }, 'Open');
 }
 
-/** Creates a button that deletes on the second press. */
 function createDeleteButton(name: string, drop: () => void) {
-  const button = h(
-    'button',
-    {
-      type: 'button',
-      'aria-label': `Delete ${name}`,
-      click: () => {
-        if (button.dataset.sure) return drop();
-        button.dataset.sure = 'asked';
-        button.textContent = 'Delete forever?';
-        button.setAttribute('aria-label', `Delete ${name} forever?`);
-      },
-      blur: () => {
-        delete button.dataset.sure;
-        button.textContent = 'Delete';
-        button.setAttribute('aria-label', `Delete ${name}`);
-      },
-    },
-    'Delete',
-  );
+  const button = h('button', { type: 'button' });
+  confirmDelete(button, name, drop);
   return button;
+}
+
+/** Lets a button delete on the second press. */
+function confirmDelete(button: HTMLButtonElement, name: string, drop: () => void) {
+  const show = (isSure: boolean) => {
+    button.toggleAttribute('data-sure', isSure);
+    button.textContent = isSure ? 'Delete forever?' : 'Delete';
+    button.setAttribute('aria-label', isSure ? `Delete ${name} forever?` : `Delete ${name}`);
+  };
+  show(false);
+  button.onclick = () => (button.hasAttribute('data-sure') ? drop() : show(true));
+  button.onblur = () => show(false);
 }

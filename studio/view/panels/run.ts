@@ -7,7 +7,7 @@ import type { Page } from '../page.js';
 export function runPanel({ app, store, keys }: Pick<Page, 'app' | 'store' | 'keys'>) {
   const buttons: [ids: string[], act: () => unknown][] = [
     [['sample', 'error-sample'], () => app.openSample()],
-    [['again', 'outdated-run'], () => app.rerun()],
+    [['again'], () => app.rerun()],
     [['restore'], () => app.restore()],
     [['resume'], () => app.resume()],
     [['cancel'], () => app.cancel()],
@@ -49,7 +49,7 @@ type Open = (files: Iterable<File> | null | undefined) => void;
 
 function connectPicker(open: Open, keys: Keys) {
   const pick = connectInput('file', open);
-  for (const id of ['open', 'error-open']) byId(id).addEventListener('click', pick);
+  for (const id of ['open', 'error-open', 'welcome-open']) byId(id).addEventListener('click', pick);
   keys.on('o', pick);
   // Desktops ignore `capture` and show a file picker.
   byId('camera-open').hidden = !TOUCH;

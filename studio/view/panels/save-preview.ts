@@ -20,6 +20,7 @@ export class SavePreview {
   constructor(
     public choices: Choice[],
     readonly subject: () => Subject | null,
+    readonly sketch: (choice: Choice) => HTMLElement | null,
   ) {
     this.connect();
   }
@@ -71,6 +72,8 @@ export class SavePreview {
     const element = this.previews.get(choice);
     if (element !== undefined) return this.showElement(choice, element);
     this.box.toggleAttribute('data-waits', true);
+    const sketch = this.sketch(choice);
+    if (sketch) this.box.replaceChildren(sketch);
     if (!this.abort) void this.makePreviews((this.abort = new AbortController()));
   }
 
@@ -98,13 +101,15 @@ export class SavePreview {
   showElement(choice: Choice, element: PreviewElement | null) {
     this.box.toggleAttribute('data-waits', false);
     if (!element) {
-      this.box.replaceChildren();
       byId('export-preview-text').textContent = 'No preview.';
       return;
     }
     const { width, height } = naturalSize(element);
     this.box.dataset.shows = choice.id;
-    this.box.replaceChildren(element);
+    // A video has no pixels at first: what was shown before stays below it until then.
+    const before = [...this.box.children].filter((child) => child !== element);
+    this.box.prepend(element);
+    requestAnimationFrame(() => requestAnimationFrame(() => before.forEach((child) => child.remove())));
     element.style.setProperty('--true', `${width / devicePixelRatio}px`);
     byId('export-preview-text').textContent = `Output: ${width} × ${height}`;
   }

@@ -1,32 +1,41 @@
-// The panel of the main settings.
+// The sheet that makes a result again with other settings.
 
-import { byId, h, icon } from '../dom.js';
-import { ESSENTIALS, type Essential, type Settings, appliesTo, sessionOptions } from '../../model/settings.js';
+import { byId, connectDialog, h } from '../dom.js';
+import {
+  SETTING_CHOICES,
+  type SettingChoice,
+  type Settings,
+  otherChanges,
+  sessionOptions,
+} from '../../model/settings.js';
 import { sourceKind } from '../../model/source.js';
 import { formatPlural } from '../../model/messages.js';
 import type { State } from '../../model/store.js';
 import type { Page } from '../page.js';
 
-export function settingsPanel({ store, settings }: Pick<Page, 'store' | 'settings'>) {
-  const rows = ESSENTIALS.map((essential) => ({ only: essential.only, element: createRow(settings, essential) }));
-  byId('settings-reset').addEventListener('click', () => settings.resetAll());
-  store.watch(['source'], ({ source }) => {
-    const shownRows = rows.filter(({ only }) => only === sourceKind(source));
-    byId('settings-list').replaceChildren(...shownRows.map(({ element }) => element));
+export function settingsPanel({ app, store, settings }: Pick<Page, 'app' | 'store' | 'settings'>) {
+  const dialog = byId<HTMLDialogElement>('redo');
+  connectDialog(dialog);
+  byId('redo-open').addEventListener('click', () => dialog.showModal());
+  byId('redo-close').addEventListener('click', () => dialog.close());
+  byId('redo-run').addEventListener('click', () => {
+    dialog.close();
+    void app.rerun();
   });
+  byId('settings-list').append(...SETTING_CHOICES.map((choice) => createRow(settings, choice)));
+  byId('settings-reset').addEventListener('click', () => settings.resetAll());
+  store.watch(['source'], ({ source }) => (byId('settings-list').hidden = sourceKind(source) === 'still'));
   store.watch(['source', 'changed'], showChanged);
   store.watch(['phase', 'job', 'trim', 'source', 'changed'], (state) => store.set({ isOutdated: isPending(state) }));
-  store.watch(['isOutdated'], ({ isOutdated }) => (byId('outdated').hidden = !isOutdated));
+  store.watch(['isOutdated'], ({ isOutdated }) => document.body.toggleAttribute('data-outdated', isOutdated));
 }
 
-function showChanged({ changed, source }: Readonly<State>) {
-  const hiddenChanges = [...changed]
-    .filter(([name]) => appliesTo(source, name) && !ESSENTIALS.some((essential) => essential.name === name))
-    .map(([name, value]) => `${name} = ${value}`);
-  byId('settings-others').hidden = hiddenChanges.length === 0;
-  byId('settings-others').textContent = `Also changed: ${hiddenChanges.join(', ')}.`;
-  byId('settings-reset').hidden = changed.size === 0;
-  byId('settings-reset').title = formatPlural(changed.size, 'changed setting');
+function showChanged(state: Readonly<State>) {
+  const others = otherChanges(state);
+  byId('settings-others').hidden = others.length === 0;
+  byId('settings-others').textContent = `Also changed: ${others.join(', ')}.`;
+  byId('settings-reset').hidden = state.changed.size === 0;
+  byId('settings-reset').title = formatPlural(state.changed.size, 'changed setting');
 }
 
 /** Returns whether the settings have changed since the run. */
@@ -35,42 +44,19 @@ function isPending(state: Readonly<State>) {
   return phase === 'done' && job !== null && !job.hasSettings(trim, sessionOptions(state));
 }
 
-function createRow(settings: Settings, { name, label, about, range: [min, max, step], unit }: Essential): HTMLElement {
-  const id = `setting-${name.replace('.', '-')}`;
-  const input = h('input', { type: 'range', id, min, max, step, 'aria-describedby': `${id}-about` });
-  input.addEventListener('input', () => settings.set(name, Number(input.value)));
-  const output = h('span', { class: 'value', 'aria-hidden': 'true' });
-  const reset = h(
-    'button',
-    {
-      type: 'button',
-      class: 'icon-button reset',
-      'aria-label': `Reset ${label}`,
-      title: `Reset to ${settings.parameters.get(name)?.default}`,
-      click: () => {
-        settings.reset(name);
-        input.focus();
-      },
-    },
-    icon('icon-reset'),
-  );
-  const element = h(
-    'div',
-    { class: 'setting', 'data-parameter': name },
-    h('label', { class: 'setting-name', for: id }, label),
-    reset,
-    h('span', { class: 'setting-control' }, input, output),
-    h('p', { class: 'about', id: `${id}-about` }, about),
-  );
-  settings.store.watch(['changed'], ({ changed }) => {
-    const value = Number(settings.get(name));
-    const text = unit ? `${value}\u00a0${unit}` : String(value);
-    input.value = String(value);
-    input.style.setProperty('--share', String(Math.min(1, Math.max(0, (value - min) / (max - min)))));
-    input.setAttribute('aria-valuetext', text);
-    output.textContent = text;
-    element.classList.toggle('is-changed', changed.has(name));
-    reset.hidden = !changed.has(name);
+function createRow(settings: Settings, { name, label, options }: SettingChoice): HTMLElement {
+  const radios = options.map(({ label: text, value }) => {
+    const input = h('input', { type: 'radio', name, value: value ?? 'default' });
+    input.addEventListener('input', () => (value === null ? settings.reset(name) : settings.set(name, value)));
+    return { value, input, element: h('label', {}, input, h('span', {}, text)) };
   });
-  return element;
+  settings.store.watch(['changed'], ({ changed }) => {
+    for (const { value, input } of radios) input.checked = (changed.get(name) ?? null) === value;
+  });
+  return h(
+    'fieldset',
+    { class: 'setting', 'data-parameter': name },
+    h('legend', {}, label),
+    h('span', { class: 'segmented' }, ...radios.map(({ element }) => element)),
+  );
 }

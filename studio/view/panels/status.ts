@@ -5,7 +5,10 @@ import { PLAYS_MP4, byId } from '../dom.js';
 import { explain } from '../../model/messages.js';
 import type { Phase, State, Store } from '../../model/store.js';
 
-/** Public state of each phase; opening and stopped are both `loading`, as no result is on screen. */
+/**
+ * Public state of each phase; opening and stopped are both `loading`, as no result is on screen. So is a finished result
+ * while another file is opened.
+ */
 const STATE: Record<Phase, 'loading' | 'running' | 'done' | 'error'> = {
   opening: 'loading',
   running: 'running',
@@ -16,10 +19,16 @@ const STATE: Record<Phase, 'loading' | 'running' | 'done' | 'error'> = {
 
 export function statusPanel({ store }: { store: Store }) {
   store.watch(['name'], ({ name }) => write('clip-name', name));
-  store.watch(['headline'], ({ headline }) => write('headline', headline));
+  store.watch(['headline', 'isOpening'], ({ headline, isOpening }) => {
+    write('headline', isOpening ? 'Opening…' : headline);
+  });
   for (const id of ['subline', 'facts']) store.watch(['subline'], ({ subline }) => write(id, subline));
   store.watch(['summary'], ({ summary }) => writeOrHide('summary', summary));
   store.watch(['notice'], ({ notice }) => writeOrHide('notice', notice));
+  // A file could not be opened: the notice is at the top of the panel.
+  store.watch(['isOpening'], ({ isOpening, notice }) => {
+    if (!isOpening && notice) byId('notice').scrollIntoView({ block: 'nearest' });
+  });
   // Read aloud by screen readers when they are idle.
   store.watch(['announcement'], ({ announcement }) => write('live', announcement));
   store.watch(['share'], ({ share }) => showShare(share));
@@ -29,7 +38,7 @@ export function statusPanel({ store }: { store: Store }) {
   store.watch(['phase', 'source', 'analysis', 'job', 'isCorrecting', 'isOutdated'], showPrimary);
   store.watch(['phase', 'source', 'analysis'], endWelcome);
   // Last, so that everything else is up to date when the state changes.
-  store.watch(['phase', 'error'], showPhase, { last: true });
+  store.watch(['phase', 'error', 'isOpening'], showPhase, { last: true });
 }
 
 function write(id: string, text: string) {
@@ -82,10 +91,10 @@ function endWelcome({ phase, source, analysis }: Readonly<State>) {
   if (!isFirst) document.getElementById('welcome')?.remove();
 }
 
-function showPhase({ phase }: Readonly<State>) {
+function showPhase({ phase, isOpening }: Readonly<State>) {
   document.body.dataset.phase = phase;
   keepFocus();
-  document.body.dataset.state = STATE[phase];
+  document.body.dataset.state = isOpening ? 'loading' : STATE[phase];
   if (phase === 'error') byId('error').focus();
 }
 

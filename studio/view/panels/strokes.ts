@@ -4,7 +4,7 @@ import { TOUCH } from '../dom.js';
 import type { BrushTool } from '../../model/brush.js';
 import type { Stroke } from '../../model/corrections.js';
 import type { View } from '../layers/layer.js';
-import type { Viewer } from '../viewer.js';
+import type { CanvasPlace, Viewer } from '../viewer.js';
 
 export const BRUSH_HELP = {
   paint: 'Paint over the object.',
@@ -46,7 +46,7 @@ export class Strokes {
     public brush: { radius: () => number; paint: (stroke: Stroke, tool: 'paint' | 'erase') => void },
   ) {
     const { canvas } = viewer;
-    canvas.addEventListener('pointerdown', (event) => this.begin(event));
+    canvas.addEventListener('pointerdown', (event) => this.press(event));
     canvas.addEventListener('pointermove', (event) => this.extend(event));
     for (const end of ['pointerup', 'pointercancel']) canvas.addEventListener(end, () => this.end());
   }
@@ -72,20 +72,24 @@ export class Strokes {
     return this.tool === 'paint' || this.tool === 'erase' ? this.brush.radius() : STROKE_RADIUS_PX;
   }
 
-  begin(event: PointerEvent) {
+  press(event: PointerEvent) {
     if (!this.tool || event.button !== 0) return;
-    const { canvas, view } = this.viewer;
-    canvas.setPointerCapture(event.pointerId);
-    this.current = { t: view.frame, points: this.pointAt(event), radius: this.radius * view.unit };
+    this.viewer.canvas.setPointerCapture(event.pointerId);
+    this.begin(event);
+  }
+
+  begin(place: CanvasPlace) {
+    const { view } = this.viewer;
+    this.current = { t: view.frame, points: this.viewer.placeAt(place), radius: this.radius * view.unit };
     this.viewer.redraw();
   }
 
-  extend(event: PointerEvent) {
+  extend(place: CanvasPlace) {
     // The brush outline follows the pointer.
     if (this.tool === 'paint' || this.tool === 'erase') this.viewer.redraw();
     if (!this.current) return;
     const { points } = this.current;
-    const [x, y] = this.pointAt(event);
+    const [x, y] = this.viewer.placeAt(place);
     const distance = Math.hypot(x - points[points.length - 2], y - points[points.length - 1]);
     if (distance < MIN_POINT_DISTANCE_PX * this.viewer.view.unit) return;
     points.push(x, y);
@@ -102,10 +106,6 @@ export class Strokes {
     }
     this.list = [...this.list, current];
     this.onChange();
-  }
-
-  pointAt(event: PointerEvent): [x: number, y: number] {
-    return this.viewer.placeAt(event);
   }
 
   /** @param ctx scaled to clip pixels */
