@@ -94,9 +94,9 @@ pub fn stroke_distances(points: &[f32], reach: f64, width: usize, height: usize)
     Stroke { t: 0, points, radius: 0.0 }.distances(reach, (width, height), (width, height))
 }
 
-/// Numbers of a row of the objects' table: frame, time, object, left, top, width, height, area, x, y, dx, dy and number of
-/// trajectories; missing ones are NaN.
-const COLUMNS: usize = 13;
+/// Numbers of a row of the objects' table: frame, time, object, left, top, width, height, area, x, y, dx, dy, number of
+/// trajectories and doubt; missing ones are NaN.
+const COLUMNS: usize = 14;
 
 /// Returns the rows of the objects in frames from `t` on. `labels` has the masks of these frames; trajectories are in their pixels.
 #[wasm_bindgen(js_name = objectRows)]
@@ -138,6 +138,7 @@ fn numbers(row: &ObjectRow) -> [f64; COLUMNS] {
         dx,
         dy,
         integer(row.trajectories),
+        row.doubt.map_or(f64::NAN, |doubt| f64::from(u8::from(doubt))),
     ]
 }
 
@@ -155,6 +156,7 @@ pub fn object_table(rows: &[f64]) -> String {
         centroid: (row[8], row[9]),
         motion: optional(row[10]).zip(optional(row[11])),
         trajectories: row[12] as usize,
+        doubt: optional(row[13]).map(|doubt| doubt != 0.0),
     };
     mask::object_table(&rows.chunks_exact(COLUMNS).map(row).collect::<Vec<_>>())
 }

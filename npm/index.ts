@@ -80,6 +80,7 @@ export type {
   Edges,
   EmbeddingTable,
   Explanation,
+  FrameRange,
   LabelCost,
   SaliencyMap,
   SaliencyTable,

@@ -5,14 +5,18 @@ use super::clips::{Clip, Suite, write_overlays};
 use super::compare::Earlier;
 use super::report::{Column, Outcome, RUNS_HELP, Report, Run, Scores, heading};
 use super::runs::{Excerpt, RunId, RunOptions};
-use crate::measures::agreement::{AgreementQuality, FAILURE_DROP, FALSE_SHARE, FrameAgreement};
+use crate::measures::agreement::{
+    AgreementQuality, DoubtQuality, FAILURE_DROP, FALSE_SHARE, FrameAgreement, RunDoubts,
+};
 use crate::measures::davis::scored_frames;
 use crate::measures::masks::{Census, ClipScorer, MaskScores, Truth};
 use crate::measures::reliability::{Bin, Reliability};
 use clap::Args;
 use serde::Serialize;
+use std::ops::Range;
 use std::path::PathBuf;
 use tracecut::image::Plane;
+use tracecut::mask::Agreement;
 use tracecut::{Params, Session, Window, Windows};
 use tracecut_cli::clock::{Clock, Seconds};
 use tracecut_cli::failure::{Failure, Result, print};
@@ -38,7 +42,8 @@ Per clip, means over its scored frames; all labels other than 0 are foreground:
 
 Below: what was said of pixels to be right (in that they are on an object or are not), and the share that was, in tenths of what was said;
 every clip counts alike. Below that: Spearman's rank correlation of the agreement of masks in time with J, as a mean over the runs and over
-all frames, and the share of the frames with a J far below their run's median whose agreement tells. Both without --window.";
+all frames, the share of the frames with a J far below their run's median whose agreement tells, and how many of them are in a doubt. All
+without --window.";
 
 /// Bins of the reliability with less of all pixels say little.
 const FAIR_SHARE: f64 = 0.01;
@@ -77,6 +82,8 @@ struct MaskRun {
     census: Census,
     /// Frame by frame: its index and its scores.
     of_frames: Vec<Scored>,
+    /// Frames whose masks should be looked at; empty in windows.
+    doubts: Vec<Range<usize>>,
     /// Reliability of confidences; empty in windows.
     #[serde(skip)]
     reliability: Reliability,
@@ -100,6 +107,8 @@ struct MaskReport<'a> {
     reliability: Vec<Option<Bin>>,
     /// How well the agreement of masks predicts J; `null` in windows.
     agreement: Option<AgreementQuality>,
+    /// How well doubts find frames with a low J; `null` in windows.
+    doubts: Option<DoubtQuality>,
 }
 
 const fn column(name: &'static str, heading: &'static str) -> Column {
@@ -159,8 +168,13 @@ pub(super) fn eval(args: &MasksArgs) -> Result<()> {
     reliability_lines(&reliability).into_iter().try_for_each(print)?;
     let agreement = agreement_quality(runs().map(|run| run.scores.of_frames.as_slice()));
     agreement.iter().flat_map(agreement_lines).try_for_each(print)?;
+    let doubts = agreement.map(|_| doubt_quality(runs().map(|run| &run.scores)));
+    doubts.iter().map(doubt_line).try_for_each(print)?;
     earlier.map_or(Ok(Vec::new()), |earlier| earlier.lines(&outcomes))?.into_iter().try_for_each(print)?;
-    write_json(args.json.as_deref(), &MaskReport { report: &report, reliability: reliability.curve(), agreement })
+    write_json(
+        args.json.as_deref(),
+        &MaskReport { report: &report, reliability: reliability.curve(), agreement, doubts },
+    )
 }
 
 /// Runs all excerpts of a clip under all seeds.
@@ -182,7 +196,9 @@ fn run_clip(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> Re
         }
         runs.extend(excerpt.run_seeds(params, seeds, |session, id, time| {
             let masks = (0..truth.len()).map(|t| Ok(session.labels(t)?)).collect::<Result<Vec<_>>>()?;
-            let agreement = session.agreement().map_or_else(Vec::new, |agreement| agreement.frames.clone());
+            let found = session.agreement();
+            let agreement = found.map_or_else(Vec::new, |agreement| agreement.frames.clone());
+            let doubts = found.map_or_else(Vec::new, Agreement::doubts);
             let mut reliability = Reliability::default();
             for t in scored_frames(truth.len()) {
                 if let Some(truth) = &truth[t] {
@@ -190,7 +206,7 @@ fn run_clip(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> Re
                 }
             }
             write_pictures(drawn(id), &excerpt, &masks, &truth)?;
-            score(id, &masks, &truth, Unsupervised { reliability, agreement }, time)
+            score(id, &masks, &truth, Unsupervised { reliability, agreement, doubts }, time)
         })?);
     }
     Ok(Outcome::new(&clip.name, &clip.kind, runs))
@@ -214,6 +230,7 @@ struct Unsupervised {
     reliability: Reliability,
     /// Agreement with nearby frames, frame by frame.
     agreement: Vec<Option<f32>>,
+    doubts: Vec<Range<usize>>,
 }
 
 /// Scores the masks of a run.
@@ -238,7 +255,8 @@ fn score(
         return Err(Failure::input("has no mask of a frame but the first and the last, which do not count"));
     }
     let scores = MaskScores::mean_of(scorer.frames());
-    let scores = MaskRun { scores, census: scorer.census(), of_frames, reliability: said.reliability };
+    let scores =
+        MaskRun { scores, census: scorer.census(), of_frames, doubts: said.doubts, reliability: said.reliability };
     Ok(Run { id, frames: truth.len(), scores, time })
 }
 
@@ -297,6 +315,20 @@ fn agreement_quality<'a>(runs: impl Iterator<Item = &'a [Scored]>) -> Option<Agr
     let frame = |scored: &Scored| Some(FrameAgreement { agreement: f64::from(scored.agreement?), j: scored.scores.j? });
     let runs: Vec<Vec<FrameAgreement>> = runs.map(|frames| frames.iter().filter_map(frame).collect()).collect();
     Some(AgreementQuality::of_runs(&runs)).filter(|quality| quality.frames > 0)
+}
+
+/// Compares the doubts with J.
+fn doubt_quality<'a>(runs: impl Iterator<Item = &'a MaskRun>) -> DoubtQuality {
+    let j = |scored: &Scored| Some((scored.frame, scored.scores.j?));
+    let run = |run: &MaskRun| RunDoubts { doubts: run.doubts.clone(), j: run.of_frames.iter().filter_map(j).collect() };
+    DoubtQuality::of_runs(&runs.map(run).collect::<Vec<_>>())
+}
+
+/// Formats how well doubts find frames with a low J.
+fn doubt_line(quality: &DoubtQuality) -> String {
+    let DoubtQuality { failures, found, false_doubts, frames } = *quality;
+    let rate = 100.0 * false_doubts as f64 / frames.max(1) as f64;
+    format!("doubts have {found} of these {failures}; without any: {false_doubts}, {rate:.2} in 100 frames")
 }
 
 /// Formats how well the agreement of masks predicts J.

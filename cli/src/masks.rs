@@ -7,7 +7,7 @@ use crate::window::WindowResult;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use tracecut::image::{Frame, Plane};
-use tracecut::mask::{ObjectRow, Objects, enlarge, object_rows, object_table};
+use tracecut::mask::{Agreement, ObjectRow, Objects, enlarge, object_rows, object_table};
 
 /// Share of the label's colour in a tinted pixel; chosen by eye.
 const TINT_SHARE: f32 = 0.5;
@@ -105,11 +105,14 @@ pub(crate) fn write_window(window: &WindowResult<'_>, folders: &MaskFolders) -> 
     let (mut superpixels, mut rows) = (Vec::new(), Vec::new());
     let [masks, tints] = [&folders.masks, &folders.tints].map(|folder| folder.clone().map(Series::open).transpose());
     let (masks, tints) = (masks?, tints?);
+    let doubts = session.agreement().map(Agreement::doubts);
     for t in window.settled.clone() {
+        let doubt = doubts.as_ref().map(|doubts| doubts.iter().any(|doubt| doubt.contains(&t)));
         let (number, mask) = (window.first + t, source_mask(window, t)?);
         mask.data().iter().for_each(|&label| labels[usize::from(label)].count(number));
         let time = window.timing(t).map(|timing| timing.time);
-        rows.extend(object_rows(&mask, tracks, t).into_iter().map(|row| ObjectRow { frame: number, time, ..row }));
+        let of_frame = |row| ObjectRow { frame: number, time, doubt, ..row };
+        rows.extend(object_rows(&mask, tracks, t).into_iter().map(of_frame));
         superpixels.push(session.superpixels(t)?.count);
         let size = (mask.width(), mask.height());
         if let Some(masks) = &masks {

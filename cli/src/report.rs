@@ -11,9 +11,11 @@ use crate::window::{ClipSummary, WindowResult};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::PathBuf;
 use tracecut::Params;
 use tracecut::discretize::Clusters;
+use tracecut::mask::Agreement;
 use tracecut::trajectory::Trajectories;
 
 /// The part of the report from one window.
@@ -31,6 +33,8 @@ pub(crate) struct WindowPart {
     table: String,
     /// Agreement of the masks of each settled frame with those of nearby frames.
     agreement: Vec<Option<f32>>,
+    /// Settled frames whose masks should be looked at, numbered in the clip.
+    doubts: Vec<Range<usize>>,
     eigenvalues: Vec<f64>,
     eigen: Value,
     seconds: BTreeMap<String, Seconds>,
@@ -44,7 +48,7 @@ struct WindowReport {
     shot: usize,
     first_frame: usize,
     frames: usize,
-    settled: SettledFrames,
+    settled: FrameRange,
     trajectories: usize,
     points: usize,
     clusters: usize,
@@ -55,8 +59,9 @@ struct WindowReport {
     merge_log_odds: Option<f64>,
 }
 
+/// The frames `from <= t < to`.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-struct SettledFrames {
+struct FrameRange {
     from: usize,
     to: usize,
 }
@@ -102,7 +107,7 @@ impl WindowPart {
             shot: window_result.shot,
             first_frame: first,
             frames: session.num_frames(),
-            settled: SettledFrames { from: first + settled.start, to: first + settled.end },
+            settled: FrameRange { from: first + settled.start, to: first + settled.end },
             trajectories: results.tracks.len(),
             points: results.tracks.x.len(),
             clusters: results.clusters.count,
@@ -114,6 +119,7 @@ impl WindowPart {
             size: session.input_size().unwrap_or_default(),
             working: session.working_size().unwrap_or_default(),
             agreement: agreement.and_then(|a| a.frames.get(settled.clone())).unwrap_or_default().to_vec(),
+            doubts: agreement.map_or_else(Vec::new, |a| settled_doubts(a, first, &settled)),
             times: FrameTimes::collect(settled.map(|t| window_result.timing(t))),
             labels: label_sizes(results.tracks, results.clusters),
             masks,
@@ -179,6 +185,9 @@ pub(crate) struct Report<'a> {
     /// Mean agreement of the masks with those of nearby frames, `0.0..=1.0`; left out if none can be compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     agreement: Option<f64>,
+    /// Frames whose masks should be looked at; left out if there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    doubts: Vec<FrameRange>,
     windows: Vec<WindowReport>,
     /// File names of the frames; left out if one file has all of them.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -232,6 +241,24 @@ pub(crate) fn rows(parts: &[WindowPart]) -> Option<String> {
     Some(parts.iter().map(|part| part.table.as_str()).collect())
 }
 
+/// Returns the doubts of a window among its settled frames, numbered in the clip.
+fn settled_doubts(agreement: &Agreement, first: usize, settled: &Range<usize>) -> Vec<Range<usize>> {
+    let within = |doubt: Range<usize>| first + doubt.start.max(settled.start)..first + doubt.end.min(settled.end);
+    agreement.doubts().into_iter().map(within).filter(|doubt| !doubt.is_empty()).collect()
+}
+
+/// Joins the doubts of windows that continue those of the window before.
+fn joined_doubts(parts: &[WindowPart]) -> Vec<FrameRange> {
+    let mut joined: Vec<FrameRange> = Vec::new();
+    for doubt in parts.iter().flat_map(|part| &part.doubts) {
+        match joined.last_mut().filter(|last| last.to == doubt.start) {
+            Some(last) => last.to = doubt.end,
+            None => joined.push(FrameRange { from: doubt.start, to: doubt.end }),
+        }
+    }
+    joined
+}
+
 fn mean_agreement(parts: &[WindowPart]) -> Option<f64> {
     let frames: Vec<f64> = parts.iter().flat_map(|part| &part.agreement).flatten().map(|&a| f64::from(a)).collect();
     (!frames.is_empty()).then(|| frames.iter().sum::<f64>() / frames.len() as f64)
@@ -273,6 +300,7 @@ impl<'a> Report<'a> {
             windows: parts.iter().map(|part| part.window.with_objects_of(masks.as_ref())).collect(),
             masks,
             agreement: mean_agreement(parts),
+            doubts: joined_doubts(parts),
             frame_names: names.map(|names| names.into_iter().take(frames).collect()),
             frame_rate: times.as_ref().and_then(FrameTimes::frame_rate),
             times,
@@ -312,8 +340,13 @@ impl<'a> Report<'a> {
         let note = if self.windows.iter().any(|w| w.merge_log_odds.is_some()) { " by other clusters" } else { "" };
         let agreement = self.agreement.map_or_else(String::new, |a| format!("agreement {a:.2}{note}, "));
         let seconds = self.seconds.get("total").copied().unwrap_or_default();
+        let doubts = self.doubts.iter().map(|doubt| format!("{} to {}", doubt.from, doubt.to - 1));
+        let doubts = match doubts.collect::<Vec<_>>() {
+            doubts if doubts.is_empty() => String::new(),
+            doubts => format!("\nto check: frames {}", doubts.join(", ")),
+        };
         format!(
-            "{frames} frames of {width}x{height}: {contents}, {objects}{agreement}{seconds:.2} s; see {}",
+            "{frames} frames of {width}x{height}: {contents}, {objects}{agreement}{seconds:.2} s; see {}{doubts}",
             place.target().display()
         )
     }

@@ -87,7 +87,7 @@ Results in the folder:
   tracks.dat                   tracks: labelled trajectories; with several windows tracks/00000.dat ...
   overlay/00000.png ...        overlay: frames with the trajectories, coloured by label
   overlay-masks/00000.png ...  overlay: frames with the objects tinted and outlined
-  objects.csv                  box, area, centre and mean motion of each object in each frame
+  objects.csv                  box, area, centre and mean motion of each object in each frame, and where to check
   result.json                  sizes, objects, windows, shots, names and times of the frames, options, parameters,
                                seconds of work; damage of the input
   background/00000.png ...     with --background: RGBA, transparent where no frame shows the scene

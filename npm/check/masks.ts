@@ -23,6 +23,8 @@ export interface MaskSource {
   firstFrame?: number;
   /** Time at which the last frame ends, in seconds; null or absent if unknown. */
   end?: number | null;
+  /** The frames, `from <= t < to`, whose masks should be looked at; null or absent if unknown. */
+  doubts?: readonly { from: number; to: number }[] | null;
 }
 
 /** Labels to include: a list of them, or a predicate. */

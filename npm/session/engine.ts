@@ -15,6 +15,7 @@ import type {
   ConfidenceMap,
   EdgeTable,
   EmbeddingTable,
+  FrameRange,
   SaliencyMap,
   SaliencyTable,
   TrajectoryList,
@@ -84,6 +85,8 @@ export interface RawResult {
   saliency: SaliencyTable | null;
   /** Null without frames. */
   components: ComponentTable | null;
+  /** Frames whose masks should be looked at; null without masks. */
+  doubts: FrameRange[] | null;
   /** Areas of the objects; null without masks. */
   areas: ObjectAreas[] | null;
   /** The masks of all frames, one after the other. */
@@ -262,6 +265,7 @@ export class LocalEngine implements Engine {
       edges: session.edges(),
       saliency: session.saliency() ?? null,
       components: session.components() ?? null,
+      doubts: masks && collectDoubts(session),
       areas: masks && masks.areas,
       labels: masks && masks.labels,
     };
@@ -282,6 +286,11 @@ export class LocalEngine implements Engine {
     this.#queue = result.catch(() => {});
     return result;
   }
+}
+
+function collectDoubts(session: Session): FrameRange[] {
+  const bounds = [...(session.doubts() ?? [])];
+  return bounds.flatMap((from, k) => (k % 2 === 0 ? [{ from, to: bounds[k + 1]! }] : []));
 }
 
 /** Collects the masks of all frames, one after the other, and the number of pixels of each object in each frame. */

@@ -93,6 +93,9 @@ export type Agreement = {
   readonly mergeLogOdds: number;
 };
 
+/** The frames `from <= t < to`. */
+export type FrameRange = { readonly from: number; readonly to: number };
+
 /** Saliency of each pixel of a frame against its surroundings, 0 to 1, row by row. */
 export type SaliencyMap = Grid & { readonly saliency: Float32Array<ArrayBuffer> };
 
@@ -204,6 +207,11 @@ export class Result {
   readonly saliency: SaliencyTable | null;
   /** Connected components of the foreground in each frame; null for trajectories without frames. */
   readonly components: ComponentTable | null;
+  /**
+   * The frames, `from <= t < to`, whose masks should be looked at, in their order: those that agree much less with their
+   * neighbours than the median frame does, and up to two frames before and after them; null without masks.
+   */
+  readonly doubts: readonly FrameRange[] | null;
   /** Masks of all frames, one after the other; null without masks. `labels(t)` copies one. */
   readonly masks: Uint8Array<ArrayBuffer> | null;
   /** Delaunay edges of all frames; `edges(t)` returns a frame's. */
@@ -221,6 +229,7 @@ export class Result {
     this.objects = raw.areas && listObjects(raw.areas);
     this.saliency = raw.saliency;
     this.components = raw.components;
+    this.doubts = raw.doubts ?? null;
     this.masks = raw.labels;
     this.edgeTable = raw.edges;
     this.#ask = ask;

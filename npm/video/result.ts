@@ -5,6 +5,7 @@ import { type ObjectList, listObjects, tracksDat } from '../session/report.js';
 import { type Runs, checkRuns, countPixels, decodeRuns, encodeRuns, joinRuns, splitRuns } from '../session/runs.js';
 import { restoreFields, toSaved } from '../session/serialize.js';
 import { yieldThread } from '../worker/pause.js';
+import type { FrameRange } from '../session/result.js';
 import type { WindowResult } from './window.js';
 
 /** A range of frames without a cut, `first` and `last` included. Objects of different shots have different labels. */
@@ -22,6 +23,7 @@ export interface VideoResultData {
   end?: number | null;
   shots: readonly Shot[];
   runs: Runs[];
+  doubts?: readonly FrameRange[];
   trajectories: ClipTrajectories;
   truncated?: Truncation | null;
 }
@@ -45,6 +47,8 @@ export class VideoResult {
   readonly truncated: Truncation | null;
   /** The shots of the clip, in order. */
   readonly shots: readonly Shot[];
+  /** The frames whose masks should be looked at, as of `Result`. */
+  readonly doubts: readonly FrameRange[];
   /** Point trajectories over the whole clip, in pixels of the masks, each with its object. */
   readonly trajectories: ClipTrajectories;
   /** The masks as runs of equal labels, row by row: the label in the lowest 8 bits, the length above. */
@@ -60,6 +64,7 @@ export class VideoResult {
     this.end = collected.end ?? null;
     this.truncated = collected.truncated ?? null;
     this.shots = collected.shots;
+    this.doubts = collected.doubts ?? [];
     this.trajectories = collected.trajectories;
     this.runs = collected.runs;
     this.objects = measureObjects(collected.runs);
@@ -121,6 +126,7 @@ export class Collector {
   #times: number[] = [];
   #end: number | null = null;
   #shots: { first: number; last: number }[] = [];
+  #doubts: FrameRange[] = [];
   #tracks = new TrackCollector();
   #size = { width: 0, height: 0 };
   #clip: string | null | undefined;
@@ -144,7 +150,20 @@ export class Collector {
     }
     // The next window settles frames that are ignored here.
     this.#end = window.settled.to === window.times.length ? window.end : (window.times[window.settled.to] ?? null);
+    this.#addDoubts(window);
     this.#tracks.add(window);
+  }
+
+  /** Adds the doubts of the settled frames; one that continues that of the window before extends it. */
+  #addDoubts({ doubts, settled, firstFrame }: WindowResult) {
+    for (const doubt of doubts ?? []) {
+      const from = firstFrame + Math.max(doubt.from, settled.from);
+      const to = firstFrame + Math.min(doubt.to, settled.to);
+      if (from >= to) continue;
+      const last = this.#doubts.at(-1);
+      if (last?.to === from) this.#doubts[this.#doubts.length - 1] = { from: last.from, to };
+      else this.#doubts.push({ from, to });
+    }
   }
 
   labels(t: number) {
@@ -170,6 +189,7 @@ export class Collector {
       end: this.#end,
       shots: this.#shots.map((shot) => ({ ...shot })),
       runs: [...this.#runs],
+      doubts: [...this.#doubts],
       trajectories: this.#tracks.finish(numFrames),
       truncated,
     });

@@ -2,7 +2,7 @@
 
 import { TraceCutError, withFrame } from '../check/errors.js';
 import { type Ask, REQUESTS } from '../session/requests.js';
-import { Result, restoreResult } from '../session/result.js';
+import { type FrameRange, Result, restoreResult } from '../session/result.js';
 import { MIN_FRAMES, isDamage } from './reader.js';
 import type { Engine, Progress, RawResult, SessionInfo } from '../session/engine.js';
 import type { RawFrame } from '../worker/frames.js';
@@ -23,7 +23,7 @@ export interface WindowFacts {
   firstFrame: number;
   times: Float64Array<ArrayBuffer>;
   end: number | null;
-  settled: { from: number; to: number };
+  settled: FrameRange;
 }
 
 /**
@@ -47,7 +47,7 @@ export class WindowResult extends Result {
    * The frames, `from <= t < to`, whose masks this window settles. Windows overlap; the masks of frames outside of this range
    * are better in the window before or after, which sees more of the frames around them.
    */
-  readonly settled: { from: number; to: number };
+  readonly settled: FrameRange;
   /** Memory of the engine at the end of this window, in bytes. */
   readonly memoryBytes: number;
 

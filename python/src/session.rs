@@ -12,7 +12,7 @@ use pyo3::types::PyDict;
 use tracecut::connectedness::NO_COMPONENT;
 use tracecut::correction::{Correction, Stroke};
 use tracecut::discretize::DiscretizeMethod;
-use tracecut::mask::{ObjectRow, enlarge, object_rows, object_table};
+use tracecut::mask::{Agreement, ObjectRow, enlarge, object_rows, object_table};
 use tracecut::params::Choice;
 use tracecut::sparse::SymCsr;
 use tracecut::trajectory::Trajectories;
@@ -347,6 +347,11 @@ impl Session {
         Ok(agreement.map(|a| (values(&a.frames), a.objects.iter().map(|frames| values(frames)).collect())))
     }
 
+    fn doubts(&self, py: Python<'_>) -> Result<Vec<(usize, usize)>> {
+        let doubts = self.compute(py, |session| Ok(session.agreement().map(Agreement::doubts)))?;
+        Ok(doubts.unwrap_or_default().into_iter().map(|doubt| (doubt.start, doubt.end)).collect())
+    }
+
     fn background<'py>(&self, py: Python<'py>, t: usize) -> Result<Bound<'py, PyArray3<u8>>> {
         Ok(arrays::pixels(py, self.compute(py, |session| session.background(t))?))
     }
@@ -357,10 +362,12 @@ impl Session {
         let time_of = |t: usize| times.as_ref().and_then(|times| times.get(t).copied());
         self.compute(py, |session| {
             let mut rows = Vec::new();
+            let doubts = session.agreement().map(Agreement::doubts);
             if let Some(tracks) = session.trajectories() {
                 for t in 0..session.num_frames() {
+                    let doubt = doubts.as_ref().map(|doubts| doubts.iter().any(|doubt| doubt.contains(&t)));
                     let frame_rows = object_rows(&session.labels(t)?, tracks, t).into_iter();
-                    rows.extend(frame_rows.map(|row| ObjectRow { time: time_of(t), ..row }));
+                    rows.extend(frame_rows.map(|row| ObjectRow { time: time_of(t), doubt, ..row }));
                 }
             }
             Ok(object_table(&rows))

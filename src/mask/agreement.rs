@@ -10,16 +10,31 @@
 //! 3. The agreement of two frames is intersection over union of these pixels, for all objects as one and for each object.
 //! 4. The agreement of a frame is the mean over the up to six frames that it is compared with.
 //!
+//! [`Agreement::doubts`] are the frames that agree much less than others of the clip, or whose objects are suddenly larger or
+//! smaller: masks that are wrong in the same way for some frames agree, but they begin and end with a jump.
+//!
 //! A wrong mask disagrees with all six, a correct one beside it only with that. Masks that are wrong in the same way in all
 //! frames agree. The cost is linear in pixels. Not in the paper.
 
 use crate::flow::{CompactFlow, Field};
 use crate::image::Plane;
+use crate::order::nth_smallest;
+use std::ops::Range;
 
 /// Frames are compared with those this many frames before and after; chosen by eye.
 const GAPS: [usize; 3] = [1, 2, 4];
 /// Every how many columns and rows a pixel is followed; chosen by eye.
 const STEP_PX: usize = 2;
+/// A frame is doubtful below this part of the median agreement of the clip; chosen by eye.
+const DOUBTFUL_PART: f32 = 0.7;
+/// And if the area of its objects differs by this factor from the median of the frames around it; chosen by eye.
+const DOUBTFUL_AREA_FACTOR: f32 = 1.8;
+/// These are the frames at most this many before and after it; chosen by eye.
+const AREA_REACH: usize = 6;
+/// Least number of them that have objects; chosen by eye.
+const MIN_AREA_FRAMES: usize = 5;
+/// Doubtful frames are in one range with those at most this many frames before and after; chosen by eye.
+const DOUBT_REACH: usize = 2;
 
 /// The agreement of masks with the masks of nearby frames along the flow, `0.0..=1.0`.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -32,6 +47,43 @@ pub struct Agreement {
     pub objects: Vec<Vec<Option<f32>>>,
     /// Log-odds above which clusters were merged, if not those of `discretize.mergeLogOdds`, whose masks agreed less.
     pub merge_log_odds: Option<f64>,
+    /// Number of pixels of objects in each frame.
+    pub(crate) areas: Vec<u32>,
+}
+
+impl Agreement {
+    /// Returns the ranges of frames whose masks should be looked at, in their order: those that agree much less than the
+    /// median frame or whose objects have almost twice, or half, the area that they have in the frames around, and up to
+    /// two frames before and after them. Empty if all frames agree about as well.
+    #[must_use]
+    pub fn doubts(&self) -> Vec<Range<usize>> {
+        let known: Vec<f32> = self.frames.iter().copied().flatten().collect();
+        let threshold = DOUBTFUL_PART * upper_median(&known);
+        let agrees_little = |t: &usize| self.frames[*t].is_some_and(|value| value < threshold);
+        let mut doubts: Vec<Range<usize>> = Vec::new();
+        for t in (0..self.frames.len()).filter(|t| agrees_little(t) || self.has_sudden_area(*t)) {
+            let (from, to) = (t.saturating_sub(DOUBT_REACH), (t + DOUBT_REACH + 1).min(self.frames.len()));
+            match doubts.last_mut().filter(|last| from <= last.end) {
+                Some(last) => last.end = to,
+                None => doubts.push(from..to),
+            }
+        }
+        doubts
+    }
+
+    /// Returns whether the area of the objects in frame `t` is far from the median of the frames around.
+    fn has_sudden_area(&self, t: usize) -> bool {
+        let around = t.saturating_sub(AREA_REACH)..(t + AREA_REACH + 1).min(self.areas.len());
+        let around: Vec<f32> = self.areas[around].iter().filter(|&&area| area > 0).map(|&area| area as f32).collect();
+        let (median, area) = (upper_median(&around), self.areas[t] as f32);
+        around.len() >= MIN_AREA_FRAMES
+            && (area > DOUBTFUL_AREA_FACTOR * median || DOUBTFUL_AREA_FACTOR * area < median)
+    }
+}
+
+/// Returns the median, the larger of the middle two of an even number; 0 without values.
+fn upper_median(values: &[f32]) -> f32 {
+    nth_smallest(values, values.len() / 2)
 }
 
 fn mean(values: &[Option<f32>]) -> Option<f32> {
@@ -69,7 +121,9 @@ pub(crate) fn agreement(masks: &[Plane<u8>], flows: &[CompactFlow]) -> Agreement
     }
     let mut values = means.iter().map(|means| means.iter().map(Mean::value).collect());
     let frames: Vec<Option<f32>> = values.next().unwrap_or_default();
-    Agreement { clip: mean(&frames), frames, objects: values.collect(), merge_log_odds: None }
+    let area = |mask: &Plane<u8>| mask.data().iter().filter(|&&label| label > 0).count() as u32;
+    let areas = masks.iter().map(area).collect();
+    Agreement { clip: mean(&frames), frames, objects: values.collect(), merge_log_odds: None, areas }
 }
 
 /// Compares two masks along the pixels that were followed from the first to the second: intersection over union of all

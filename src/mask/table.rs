@@ -25,6 +25,8 @@ pub struct ObjectRow {
     pub motion: Option<(f64, f64)>,
     /// Number of these trajectories.
     pub trajectories: usize,
+    /// Whether the masks of the frame should be looked at ([`super::Agreement::doubts`]); `None` if unknown.
+    pub doubt: Option<bool>,
 }
 
 /// Sums over the pixels and trajectories of one object.
@@ -67,6 +69,7 @@ impl ObjectSums {
             centroid: mean(self.position, self.area),
             motion: (self.trajectories > 0).then(|| mean(self.motion, self.trajectories)),
             trajectories: self.trajectories,
+            doubt: None,
         }
     }
 }
@@ -92,16 +95,17 @@ pub fn object_rows(mask: &Plane<u8>, tracks: &Trajectories, t: usize) -> Vec<Obj
     (1..=u8::MAX).filter_map(row).collect()
 }
 
-/// Formats rows as comma-separated values with a header. Positions have three decimals, times up to six; missing times and
-/// motions are empty.
+/// Formats rows as comma-separated values with a header. Positions have three decimals, times up to six; missing times,
+/// motions and doubts are empty; a doubt is 1, none is 0.
 pub fn object_table(rows: &[ObjectRow]) -> String {
-    let mut text = String::from("frame,time,object,left,top,width,height,area,x,y,dx,dy,trajectories\n");
+    let mut text = String::from("frame,time,object,left,top,width,height,area,x,y,dx,dy,trajectories,doubt\n");
     for row in rows {
         let ObjectRow { frame, object, corner: (left, top), size: (width, height), area, centroid: (x, y), .. } = row;
         let (dx, dy) = row.motion.map_or_else(Default::default, |(dx, dy)| (decimals(dx), decimals(dy)));
         let time = row.time.map_or_else(Default::default, seconds);
         let (x, y, n) = (decimals(*x), decimals(*y), row.trajectories);
-        writeln!(text, "{frame},{time},{object},{left},{top},{width},{height},{area},{x},{y},{dx},{dy},{n}")
+        let doubt = row.doubt.map_or("", |doubt| if doubt { "1" } else { "0" });
+        writeln!(text, "{frame},{time},{object},{left},{top},{width},{height},{area},{x},{y},{dx},{dy},{n},{doubt}")
             .expect("writing to a string cannot fail");
     }
     text

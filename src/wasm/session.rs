@@ -275,6 +275,12 @@ impl JsSession {
         self.session.agreement().map_or(JsValue::NULL, convert::agreement)
     }
 
+    /// Returns the frames whose masks should be looked at: first and end of each range; `undefined` without masks.
+    pub fn doubts(&self) -> Option<Vec<usize>> {
+        let doubts = self.session.agreement()?.doubts();
+        Some(doubts.into_iter().flat_map(|frames| [frames.start, frames.end]).collect())
+    }
+
     /// Explains the label of pixel `x`, `y` of frame `t`: an `Explanation` of `npm/session/result.ts`.
     pub fn explain(&self, t: usize, x: usize, y: usize) -> Result<JsValue, JsValue> {
         let explanation = self.session.explain(t, x, y).map_err(|e| convert::to_js_error(&e))?;

@@ -284,6 +284,7 @@ export class ClipJob extends Job {
         if (!masks) throw new PageError('unfinished');
         return masks.toTracksDat();
       },
+      doubts: masks?.doubts ?? [],
     };
   }
 
@@ -304,5 +305,6 @@ function toMaskResult(outputs: Result): ShownResult {
     trajectories: { ...trajectories, label },
     labels: (t) => outputs.labels(t),
     toTracksDat: () => outputs.toTracksDat(),
+    doubts: outputs.doubts ?? [],
   };
 }

@@ -1,6 +1,6 @@
 // A result with cached masks and the positions of its objects.
 
-import { type LabelledTrajectories, sceneMotion } from './library.js';
+import { type FrameRange, type LabelledTrajectories, sceneMotion } from './library.js';
 import { Presence } from './presence.js';
 
 /**
@@ -16,6 +16,8 @@ export interface Result extends LabelledTrajectories {
   objects: readonly { label: number }[];
   labels: (t: number) => Uint8Array;
   toTracksDat: () => string | Promise<string>;
+  /** Frames whose masks should be looked at. */
+  doubts: readonly FrameRange[];
 }
 
 /** Number of cached masks; masks of long clips are stored compressed elsewhere. */

@@ -95,7 +95,7 @@ function resultPatch(
 
 /** Returns the changes that depend on the result only. */
 function analysisPatch(
-  { hidden, source, isNoisy }: State,
+  { hidden, source, isNoisy, fine }: State,
   job: AnyJob,
   timeline: Timeline,
 ): { headline: string; numbers: string[]; summary: string; patch: Partial<State> } {
@@ -114,6 +114,7 @@ function analysisPatch(
     patch: {
       preview: null,
       analysis: { segmentation, facts, frameData },
+      doubts: (result?.doubts ?? []).filter(({ from }) => !fine.has(from)),
       hidden: keepHidden(hidden, facts),
       selected: BLANK.selected,
       notice: remark,

@@ -5,6 +5,7 @@ import { DEFAULT_TRIM, type Source, type Trim } from './source.js';
 import { type ObjectFacts, Times } from './presence.js';
 import type { FrameDataSource, Spot } from './frame-data.js';
 import type { AnyJob } from './job.js';
+import type { FrameRange } from './library.js';
 import type { EdgeSettings, BackdropName, View } from './view-settings.js';
 import type { Segmentation } from './segmentation.js';
 import type { Preview } from './preview.js';
@@ -78,6 +79,10 @@ export interface State {
   /** Objects selected to be joined, into the first. */
   selected: ReadonlySet<number>;
   timeline: Timeline;
+  /** Frames whose masks should be looked at, without those that the user found fine. */
+  doubts: readonly FrameRange[];
+  /** First frames of the doubts that the user found fine. */
+  fine: ReadonlySet<number>;
   frame: number;
   isPlaying: boolean;
   loop: boolean;
@@ -118,6 +123,8 @@ export const BLANK = {
   hidden: new Set<number>(),
   selected: new Set<number>(),
   timeline: { numFrames: 0, fps: 25, times: new Times(null), cuts: [] },
+  doubts: [] as FrameRange[],
+  fine: new Set<number>(),
   frame: 0,
   isPlaying: false,
   spot: NOWHERE,

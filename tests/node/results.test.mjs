@@ -179,6 +179,7 @@ const made = {
       if (x >= 1 + t && x < 5 + 2 * t && y >= 2 && y < 5) return 1;
       return t !== 1 && x + y > 16 ? 7 : 0;
     }),
+  doubts: [{ from: 1, to: 2 }],
   trajectories: {
     startFrame: [0, 0, 1, 0],
     offset: [0, 3, 5, 7, 9],
@@ -201,9 +202,9 @@ test('rows have times where there are any, and objects can be chosen', async () 
       [2, 0.2, 7],
     ],
   );
-  const [still] = await objectTable({ ...made, trajectories: undefined });
-  assert.deepEqual([still.dx, still.dy, still.trajectories], [null, null, 0]);
-  assert.match(await objectTableCsv(rows), /\n2,0\.2,7,10,6,2,2,3,10\.667,6\.667,,,0\n$/);
+  const [still] = await objectTable({ ...made, trajectories: undefined, doubts: undefined });
+  assert.deepEqual([still.dx, still.dy, still.trajectories, still.doubt], [null, null, 0, null]);
+  assert.match(await objectTableCsv(rows), /\n2,0\.2,7,10,6,2,2,3,10\.667,6\.667,,,0,0\n$/);
   assert.deepEqual(JSON.parse(JSON.stringify(rows)), rows);
   await assert.rejects(objectTable(made, { trajectories: {} }), { code: 'data' });
   await assert.rejects(objectTable(made, { motion: true }), { code: 'param' });
@@ -238,6 +239,7 @@ test("a segmented clip's rows have the areas and trajectories of its result", as
       present,
     );
     assert.ok(own.every(({ time, frame }) => time === result.times[frame]));
+    assert.ok(own.every(({ doubt, frame }) => doubt === result.doubts.some(({ from, to }) => from <= frame && frame < to)));
   }
 });
 

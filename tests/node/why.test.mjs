@@ -98,6 +98,9 @@ test('confidences are probabilities, surer within than at the borders, and objec
   const { clip, frames, objects } = await result.agreement();
   assert.ok(clip > 0 && clip <= 1 && frames.length === result.numFrames, `${clip}`);
   assert.ok(objects.every((values) => values.length === frames.length));
+  const median = [...frames].sort((a, b) => a - b)[frames.length >> 1];
+  const isDoubtful = (t) => result.doubts.some(({ from, to }) => from <= t && t < to);
+  frames.forEach((value, t) => assert.ok(!(value < 0.7 * median) || isDoubtful(t), `frame ${t}: ${value}`));
   sums.forEach(([sum, count], label) => assert.ok(Math.abs(means[label] - sum / Math.max(1, count)) < 1e-5));
   assert.ok(border[0] / border[1] < means[0] - 0.05, `${border[0] / border[1]} at borders, ${means[0]} in all`);
 });

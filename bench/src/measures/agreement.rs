@@ -1,12 +1,15 @@
-//! How well the agreement of masks predicts their J.
+//! How well the agreement of masks predicts their J, and how well doubts find failures.
 //!
 //! **In:** for each frame of a run that has a truth, the agreement of its mask and its J. **Out:** [`AgreementQuality`]:
 //! Spearman's rank correlation of the two, and the share of the frames with a failure that the agreement finds.
 //!
 //! A failure is a frame whose J lies [`FAILURE_DROP`] or more below the median of its run. It is found if its agreement lies
 //! further below that run's median than it does in all but [`FALSE_SHARE`] of the other frames of all runs.
+//!
+//! [`DoubtQuality`] counts the failures that lie in a doubt, and the doubts without a failure.
 
 use serde::Serialize;
+use std::ops::Range;
 
 /// How far J lies below its median in a failure; chosen by eye.
 pub const FAILURE_DROP: f64 = 0.3;
@@ -57,6 +60,49 @@ impl AgreementQuality {
             failures,
             found: (failures > 0).then(|| found as f64 / failures as f64),
         }
+    }
+}
+
+/// The doubts of a run, and J where there is a truth.
+#[derive(Debug, Clone, Default)]
+pub struct RunDoubts {
+    /// Frames whose masks should be looked at.
+    pub doubts: Vec<Range<usize>>,
+    /// Frames and their J.
+    pub j: Vec<(usize, f64)>,
+}
+
+/// How well doubts find failures.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct DoubtQuality {
+    /// Number of failures.
+    pub failures: usize,
+    /// How many of them lie in a doubt.
+    pub found: usize,
+    /// Number of doubts that have frames with a J, but no failure.
+    pub false_doubts: usize,
+    /// Number of frames with a J.
+    pub frames: usize,
+}
+
+impl DoubtQuality {
+    /// Compares the doubts of some runs with their failures.
+    pub fn of_runs(runs: &[RunDoubts]) -> Self {
+        let mut sum = Self::default();
+        for RunDoubts { doubts, j } in runs {
+            let middle = median(j.iter().map(|&(_, j)| j).collect());
+            let is_failure = |&&(_, j): &&(usize, f64)| middle - j >= FAILURE_DROP;
+            let scored_in = |doubt: &Range<usize>| j.iter().filter(|(t, _)| doubt.contains(t)).collect::<Vec<_>>();
+            sum.frames += j.len();
+            sum.failures += j.iter().filter(is_failure).count();
+            for scored in doubts.iter().map(scored_in) {
+                let failures = scored.iter().copied().filter(is_failure).count();
+                sum.found += failures;
+                sum.false_doubts += usize::from(failures == 0 && !scored.is_empty());
+            }
+        }
+        sum
     }
 }
 
@@ -135,6 +181,17 @@ mod tests {
         assert_eq!(AgreementQuality::of_runs(&[frames(&pairs)]).found, quality.found);
         pairs[6].0 = 0.45;
         assert!(AgreementQuality::of_runs(&[frames(&pairs)]).found.unwrap() < 0.4);
+    }
+
+    #[test]
+    fn doubts_find_the_failures_inside_them() {
+        let mut j: Vec<(usize, f64)> = (0..20).map(|t| (t, 0.8)).collect();
+        (j[3].1, j[4].1, j[15].1) = (0.1, 0.5, 0.2);
+        // One with a failure of two, one without, one without a truth.
+        let run = RunDoubts { doubts: vec![2..4, 8..10, 30..33], j };
+        let quality = DoubtQuality { failures: 3, found: 1, false_doubts: 1, frames: 20 };
+        assert_eq!(DoubtQuality::of_runs(std::slice::from_ref(&run)), quality);
+        assert_eq!(DoubtQuality::of_runs(&[run, RunDoubts::default()]), quality);
     }
 
     #[test]

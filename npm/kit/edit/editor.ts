@@ -81,6 +81,8 @@ export class MaskEditor {
   times: ArrayLike<number> | null;
   /** Time at which the last frame ends, in seconds, if known. */
   end: number | null;
+  /** The frames whose masks should be looked at, before edits. */
+  doubts: MaskSource['doubts'];
 
   constructor(masks: MaskSource, options: EditOptions) {
     checkMasks(masks);
@@ -92,6 +94,7 @@ export class MaskEditor {
     this.shots = masks.shots;
     this.times = masks.times ?? null;
     this.end = masks.end ?? null;
+    this.doubts = masks.doubts ?? null;
   }
 
   /** The masks below the edits; for a session its corrected result. */

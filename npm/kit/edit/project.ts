@@ -18,6 +18,7 @@ import { Decoder, Encoder } from '../../text.js';
 import { type ClipTrajectories, type Shot, VideoResult } from '../../video/result.js';
 import { runTask } from '../../worker/aside.js';
 import { yieldThread } from '../../worker/pause.js';
+import type { FrameRange } from '../../session/result.js';
 import type { MaskEditor, SavedEdits } from './editor.js';
 
 /** Further contents of a project. */
@@ -64,8 +65,8 @@ export async function saveProject(masks: MaskSource, options: ProjectOptions = {
     signal,
   } = checkOptions(options, ['editor', 'about', 'files', 'frameRate', 'signal']);
   const result = await toVideoResult(masks, frameRate, signal);
-  const { width, height, numFrames, times, end, shots, runs, trajectories } = result;
-  const json = { tracecut: VERSION, format: FORMAT, width, height, numFrames, times: [...times], end, shots };
+  const { width, height, numFrames, times, end, shots, doubts, runs, trajectories } = result;
+  const json = { tracecut: VERSION, format: FORMAT, width, height, numFrames, times: [...times], end, shots, doubts };
   const text = JSON.stringify({ ...json, edits: editor?.toJSON() ?? null, about });
   const entries: Record<string, Uint8Array> = {
     'project.json': new Encoder().encode(text),
@@ -83,7 +84,7 @@ export async function saveProject(masks: MaskSource, options: ProjectOptions = {
  */
 export async function toVideoResult(masks: MaskSource, frameRate = 25, signal?: AbortSignal): Promise<VideoResult> {
   checkMasks(masks);
-  const { width, height, numFrames, end, shots } = masks;
+  const { width, height, numFrames, end, shots, doubts } = masks;
   const times = getTimes(masks, frameRate)!;
   const runs = [];
   for (let t = 0; t < numFrames; t += 1) {
@@ -94,6 +95,7 @@ export async function toVideoResult(masks: MaskSource, frameRate = 25, signal?: 
   return new VideoResult({
     ...{ width, height, times, end: end ?? null, runs },
     shots: shots?.map(({ first, last }) => ({ first, last })) ?? [{ first: 0, last: numFrames - 1 }],
+    doubts: doubts?.map(({ from, to }) => ({ from, to })) ?? [],
     trajectories: getTrajectories(masks) ?? decodeTrajectories(Uint32Array.of(0, 0, 0)),
   });
 }
@@ -119,7 +121,7 @@ export async function openProject(file: Uint8Array | ArrayBuffer | Blob): Promis
   }
   const { 'project.json': json, 'masks.bin': masks, 'trajectories.bin': tracks } = entries;
   if (!json || !masks || !tracks) throw new TraceCutError('data', 'the archive is not a project file');
-  const { width, height, times, end, shots, edits, about, format } = parseProject(json);
+  const { width, height, times, end, shots, doubts, edits, about, format } = parseProject(json);
   if (format !== FORMAT) throw illegal('data', 'the format of the project', format, `${FORMAT}`);
   const files = Object.entries(entries).filter(([name]) => name.startsWith(FOLDER));
   return {
@@ -129,6 +131,7 @@ export async function openProject(file: Uint8Array | ArrayBuffer | Blob): Promis
       times: Float64Array.from(times),
       end: typeof end === 'number' ? end : null,
       shots,
+      doubts: doubts ?? [],
       runs: splitRuns(bytesToWords(masks, 'masks.bin'), times.length).map((runs, t) =>
         checkRuns(`the mask of frame ${t}`, runs, width * height),
       ),
@@ -163,6 +166,7 @@ interface SavedProject {
   times: number[];
   end: unknown;
   shots: Shot[];
+  doubts?: FrameRange[];
   edits: SavedEdits | null;
   about: unknown;
 }

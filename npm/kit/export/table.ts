@@ -19,6 +19,7 @@ import type { WasmSource } from '../../check/options.js';
  * An object in a frame, in pixels of the masks: its box, its `area` in pixels, the mean place `x`, `y` of its pixels
  * (pixel centres are at integers), and its motion to the next frame, `dx`, `dy`: the mean over the `trajectories` that
  * continue there; null if there are none, as in the last frame. `time` is the frame's time in seconds, null if unknown.
+ * `doubt` is true if the masks of the frame should be looked at (`doubts` of a result), null if unknown.
  */
 export type ObjectRow = {
   frame: number;
@@ -34,6 +35,7 @@ export type ObjectRow = {
   dx: number | null;
   dy: number | null;
   trajectories: number;
+  doubt: boolean | null;
 };
 
 /**
@@ -74,6 +76,7 @@ const COLUMNS = [
   'dx',
   'dy',
   'trajectories',
+  'doubt',
 ] as const;
 
 /** Most pixels of the frames that are counted at once; trajectories are passed to Rust each time. */
@@ -107,7 +110,9 @@ export async function objectTable(
     const numbers = await call(module, () => objectRows(labels, width, height, first, ...points));
     for (let offset = 0; offset < numbers.length; offset += COLUMNS.length) {
       const row = toRow(numbers.subarray(offset, offset + COLUMNS.length));
-      if (selected[row.object]) rows.push({ ...row, time: times?.[row.frame] ?? null });
+      const { frame } = row;
+      const doubt = masks.doubts ? masks.doubts.some(({ from, to }) => from <= frame && frame < to) : null;
+      if (selected[row.object]) rows.push({ ...row, time: times?.[frame] ?? null, doubt });
     }
   }
   return rows;

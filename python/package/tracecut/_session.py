@@ -223,6 +223,13 @@ class SessionView:
         """
         return self._raw.agreement()
 
+    def doubts(self) -> list[range]:
+        """The frames whose masks should be looked at: those that agree much less with their neighbours than the median frame.
+
+        Up to two frames before and after them are in the same range. Empty without masks.
+        """
+        return [range(first, end) for first, end in self._raw.doubts()]
+
     def background(self, t: int) -> U8:
         """The scene of frame ``t`` without the objects: RGBA at working size, alpha 0 where no frame shows it."""
         return self._raw.background(t)

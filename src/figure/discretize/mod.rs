@@ -18,7 +18,7 @@
 //!
 //! For comparison, step 2 can be left out, K-means can replace the rotation (`kmeans`), and the number of clusters can
 //! follow from the gap between two consecutive eigenvalues ([`cluster_count`]): the five methods of Figure 10.
-//! [`threshold_segmentation`] is the segmentation of Figure 1(c).
+//! `threshold_segmentation` is the segmentation of Figure 1(c).
 //!
 //! Cost: O(rotations · rows · K²). It fails where one object needs more eigenvectors than there are.
 
@@ -214,33 +214,12 @@ pub fn cluster_count(embedding: &Embedding, params: &DiscretizeParams) -> usize 
 }
 
 /// Connected components of the edges with `d` at most `threshold`, 0.6 in Figure 1(c).
-///
-/// # Examples
-/// The trajectories of [`discontinuities`](crate::discontinuity::discontinuities)' example, split where `d` is above 0.6.
-///
-/// ```
-/// # use tracecut::discontinuity::{DiscontinuityParams, discontinuities, neighborhoods};
-/// # use tracecut::embedding::{EmbeddingParams, embed};
-/// # use tracecut::sparse::SymCsr;
-/// # use tracecut::trajectory::Trajectories;
-/// #
-/// # // A trajectory for each digit; equal digits move alike.
-/// # let digits = ["00011", "00011", "00011"].concat().into_bytes();
-/// # let mut tracks = Trajectories::empty(1, (50, 30));
-/// # (0..15).for_each(|i| tracks.push(0, [(10.0 * (i % 5) as f32, 10.0 * (i / 5) as f32 + (i % 5 % 2) as f32, 0.0)]));
-/// # let pairs = (0..15_u32).flat_map(|i| (i + 1..15).map(move |j| (i, j)));
-/// # let alike = pairs.filter(|&(i, j)| digits[i as usize] == digits[j as usize]);
-/// # let a = SymCsr::from_upper(15, &alike.map(|(i, j)| (i, j, 1.0)).collect::<Vec<_>>());
-/// # let params = EmbeddingParams { min_component: 2, min_dimensions: 1, ..EmbeddingParams::default() };
-/// # let embedding = embed(&a, &params, 0);
-/// # let d = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
-/// use tracecut::discretize::threshold_segmentation;
-///
-/// let components = threshold_segmentation(&tracks, &d, 0.6);
-/// assert_eq!((components.count, components.label[0], components.label[4]), (2, 0, 1));
-/// ```
 #[must_use]
-pub fn threshold_segmentation(tracks: &Trajectories, discontinuities: &Discontinuities, threshold: f64) -> Clusters {
+pub(crate) fn threshold_segmentation(
+    tracks: &Trajectories,
+    discontinuities: &Discontinuities,
+    threshold: f64,
+) -> Clusters {
     let mut sets = DisjointSets::new(tracks.len());
     for (&(i, j), &d) in discontinuities.neighborhoods.pairs.iter().zip(&discontinuities.d) {
         if d <= threshold {

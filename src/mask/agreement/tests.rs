@@ -29,7 +29,8 @@ fn still_masks_agree_and_empty_ones_say_nothing() {
             clip: Some(1.0),
             frames: vec![Some(1.0); 7],
             objects: vec![vec![Some(1.0); 7]],
-            merge_log_odds: None
+            merge_log_odds: None,
+            areas: vec![120; 7],
         }
     );
 
@@ -162,4 +163,46 @@ fn the_agreement_is_that_of_a_naive_version() {
             assert!(is_near(object, one), "frame {t}, label {label}: {object:?} {one:?}");
         }
     }
+}
+
+#[test]
+fn doubts_are_ranges_around_the_frames_that_agree_least() {
+    let doubts = |frames: &[Option<f32>]| {
+        let areas = vec![100; frames.len()];
+        Agreement { frames: frames.to_vec(), areas, ..Agreement::default() }.doubts()
+    };
+    assert!(doubts(&[]).is_empty() && doubts(&[None; 9]).is_empty() && doubts(&[Some(0.0); 9]).is_empty());
+    let mut frames = [Some(0.8); 30];
+    assert!(doubts(&frames).is_empty());
+    // Just above the threshold, then below it.
+    frames[9] = Some(0.57);
+    assert!(doubts(&frames).is_empty());
+    (frames[9], frames[13], frames[19], frames[0]) = (Some(0.55), Some(0.1), Some(0.2), Some(0.3));
+    assert_eq!(doubts(&frames), [0..3, 7..16, 17..22]);
+    (frames[29], frames[20]) = (Some(0.0), None);
+    assert_eq!(doubts(&frames), [0..3, 7..16, 17..22, 27..30]);
+}
+
+#[test]
+fn a_flooded_frame_is_a_doubt() {
+    let mut masks = vec![object(10); 15];
+    masks[7] = Plane::filled(SIZE.0, SIZE.1, 1);
+    assert_eq!(agreement(&masks, &still(15)).doubts(), [Range { start: 5, end: 10 }]);
+}
+
+#[test]
+fn areas_that_jump_are_doubts_and_those_that_grow_are_not() {
+    let doubts = |areas: &[u32]| {
+        Agreement { frames: vec![Some(0.9); areas.len()], areas: areas.to_vec(), ..Agreement::default() }.doubts()
+    };
+    let growing: Vec<u32> = (0..40).map(|t| 100 + 20 * t).collect();
+    assert!(doubts(&growing).is_empty() && doubts(&[0; 20]).is_empty());
+    let mut areas = [100; 30];
+    (areas[9], areas[10], areas[20]) = (179, 56, 0);
+    assert_eq!(doubts(&areas), [18..23]);
+    (areas[9], areas[10]) = (181, 55);
+    assert_eq!(doubts(&areas), [7..13, 18..23]);
+    // An object that enters: too few frames around have one.
+    let entering: Vec<u32> = (0..30).map(|t| if t < 26 { 0 } else { 50 }).collect();
+    assert!(doubts(&entering).is_empty());
 }

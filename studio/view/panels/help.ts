@@ -6,6 +6,7 @@ const KEYS: [keys: string[], what: string][] = [
   [['Space'], 'play or pause'],
   [['←', '→'], 'one frame back or forward'],
   [['Home', 'End'], 'first or last frame'],
+  [['N'], 'next place to check'],
   [['V'], 'overlay, side by side, slider, cut-out'],
   [['1', '9'], 'masks, source image'],
   [['+', '−', '0'], 'zoom in, zoom out, fit; or use the wheel'],
