@@ -87,7 +87,8 @@ export async function save(page, id) {
   await page.call(() => void (document.querySelector('#export-more').open = true));
   await press(page, item(id));
   // A card is only chosen by that.
-  if (await page.call((one) => document.querySelector(one).type === 'radio', item(id))) await press(page, '#export-run');
+  if (await page.call((one) => document.querySelector(one).type === 'radio', item(id)))
+    await press(page, '#export-run');
   const { name, text } = await until(page, () => globalThis.caught);
   await press(page, '#export-close');
   return { name, bytes: Buffer.from(text, 'base64') };
