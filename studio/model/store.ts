@@ -81,6 +81,9 @@ export interface State {
   frame: number;
   isPlaying: boolean;
   loop: boolean;
+  /** True if the clip has sound that the page can read. */
+  hasSound: boolean;
+  isMuted: boolean;
   /** True if the user prefers reduced motion. */
   isReducedMotion: boolean;
   /** True if the browser adds noise to canvas pixels. */
@@ -140,6 +143,8 @@ const INITIAL: State = {
   pace: { clip: 0, still: 0 },
   changed: new Map(),
   loop: true,
+  hasSound: false,
+  isMuted: false,
   isReducedMotion: false,
   isNoisy: false,
   view: 'overlay',
