@@ -5,6 +5,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { afterEach, mock, test } from 'node:test';
 import { ClipJob } from '../../build/model/clip-job.js';
+import { ClipWork } from '../../build/model/clip-work.js';
 import { StageClock } from '../../build/model/stage-clock.js';
 import { CLIP, openModel, openSampleWork } from './studio.mjs';
 
@@ -88,6 +89,28 @@ for (const run of PREDICTED)
 test('masks that disagree are made again: that is told as soon as it begins', () => {
   const run = RUNS.find(({ name }) => /three clusterings/.test(name));
   assert.ok(worstFactor(replay(run), 0.8) <= 1.5);
+});
+
+test('every frame is counted once, wherever shots end windows', () => {
+  const usual = [50, 90, 130, 170, 210, 221];
+  for (const ends of [usual, [50, 71, 121, 161, 201, 221], [3, 53, 93, 133, 173, 213, 221]]) {
+    const work = new ClipWork(221, 50, 10, true);
+    let window = 0;
+    for (const end of ends) {
+      const read = Math.min(end + 1, 221);
+      for (let k = 0; k <= 10; k += 1) {
+        work.begin(window, read);
+        for (const stage of ['flow', 'cut', 'masks'])
+          assert.ok(work.done(stage, k, 10) <= work.total(stage) + 1e-9, `${stage} of window ${window} of ${ends}`);
+        assert.ok(work.total('flow') >= 221);
+      }
+      window += 1;
+    }
+  }
+  const whole = new ClipWork(40, 50, 10, true);
+  assert.deepEqual([whole.total('flow'), whole.total('masks'), whole.done('masks', 40, 40)], [40, 40, 40]);
+  assert.equal(new ClipWork(221, 50, 10, true).total('masks'), 300);
+  assert.equal(new ClipWork(221, 50, 10, false).total('masks'), 271);
 });
 
 test('nothing is told before a piece was computed; reading says little', () => {
