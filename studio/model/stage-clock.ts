@@ -39,8 +39,6 @@ const SMOOTHING_MS = 1000;
 
 export class StageClock {
   stages: Stage[];
-  /** Stage of the last piece. */
-  current: string;
   /** The finished share of the run, 0 to 1. It never falls. */
   share = 0;
   /** Time of all pieces, in milliseconds. */
@@ -61,12 +59,16 @@ export class StageClock {
       ...{ total: 1, isReading: false, ...stage },
       ...{ done: 0, recentDone: 0, recentMs: 0 },
     }));
-    this.current = plan[0].id;
   }
 
-  /** The stage to name on screen. */
+  /** The first stage that is not finished; the last one if all are. */
+  get current(): Stage {
+    return this.stages.find(({ done, total }) => done < total) ?? this.stages[this.stages.length - 1];
+  }
+
+  /** Id of the stage to name on screen. */
   get stageOnScreen(): string {
-    return this.current;
+    return this.current.id;
   }
 
   start() {
@@ -84,7 +86,6 @@ export class StageClock {
       stage.recentMs *= kept;
     }
     this.ms += ms;
-    this.current = id;
     this.stage(id).recentMs += ms;
     this.count(id, done, total);
   }

@@ -6,6 +6,7 @@ import { readFileSync } from 'node:fs';
 import { afterEach, mock, test } from 'node:test';
 import { ClipJob } from '../../build/model/clip-job.js';
 import { ClipWork } from '../../build/model/clip-work.js';
+import { StillJob } from '../../build/model/still-job.js';
 import { StageClock } from '../../build/model/stage-clock.js';
 import { CLIP, openModel, openSampleWork } from './studio.mjs';
 
@@ -133,6 +134,13 @@ test('nothing is told before a piece was computed; reading says little', () => {
     assert.ok(Math.abs(clock.timeLeft(now) - 200 * (10 - k)) < 50, `${clock.timeLeft(now)}`);
   }
   assert.equal(clock.share, 1);
+});
+
+test('the stage on screen is the one being done, not the last one that ended', () => {
+  const clock = new StageClock(StillJob.stages);
+  assert.equal(clock.stageOnScreen, 'frames');
+  clock.mark('frames', 1, 1);
+  assert.equal(clock.stageOnScreen, 'boundaries');
 });
 
 test('frames that are saved: told after two seconds, from their pace', () => {
