@@ -41,7 +41,8 @@ export type Stage =
   | 'masks';
 
 /**
- * Progress of a run: `done` of `total` steps of a stage. `done` only grows, `total` is constant; steps differ in duration.
+ * Progress of a run: `done` of `total` steps of a stage; steps differ in duration. `done` only grows; so does `total` during
+ * the cut, and is constant elsewhere.
  */
 export type Progress = { readonly stage: Stage; readonly done: number; readonly total: number };
 

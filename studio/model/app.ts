@@ -10,20 +10,19 @@
 //
 // Every asynchronous step remembers the number of its visit and does nothing once another visit has begun.
 
-import { Progress } from './progress.js';
+import { progressPatch } from './progress.js';
 import { showPreview, showResult, showWindow } from './show-result.js';
 import { ClipJob } from './clip-job.js';
 import { StillJob } from './still-job.js';
 import { changedParameters, sessionOptions } from './settings.js';
 import { PROJECT_EXTENSION, viewSettingsPatch } from './view-settings.js';
-import { type Source, clampTrim, defaultTrim } from './source.js';
+import { type Source, clampTrim, defaultTrim, sourceKind } from './source.js';
 import { BLANK, type State, type Store, errorPatch, phasePatch } from './store.js';
 import { explain, stageName } from './messages.js';
 import type { InterruptedRun } from './interrupted-runs.js';
 import type { AnyJob, Images } from './job.js';
 import type { Project } from './library.js';
 import type { ProjectInfo } from './saved-projects.js';
-import type { StagePlan } from './stage-clock.js';
 
 /** A corrected result and its hidden objects. */
 type CorrectedResult = { job: ClipJob; hidden: ReadonlySet<number> };
@@ -43,8 +42,6 @@ interface Platform {
 
 export class App {
   abort: AbortController | null = null;
-  /** Stage plans with the time shares measured in the last run, by the default plan. */
-  plans = new Map<StagePlan[], StagePlan[]>();
   restartTimer = 0;
   /** Number of sources that were to be opened. */
   openings = 0;
@@ -113,7 +110,7 @@ export class App {
         const options = sessionOptions(this.store.state);
         const { SavedJob } = await savedJobModule;
         const job = new SavedJob(
-          [source, { ...trim }, options, SavedJob.stagesFor(), this.platform.createImages()],
+          [source, { ...trim }, options, SavedJob.stages, this.platform.createImages()],
           project,
           about,
         );
@@ -225,13 +222,13 @@ export class App {
   createJob(source: Source): AnyJob {
     const { state } = this.store;
     const JobClass = jobClassFor(source);
-    const stages = JobClass.stagesFor(state.trim);
     return new JobClass(
       source,
       { ...state.trim },
       sessionOptions(state),
-      this.plans.get(stages) ?? stages,
+      JobClass.stages,
       this.platform.createImages(),
+      state.pace[sourceKind(source)],
     );
   }
 
@@ -245,10 +242,9 @@ export class App {
   async runJob(visit: number, job: AnyJob) {
     this.abort = new AbortController();
     const { signal } = this.abort;
-    this.store.set(phasePatch('running', stageName(job.current?.id ?? ''), ''));
+    this.store.set(phasePatch('running', stageName(job.stageOnScreen), ''));
     if (job.settledFrames > 0) showWindow(this.store, job);
-    const progress = new Progress();
-    const showProgress = () => this.showRunning(job, progress);
+    const showProgress = () => this.showRunning(job);
     const clock = setInterval(showProgress, TICK_MS);
     signal.addEventListener('abort', () => {
       clearInterval(clock);
@@ -264,9 +260,8 @@ export class App {
     }
   }
 
-  /** Shows the result and keeps its stage times for the next estimate. */
+  /** Shows the result. */
   async finish(job: AnyJob) {
-    const { measured } = job;
     const { visit } = this.store.state;
     if (this.corrected && job instanceof ClipJob && !job.isPartial && !this.carriedHidden.has(job))
       this.carriedHidden.set(job, carryHidden(this.corrected, job));
@@ -275,14 +270,13 @@ export class App {
     if (hidden && (visit !== this.store.state.visit || this.store.state.phase !== 'running')) return;
     if (hidden) this.store.set({ hidden });
     if (!job.isPartial) this.corrected = null;
-    if (measured) this.plans.set(jobClassFor(job.source).stagesFor(job.trim), measured);
     await showResult(this.store, job);
   }
 
-  showRunning(job: AnyJob, progress: Progress) {
+  showRunning(job: AnyJob) {
     const { state } = this.store;
     if (job !== state.job || state.phase !== 'running') return;
-    this.store.set(progress.patch(job, state.headline));
+    this.store.set(progressPatch(job, state.headline));
     this.showNewestFrame(job);
   }
 

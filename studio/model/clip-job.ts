@@ -6,36 +6,28 @@ import { type ObjectFacts, Presence } from './presence.js';
 import { CLIP_MESSAGES, PageError, countObjects, headline, formatPlural, remark } from './messages.js';
 import { Corrections } from './corrections.js';
 import { Job, type JobView } from './job.js';
+import { ClipWork } from './clip-work.js';
 import { type StagePlan, runInSlices, untilAborted } from './stage-clock.js';
 import type { DecodedFrame, Result, Session, VideoResult, WindowResult } from './library.js';
 import type { Result as ShownResult } from './segmentation.js';
-import type { Trim } from './source.js';
 
 /** Frames of a window, and how many it shares with the next. */
 export const { window: WINDOW, overlap: OVERLAP } = VideoSegmentation.defaults;
 
-/**
- * Stages of a clip that fits into one window, with their usual shares of the time, as measured. Later runs use the
- * shares of the run before.
- */
+/** Stages of a clip, with their usual times for a frame as measured; those of tracking are one unit. */
 const STAGES: StagePlan[] = [
-  { id: 'frames', share: 0.14 },
-  { id: 'flow', share: 0.33 },
-  { id: 'trajectories', share: 0.12 },
-  { id: 'affinities', share: 0.02 },
-  { id: 'embedding', share: 0.04 },
-  { id: 'discontinuities', share: 0.02 },
-  { id: 'saliency', share: 0.06 },
-  { id: 'connectedness', share: 0.03 },
-  { id: 'clusters', share: 0.03 },
-  { id: 'superpixels', share: 0.16 },
-  { id: 'cut', share: 0.05 },
-  { id: 'masks', share: 0.07 },
-];
-
-const WINDOW_STAGES: StagePlan[] = [
-  { id: 'windows', share: 0.9 },
-  { id: 'frames', share: 0.1 },
+  { id: 'frames', cost: 0.35, isReading: true },
+  { id: 'flow', cost: 0.5 },
+  { id: 'trajectories', cost: 0.5 },
+  { id: 'affinities', cost: 0.03 },
+  { id: 'embedding', cost: 0.01 },
+  { id: 'discontinuities', cost: 0.02 },
+  { id: 'saliency', cost: 0.06 },
+  { id: 'connectedness', cost: 0.02 },
+  { id: 'clusters', cost: 0.01 },
+  { id: 'superpixels', cost: 0.25 },
+  { id: 'cut', cost: 0.32 },
+  { id: 'masks', cost: 0.13 },
 ];
 
 const NO_TRAJECTORIES = {
@@ -54,9 +46,7 @@ const FEW_FRAMES = new Map([
 ]);
 
 export class ClipJob extends Job {
-  static stagesFor({ frames }: Trim) {
-    return frames > WINDOW ? WINDOW_STAGES : STAGES;
-  }
+  static stages = STAGES;
 
   inWindows: boolean;
   declare corrections: Corrections;
@@ -72,6 +62,8 @@ export class ClipJob extends Job {
   /** True if some frames are finished and others are not. */
   isStreaming = false;
   windows = 0;
+  /** Frames that the stages process. */
+  work: ClipWork;
   /** Finished masks that `presence` has not counted yet. */
   pendingMasks: Iterator<unknown> = [].values();
   /** Masks of the whole clip, or of the finished frames if the run was stopped. */
@@ -84,7 +76,10 @@ export class ClipJob extends Job {
 
   constructor(...parts: ConstructorParameters<typeof Job>) {
     super(...parts);
-    this.inWindows = this.trim.frames > WINDOW;
+    const { source, trim } = this;
+    this.inWindows = trim.frames > WINDOW;
+    this.work = new ClipWork(trim.frames, WINDOW, OVERLAP, source.direct !== undefined);
+    this.countFrames();
     this.corrections = new Corrections(this);
   }
 
@@ -102,9 +97,9 @@ export class ClipJob extends Job {
     else this.masks = result as VideoResult;
   }
 
-  /** Stages of windows run in parallel, so their times do not predict the next run. */
-  get measured() {
-    return this.inWindows ? null : super.measured;
+  /** Windows repeat the stages. */
+  get stageOnScreen() {
+    return this.inWindows ? 'windows' : super.stageOnScreen;
   }
 
   /**
@@ -144,8 +139,6 @@ export class ClipJob extends Job {
         const code = FEW_FRAMES.get(error?.code);
         throw code ? new PageError(code) : error;
       });
-    this.finishReading();
-    if (inWindows) this.mark('windows', 1, 1);
     if (this.windows > 1 || abort.signal.aborted) video.session?.close();
     else this.session = video.session;
     return { masks, outputs: await this.session?.run() };
@@ -173,29 +166,26 @@ export class ClipJob extends Job {
   async addFrame(frame: ImageData, time: number | null, end: number | null) {
     const { images, trim } = this;
     await this.receiveFrame(frame, time, end);
-    this.mark('frames', images.length, Math.max(trim.frames, images.length + 1));
+    this.mark('frames', images.length, Math.max(trim.frames, images.length));
     if (!this.stopped) this.report();
-  }
-
-  finishReading() {
-    const stage = this.stages.find(({ id }) => id === 'frames');
-    if (stage) stage.total = stage.done;
   }
 
   advance({ stage, done, total, window }: { stage: string; done: number; total: number; window: number }) {
     this.windows = Math.max(this.windows, window + 1);
-    const at = STAGES.findIndex(({ id }) => id === stage);
-    if (!this.inWindows) {
-      if (at < 0) return;
-      this.finishReading();
-      return this.mark(stage, done, total);
-    }
-    const totalShare = STAGES.reduce((sum, { share }) => sum + share, 0);
-    const shareBefore = STAGES.slice(0, Math.max(0, at)).reduce((sum, { share }) => sum + share, 0);
-    const part = (shareBefore + ((STAGES[at]?.share ?? 0) * done) / Math.max(1, total)) / totalShare;
-    const expected = Math.max(window + 1, Math.ceil((this.trim.frames - OVERLAP) / (WINDOW - OVERLAP)));
-    // The last step is marked when all windows are collected.
-    this.mark('windows', Math.min(expected - 0.01, window + part), expected);
+    if (stage === 'decode') return;
+    const { work, images } = this;
+    // A clip may have fewer frames than its file says; only in windows it may also be a shot that ends.
+    if (!this.inWindows) work.numFrames = images.length;
+    work.begin(window, images.length);
+    this.countFrames();
+    // A cut may end before the steps that are expected.
+    if (stage === 'masks') this.count('cut', work.done('cut', 1, 1));
+    this.mark(stage, work.done(stage, done, total));
+  }
+
+  /** Updates the frames that each stage has to process. */
+  countFrames() {
+    for (const stage of this.stages) stage.total = this.work.total(stage.id);
   }
 
   async addWindow(window: WindowResult) {

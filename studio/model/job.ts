@@ -1,6 +1,7 @@
 // The base class of runs, and their types.
 
 import { Preview, needsPreview } from './preview.js';
+import { fitSize } from './library.js';
 import { StageClock, type StagePlan } from './stage-clock.js';
 import type { FrameDataSource } from './frame-data.js';
 import type { ClipJob } from './clip-job.js';
@@ -31,7 +32,7 @@ export type PaintRequest = Parameters<MaskEditor['paint']>[0];
 /** A painted edit and the frames that it changed. */
 export type PaintedEdit = { edit: Edit; frames: number[] };
 
-/** A run of a clip or a still image, with `run`, `shown` and the static `stagesFor`. */
+/** A run of a clip or a still image, with `run`, `shown` and the static `stages`. */
 export type AnyJob = ClipJob | StillJob;
 
 /** The frames of a run for display. */
@@ -67,15 +68,25 @@ export class Job extends StageClock {
   /** Positions of the objects, as far as counted. */
   presence: Presence | null = null;
 
+  /** @param usualPace that of an earlier run, as `pacePerPixel`; 0 if not known */
   constructor(
     public source: Source,
     readonly trim: Trim,
     public options: Options,
     plan: StagePlan[],
     images: Images,
+    usualPace = 0,
   ) {
-    super(plan);
+    const { width, height } = fitSize(source, trim.side);
+    const cost = plan.reduce((total, stage) => total + stage.cost, 0);
+    super(plan, (usualPace * width * height) / cost);
     this.images = images;
+  }
+
+  /** Time of the run for each pixel and frame, in milliseconds; null if it does not predict other runs. */
+  get pacePerPixel(): number | null {
+    const { width, height, length } = this.images;
+    return this.isPartial ? null : this.ms / (width * height * Math.max(1, length));
   }
 
   /** True if the run was stopped early and can continue. */

@@ -7,9 +7,7 @@ import type { ProjectInfo } from './saved-projects.js';
 import type { StagePlan } from './stage-clock.js';
 
 export class SavedJob extends ClipJob {
-  static stagesFor(): StagePlan[] {
-    return [{ id: 'frames', share: 1 }];
-  }
+  static stages: StagePlan[] = [{ id: 'frames', cost: 1 }];
 
   constructor(
     parts: ConstructorParameters<typeof ClipJob>,
@@ -36,7 +34,12 @@ export class SavedJob extends ClipJob {
     return { masks, presence };
   }
 
-  get measured(): null {
+  /** Only reading takes time. */
+  get stageOnScreen() {
+    return 'frames';
+  }
+
+  get pacePerPixel() {
     return null;
   }
 

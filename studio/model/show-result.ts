@@ -19,7 +19,7 @@ const NOISE_REMARK = 'This browser adds noise to pixels to prevent tracking, so 
  */
 export async function showResult(store: Store, job: AnyJob) {
   const { isStreaming, frame, picture, pace, source, visit } = store.state;
-  const { width, height, length } = job.images;
+  const { width, height } = job.images;
   const { shown: view } = job;
   const timeline = view.result ? createTimeline(job, view.result.numFrames) : store.state.timeline;
   const { patch, statusPatch } = resultPatch(store.state, job, timeline);
@@ -27,8 +27,8 @@ export async function showResult(store: Store, job: AnyJob) {
     timeline,
     frame: clampFrame({ timeline }, isStreaming ? frame : 0),
     picture: isStreaming ? picture : { width, height, images: job.images },
-    pace: { ...pace, [sourceKind(source)]: job.ms / (width * height * Math.max(1, length)) },
-    share: 1,
+    pace: { ...pace, [sourceKind(source)]: job.pacePerPixel ?? pace[sourceKind(source)] },
+    share: job.isPartial ? job.share : 1,
     ...patch,
   });
   await yieldToPage();

@@ -1,59 +1,157 @@
-// Stages of a run: progress, times and the estimated time left; and work in slices.
+// Stages of a run: the finished share and the time left, from the pieces done; and work in slices.
 
-/** A stage and its usual share of the time. */
-export type StagePlan = { id: string; share: number };
+/**
+ * A stage of a run. `cost` is the usual time of one piece, in any unit that all stages of a plan share; `total` the number
+ * of pieces as far as known.
+ */
+export type StagePlan = {
+  id: string;
+  cost: number;
+  total?: number;
+  /** True for a stage whose pace says little about the others: reading depends on the file. */
+  isReading?: boolean;
+};
 
-type StageState = StagePlan & { done: number; total: number; ms: number };
+type Stage = Required<StagePlan> & {
+  done: number;
+  /** Recent pieces and their time in milliseconds: older ones count less. */
+  recentDone: number;
+  recentMs: number;
+};
+
+/** Time over which pieces lose weight, as a share of the time so far: the machine may have become busier. */
+const MEMORY_SHARE = 0.15;
+
+/** Pieces of a stage after which its own pace counts as much as the pace of all stages. */
+const OWN_PACE_PIECES = 20;
+
+/** Share of the work after which the pace of this run counts as much as that of an earlier one. */
+const USUAL_PACE_SHARE = 0.02;
+
+/** Smallest part of a run with an estimate of the time left, and its shortest time in milliseconds. */
+const MIN_SHARE = 0.08;
+const MIN_ELAPSED_MS = 2000;
+
+/** Time in which the shown time left follows the estimate, in milliseconds. */
+const SMOOTHING_MS = 1000;
+
+// The constants above fit the recorded runs of tests/node/studio-progress.test.mjs.
 
 export class StageClock {
-  stages: StageState[];
+  stages: Stage[];
+  /** Stage of the last piece. */
+  current: string;
+  /** The finished share of the run, 0 to 1. It never falls. */
+  share = 0;
+  /** Time of all pieces, in milliseconds. */
+  ms = 0;
   markedAt = 0;
+  /** The time left as last shown. */
+  shownLeft: { ms: number; at: number } | null = null;
 
-  /** @param plan in order */
-  constructor(plan: StagePlan[]) {
-    this.stages = plan.map((stage) => ({ ...stage, done: 0, total: 0, ms: 0 }));
+  /**
+   * @param plan in order
+   * @param usualPace milliseconds per unit of cost in an earlier run; 0 if not known
+   */
+  constructor(
+    plan: StagePlan[],
+    readonly usualPace = 0,
+  ) {
+    this.stages = plan.map((stage) => ({
+      ...{ total: 1, isReading: false, ...stage },
+      ...{ done: 0, recentDone: 0, recentMs: 0 },
+    }));
+    this.current = plan[0].id;
+  }
+
+  /** The stage to name on screen. */
+  get stageOnScreen(): string {
+    return this.current;
   }
 
   start() {
     this.markedAt = performance.now();
   }
 
-  /** Adds the time since the last call to a stage. */
-  mark(id: string, done: number, total: number) {
+  /** Adds the time since the last call to a stage, and the pieces done. */
+  mark(id: string, done: number, total?: number) {
     const now = performance.now();
-    let stage = this.stages.find((s) => s.id === id);
-    if (!stage) {
-      stage = { id, share: 0.05, done: 0, total: 0, ms: 0 };
-      this.stages.push(stage);
-    }
-    stage.ms += now - this.markedAt;
-    stage.done = done;
-    stage.total = total;
+    const ms = now - this.markedAt;
     this.markedAt = now;
+    const kept = this.ms > 0 ? Math.exp(-ms / (MEMORY_SHARE * this.ms)) : 1;
+    for (const stage of this.stages) {
+      stage.recentDone *= kept;
+      stage.recentMs *= kept;
+    }
+    this.ms += ms;
+    this.current = id;
+    this.stage(id).recentMs += ms;
+    this.count(id, done, total);
   }
 
-  /** The current stage: the first that is not finished. */
-  get current(): StageState | undefined {
-    return this.stages.find((stage) => stage.total === 0 || stage.done < stage.total);
+  /** Counts pieces that took no time. The share grows by their part of what was left. */
+  count(id: string, done: number, total?: number) {
+    const stage = this.stage(id);
+    const added = Math.max(0, done - stage.done);
+    // A stage that turns out longer has done a smaller part.
+    if (done < stage.done) stage.recentDone *= done / stage.done;
+    stage.recentDone += added;
+    stage.done = done;
+    if (total !== undefined) stage.total = total;
+    const addedMs = added * this.paceOf(stage);
+    const { msLeft } = this;
+    if (msLeft <= 0) this.share = 1;
+    else this.share += ((1 - this.share) * addedMs) / (msLeft + addedMs);
   }
 
-  /** The finished share of the run, 0 to 1. */
-  get share(): number {
-    const total = this.stages.reduce((sum, stage) => sum + stage.share, 0);
-    const sum = this.stages.reduce((s, { share, done, total }) => s + (total > 0 ? (share * done) / total : 0), 0);
-    return sum / total;
+  stage(id: string): Stage {
+    return this.stages.find((stage) => stage.id === id)!;
   }
 
-  /** The stages with measured shares, for the next estimate; null if they do not predict it. */
-  get measured(): StagePlan[] | null {
-    const totalMs = Math.max(1, this.ms);
-    return this.stages.map(({ id, ms }) => ({ id, share: Math.max(0.005, ms / totalMs) }));
+  /** Returns the milliseconds per unit of cost in these stages; 0 if not known. */
+  paceIn(stages: Stage[]): number {
+    const weight = USUAL_PACE_SHARE * sum(this.stages, ({ cost, total }) => cost * total);
+    const usual = this.usualPace > 0 ? weight : 0;
+    const cost = usual + sum(stages, (stage) => stage.cost * stage.recentDone);
+    return cost > 0 ? (usual * this.usualPace + sum(stages, ({ recentMs }) => recentMs)) / cost : 0;
   }
 
-  /** Time of all stages, in milliseconds. */
-  get ms(): number {
-    return this.stages.reduce((sum, stage) => sum + stage.ms, 0);
+  /** The pace of the stages that predict others; 0 if not known. */
+  get pace() {
+    return this.paceIn(this.stages.filter(({ isReading }) => !isReading));
   }
+
+  /** Returns the milliseconds that a piece takes. */
+  paceOf({ cost, recentDone, recentMs }: Stage): number {
+    const expected = cost * (this.pace || this.paceIn(this.stages));
+    return (recentMs + OWN_PACE_PIECES * expected) / (recentDone + OWN_PACE_PIECES);
+  }
+
+  /** Estimated time of the pieces that are left, in milliseconds. */
+  get msLeft(): number {
+    return sum(this.stages, (stage) => Math.max(0, stage.total - stage.done) * this.paceOf(stage));
+  }
+
+  /**
+   * Returns the time left in milliseconds, smoothed for display; null if too early.
+   * @param now as `performance.now()`
+   */
+  timeLeft(now: number): number | null {
+    if (!this.pace) return null;
+    const live = now - this.markedAt;
+    // The piece that is being done is not all of what is left.
+    const left = Math.max(this.msLeft - live, this.msLeft / 2);
+    const passed = this.shownLeft ? now - this.shownLeft.at : Infinity;
+    const expected = this.shownLeft ? Math.max(0, this.shownLeft.ms - passed) : left;
+    const ms = expected + (left - expected) * Math.min(1, passed / SMOOTHING_MS);
+    this.shownLeft = { ms, at: now };
+    const elapsed = this.ms + live;
+    return elapsed < MIN_ELAPSED_MS || elapsed < MIN_SHARE * (elapsed + ms) ? null : ms;
+  }
+}
+
+function sum<T>(items: T[], valueOf: (item: T) => number): number {
+  return items.reduce((total, item) => total + valueOf(item), 0);
 }
 
 /** Settles with the promise, or rejects with the signal's reason if that comes first. */
@@ -63,56 +161,6 @@ export function untilAborted<T>(promise: Promise<T>, signal: AbortSignal): Promi
     signal.addEventListener('abort', () => reject(signal.reason), { once: true });
     promise.then(resolve, reject);
   });
-}
-
-/** Smallest finished share with an estimate; chosen by eye. */
-const MIN_DONE_SHARE = 0.06;
-
-/** Smallest finished share of a stage whose own pace is used; chosen by eye. */
-const MIN_STAGE_SHARE = 0.15;
-
-/**
- * @param now as `performance.now()` Estimates the time left.
- * @returns milliseconds; null if too early
- */
-export function timeLeft(clock: StageClock, now: number): number | null {
-  const live = now - clock.markedAt;
-  const { current } = clock;
-  const stages = clock.stages.map((stage) => ({
-    share: stage.share,
-    part: stage.total > 0 ? stage.done / stage.total : 0,
-    ms: stage.ms + (stage === current ? live : 0),
-  }));
-  const through = stages.reduce((sum, { share, part }) => sum + share * part, 0);
-  const total = stages.reduce((sum, { share }) => sum + share, 0);
-  if (through < MIN_DONE_SHARE * total) return null;
-  const pace = stages.reduce((sum, { ms, part }) => sum + (part > 0 ? ms : 0), 0) / through;
-  return stages.reduce((sum, { share, part, ms }) => {
-    if (part >= 1) return sum;
-    if (part >= MIN_STAGE_SHARE) return sum + (ms * (1 - part)) / part;
-    return sum + Math.max(0, share * pace - ms);
-  }, 0);
-}
-
-/** Smooths estimates of the time left, which jump. */
-export class Countdown {
-  left: number | null = null;
-  at = 0;
-
-  /**
-   * @param guess milliseconds
-   * @returns milliseconds to show
-   */
-  follow(guess: number | null, now: number): number | null {
-    if (guess === null) return null;
-    const elapsed = now - this.at;
-    this.at = now;
-    if (this.left === null) this.left = guess;
-    else
-      this.left =
-        Math.max(0, this.left - elapsed) + (guess - Math.max(0, this.left - elapsed)) * Math.min(1, elapsed / 1500);
-    return this.left;
-  }
 }
 
 /** Longest slice of work in milliseconds: less than a frame at 60 Hz. */

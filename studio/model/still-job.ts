@@ -8,18 +8,16 @@ import { type StagePlan, untilAborted } from './stage-clock.js';
 import type { Boundaries, ImageEdges, Superpixels } from './frame-data.js';
 
 const STAGES: StagePlan[] = [
-  { id: 'frames', share: 0.02 },
-  { id: 'boundaries', share: 0.1 },
-  { id: 'superpixels', share: 0.13 },
-  { id: 'imageEdges', share: 0.75 },
+  { id: 'frames', cost: 0.02 },
+  { id: 'boundaries', cost: 0.1 },
+  { id: 'superpixels', cost: 0.13 },
+  { id: 'imageEdges', cost: 0.75 },
 ];
 
 type StillOutputs = { boundaries?: Boundaries; superpixels?: Superpixels; imageEdges?: ImageEdges };
 
 export class StillJob extends Job {
-  static stagesFor() {
-    return STAGES;
-  }
+  static stages = STAGES;
 
   pixels: ImageData | null = null;
   outputs: StillOutputs = {};

@@ -88,6 +88,9 @@ export interface State {
   frame: number;
   isPlaying: boolean;
   loop: boolean;
+  /** True if the clip has sound that the page can read. */
+  hasSound: boolean;
+  isMuted: boolean;
   /** True if the user prefers reduced motion. */
   isReducedMotion: boolean;
   /** True if the browser adds noise to canvas pixels. */
@@ -119,6 +122,7 @@ export const BLANK = {
   notice: '',
   job: null,
   previousJob: null,
+  share: 0,
   preview: null,
   isStreaming: false,
   picture: { width: 16, height: 9, images: NO_FRAMES },
@@ -148,8 +152,9 @@ const INITIAL: State = {
   trim: DEFAULT_TRIM,
   pace: { clip: 0, still: 0 },
   changed: new Map(),
-  share: 0,
   loop: true,
+  hasSound: false,
+  isMuted: false,
   isReducedMotion: false,
   isNoisy: false,
   view: 'overlay',

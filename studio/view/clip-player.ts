@@ -14,6 +14,7 @@ export interface ClipPlayer {
   show: (frame: number) => void;
   play: (first: number, last: number, onFrame: (frame: number) => void) => void;
   pause: () => void;
+  mute: (isMuted: boolean) => void;
   close: () => void;
 }
 
@@ -29,7 +30,6 @@ function plays(type?: string) {
 
 /** Uses the browser's video player, which is fast enough for large videos. */
 class VideoPlayer implements ClipPlayer {
-  url: string;
   element = h('video', { playsinline: true, preload: 'auto', 'aria-label': 'Original clip' });
   ticking: number;
 
@@ -37,9 +37,7 @@ class VideoPlayer implements ClipPlayer {
     public source: Source,
     file: File,
   ) {
-    this.url = URL.createObjectURL(file);
-    this.element.muted = true;
-    this.element.src = this.url;
+    this.element.src = URL.createObjectURL(file);
     this.ticking = 0;
   }
 
@@ -71,12 +69,23 @@ class VideoPlayer implements ClipPlayer {
     this.element.pause();
   }
 
+  mute(isMuted: boolean) {
+    this.element.muted = isMuted;
+  }
+
   close() {
     this.pause();
-    this.element.removeAttribute('src');
-    this.element.load();
-    URL.revokeObjectURL(this.url);
+    closeMedia(this.element);
   }
+}
+
+/** Lets go of the file that an element plays. */
+export function closeMedia(element: HTMLMediaElement) {
+  const { src } = element;
+  element.pause();
+  element.removeAttribute('src');
+  element.load();
+  URL.revokeObjectURL(src);
 }
 
 /** Plays frames that the page reads, for images. */
@@ -131,6 +140,9 @@ class FramePlayer implements ClipPlayer {
     this.going.abort();
     this.going = new AbortController();
   }
+
+  /** Images are silent. */
+  mute() {}
 
   close() {
     this.going.abort();

@@ -25,6 +25,7 @@ import { readoutPanel } from './panels/readout.js';
 import { runPanel } from './panels/run.js';
 import { savedPanel } from './panels/recent-projects.js';
 import { settingsPanel } from './panels/settings.js';
+import { soundPanel } from './panels/sound.js';
 import { timelinePanel } from './panels/timeline.js';
 import { trimPanel } from './panels/trim.js';
 import { zoomPanel } from './panels/zoom.js';
@@ -66,6 +67,7 @@ const PANELS: ((page: Page) => void)[] = [
   comparePanel,
   backdropPanel,
   timelinePanel,
+  soundPanel,
   trimPanel,
   readoutPanel,
   nothingPanel,

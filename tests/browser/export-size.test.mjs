@@ -111,6 +111,32 @@ describe('exports at the size of the source', () => {
     });
   }
 
+  test('the sound of a clip plays with the result, unless it is muted', async () => {
+    const { page, faults } = sample;
+    assert.equal(await page.locator('#mute').getAttribute('aria-label'), 'Mute');
+    await page.evaluate(() => {
+      const { play } = HTMLMediaElement.prototype;
+      HTMLMediaElement.prototype.play = function () {
+        globalThis.player = this;
+        return play.call(this);
+      };
+    });
+    await page.click('#play');
+    await page.waitForFunction(
+      () => globalThis.player && !globalThis.player.paused && globalThis.player.currentTime > 0,
+    );
+    const isPaused = () => page.evaluate(() => globalThis.player.paused);
+    await page.click('#mute');
+    assert.equal(await isPaused(), true);
+    assert.equal(await page.evaluate(() => Object.keys(localStorage).length), 1, 'it is remembered');
+    await page.click('#mute');
+    await page.waitForFunction(() => !globalThis.player.paused);
+    assert.equal(await page.evaluate(() => Object.keys(localStorage).length), 0);
+    await page.click('#play');
+    assert.equal(await isPaused(), true);
+    assert.deepEqual(faults, []);
+  });
+
   test('or half of it, or as computed, or any other; without sound where none is wanted', async () => {
     const { page, faults } = sample;
     await openSave(page);
@@ -161,7 +187,7 @@ describe('exports at the size of the source', () => {
     const none = await inside();
     assert.ok(none.distance > 30, `${none.shown} is still the object's colour`);
     await set('opacity', '1');
-    await set('fill', '0.5');
+    await set('fill', '0');
   });
 });
 

@@ -46,6 +46,9 @@ describe('exports', () => {
     ]);
     assert.notDeepEqual(labels, found, 'the sample has a speck');
     await page.evaluate((frame) => globalThis.tracecutStudio.app.timeline.seek(frame), FRAME);
+    const fill = page.locator('[data-setting="masks.fill"]');
+    await fill.fill('0.5');
+    await fill.blur();
     await page.keyboard.press('e');
     await page.locator('#export').waitFor();
     await page.click('#export-more > summary');

@@ -9,9 +9,7 @@ import { colourName } from '../../build/model/palette.js';
 import { settingsLink, readLink } from '../../build/model/recipe.js';
 import { SETTING_CHOICES, Settings, otherChanges, sessionOptions } from '../../build/model/settings.js';
 import { clampTrim, defaultTrim } from '../../build/model/source.js';
-import { Countdown, StageClock, timeLeft } from '../../build/model/stage-clock.js';
 import { Store } from '../../build/model/store.js';
-import { TimeLeft } from '../../build/model/time-left.js';
 import { suggestChanges, describeSearch } from '../../build/model/suggestions.js';
 import { PageError, explain, formatCount, formatPercent, formatTimeLeft } from '../../build/model/messages.js';
 import { MAX_SCALE, Zoom } from '../../build/model/zoom.js';
@@ -43,52 +41,6 @@ test('a place stays where it is while it is enlarged, and nothing beyond the cli
   }
   zoom.reset();
   assert.deepEqual([zoom.scale, zoom.x, zoom.y], [1, 0, 0]);
-});
-
-const plan = [
-  { id: 'a', share: 0.5 },
-  { id: 'b', share: 0.25 },
-  { id: 'c', share: 0.25 },
-];
-const clock = (...states) => {
-  const made = new StageClock(plan);
-  states.forEach((state, k) => Object.assign(made.stages[k], state));
-  return made;
-};
-
-test('time left: says nothing before anything is through', () => {
-  assert.equal(timeLeft(clock(), 0), null);
-  assert.equal(timeLeft(clock({ done: 1, total: 100, ms: 50 }), 0), null);
-});
-
-test('time left: takes a stage by its own pace, later ones by their shares', () => {
-  const guess = timeLeft(clock({ done: 10, total: 20, ms: 1000 }), 0);
-  assert.equal(guess, 1000 + 1000 + 1000);
-  assert.equal(
-    timeLeft(clock({ done: 20, total: 20, ms: 2000 }, { done: 1, total: 1, ms: 500 }), 0),
-    (2500 / 0.75) * 0.25,
-  );
-});
-
-test('time left: is over when all is through', () => {
-  const all = clock(...plan.map(() => ({ done: 1, total: 1, ms: 10 })));
-  assert.equal(timeLeft(all, 0), 0);
-});
-
-test('time left: what is shown goes down with the clock and follows new guesses slowly', () => {
-  const shown = new Countdown();
-  assert.equal(shown.follow(10_000, 0), 10_000);
-  assert.equal(shown.follow(9_900, 100), 9_900);
-  const jumped = shown.follow(20_000, 200);
-  assert.ok(jumped > 9_800 && jumped < 11_000, jumped);
-  assert.equal(shown.follow(null, 300), null);
-});
-
-test('time left: of saving is told after two seconds, from the pace of the frames', () => {
-  const left = new TimeLeft(0);
-  assert.equal(left.estimate({ done: 1, total: 10 }, 1000), null);
-  assert.equal(left.estimate({ done: 3, total: 10 }, 2500), 5250);
-  assert.equal(left.estimate({ done: 0, total: 10 }, 2600), null, 'other work begins');
 });
 
 test('settings name parameters that there are, take what is legal, and make options of what counts', () => {

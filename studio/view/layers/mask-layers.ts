@@ -7,13 +7,13 @@ import { type Layer, fromCorner, opacity } from './layer.js';
 export const OUTLINE_WIDTH_PX = 1.8;
 
 export function maskLayer(): Layer {
-  const fill = { ...opacity(0.5), name: 'Fill' };
+  const fill = { ...opacity(0), name: 'Fill' };
   return {
     id: 'masks',
     name: 'Masks',
     key: '1',
     only: 'clip',
-    about: 'The pixels of each object, in its colour.',
+    about: 'The outline of each object, in its colour.',
     z: 30,
     isOn: true,
     settings: { opacity: opacity(), fill },
@@ -31,27 +31,19 @@ export function maskLayer(): Layer {
 }
 
 export function imageLayer(): Layer {
-  const color = { ...opacity(0.5), name: 'Colour' };
   return {
     id: 'image',
     name: 'Source image',
     key: '9',
-    about: 'The frame, desaturated so that layers stand out.',
+    about: 'The frame itself.',
     z: 0,
     isOn: true,
-    settings: { opacity: opacity(), color },
+    settings: { opacity: opacity() },
     legend: () => [],
     draw(ctx, view) {
       if (!view.image) return;
       ctx.imageSmoothingQuality = 'high';
       ctx.drawImage(view.image, -0.5, -0.5, view.width, view.height);
-      // Blending a grey in takes saturation away; unlike a filter, all browsers can do it.
-      ctx.globalCompositeOperation = 'saturation';
-      ctx.globalAlpha = 1 - color.value;
-      ctx.fillStyle = '#808080';
-      ctx.fillRect(-0.5, -0.5, view.width, view.height);
-      ctx.globalCompositeOperation = 'source-over';
-      ctx.globalAlpha = 1;
     },
   };
 }

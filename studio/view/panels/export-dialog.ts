@@ -10,8 +10,7 @@ import { background } from '../background-export.js';
 import { objectName } from '../../model/palette.js';
 import { settingsLink, createRecipe } from '../../model/recipe.js';
 import { download, chooseDestination } from '../save-file.js';
-import { TimeLeft } from '../../model/time-left.js';
-import { untilAborted } from '../../model/stage-clock.js';
+import { StageClock, untilAborted } from '../../model/stage-clock.js';
 import { formatBytes, formatCount, explain, formatTimeLeft } from '../../model/messages.js';
 import { ExportOptions } from './export-options.js';
 import { SavePreview } from './save-preview.js';
@@ -190,7 +189,6 @@ export class ExportDialog {
     this.abort = new AbortController();
     const { signal } = this.abort;
     const pressed = document.activeElement as HTMLElement | null;
-    const timeLeft = new TimeLeft(performance.now());
     this.setBusy(true);
     this.showStatus(`Saving ${file}…`);
     try {
@@ -201,10 +199,10 @@ export class ExportDialog {
         download(made, file);
         return made.size;
       };
-      const smoothed = await this.waitForSmoothing(signal, timeLeft);
+      const smoothed = await this.waitForSmoothing(signal);
       if (smoothed) subject.masks = { ...masks, labels: (t) => smoothed.labels(t) };
-      if (smoothed) timeLeft.restart(performance.now());
-      const output = await choice.make(subject, { signal, onProgress: (progress) => showProgress(progress, timeLeft) });
+      const clock = startClock();
+      const output = await choice.make(subject, { signal, onProgress: (progress) => showProgress(progress, clock) });
       signal.throwIfAborted();
       const size = await save(output);
       if (output instanceof Blob) this.offerSharing(new File([output], file, { type: output.type }));
@@ -238,10 +236,11 @@ export class ExportDialog {
   }
 
   /** Waits for all smoothed masks; returns null if smoothing is off. */
-  async waitForSmoothing(signal: AbortSignal, timeLeft: TimeLeft): Promise<MaskSource | null> {
+  async waitForSmoothing(signal: AbortSignal): Promise<MaskSource | null> {
     const { smoothedMasks } = this.store.state;
+    const clock = startClock();
     const tick = setInterval(() => {
-      if (this.store.state.smoothedMasks) showProgress(this.store.state.smoothedMasks, timeLeft);
+      if (this.store.state.smoothedMasks) showProgress(this.store.state.smoothedMasks, clock);
     }, TICK_MS);
     try {
       return smoothedMasks && (await untilAborted(smoothedMasks.complete, signal));
@@ -291,13 +290,21 @@ function describeKept({ kept, all }: { kept: number[]; all: number }): string {
   return `Only ${kept.map(objectName).join(', ')} will be saved.`;
 }
 
+/** Starts a clock of frames to be made. */
+function startClock(): StageClock {
+  const clock = new StageClock([{ id: 'frames', cost: 1 }]);
+  clock.start();
+  return clock;
+}
+
 /** @param progress its total is 0 before the first step */
-function showProgress({ done, total }: { done: number; total: number }, timeLeft?: TimeLeft) {
+function showProgress({ done, total }: { done: number; total: number }, clock?: StageClock) {
+  clock?.mark('frames', done, total);
   const share = total > 0 ? done / total : 0;
   byId('export-bar').style.setProperty('--share', String(share));
   byId('export-bar').setAttribute('aria-valuenow', String(Math.round(100 * share)));
   const progressText = total === 1 ? `${done} of 1 frame` : `${done} of ${formatCount(total)} frames`;
-  const msLeft = timeLeft?.estimate({ done, total }, performance.now()) ?? null;
+  const msLeft = clock?.timeLeft(performance.now()) ?? null;
   const text = msLeft === null ? progressText : `${progressText}, ${formatTimeLeft(msLeft)}`;
   byId('export-count').textContent = total > 0 ? text : '';
 }

@@ -34,6 +34,7 @@ class TrimPanel {
   constructor(readonly store: Store) {
     this.connect();
     store.watch(['source'], ({ source }) => this.open(source));
+    store.watch(['isMuted'], ({ isMuted }) => this.player?.mute(isMuted));
     store.watch(['source', 'trim'], (state) => this.show(state));
     store.watch(['source', 'trim', 'phase', 'job'], (state) => showRun(state));
     // Results replace the player.
@@ -144,8 +145,9 @@ class TrimPanel {
   }
 
   reveal() {
-    const { source } = this.store.state;
+    const { source, isMuted } = this.store.state;
     const player = (this.player ??= openPlayer(source!));
+    player.mute(isMuted);
     byId('preview').replaceChildren(player.element);
     byId('preview').hidden = false;
     return player;

@@ -1,0 +1,180 @@
+// Progress of runs, replayed from recorded times: the share never falls, and the time left is near the truth. The times of
+// recorded-runs.json are those of the stages in Chromium on two idle cores.
+
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { afterEach, mock, test } from 'node:test';
+import { ClipJob } from '../../build/model/clip-job.js';
+import { ClipWork } from '../../build/model/clip-work.js';
+import { StageClock } from '../../build/model/stage-clock.js';
+import { CLIP, openModel, openSampleWork } from './studio.mjs';
+
+const RUNS = JSON.parse(readFileSync(new URL('recorded-runs.json', import.meta.url), 'utf8'));
+const PREDICTED = RUNS.filter(({ name }) => !/three clusterings/.test(name));
+
+const SIZE = { width: 480, height: 270 };
+/** Pace of the sample on the same machine, in milliseconds per pixel and frame. */
+const PACE = 300 / (SIZE.width * SIZE.height);
+const TICK_MS = 100;
+/** Steps of the time left on screen: shorter times are all the same to the user. */
+const SLACK_MS = 1000;
+
+afterEach(() => mock.reset());
+
+/** Replays a run. @param when gives the time of an event from its recorded one */
+function replay({ frames, readsFile, ms, events }, { when = (t) => t, pace = PACE } = {}) {
+  let now = 0;
+  mock.method(performance, 'now', () => now);
+  const images = { ...SIZE, length: 0 };
+  const source = { ...SIZE, ...(readsFile ? { direct() {} } : {}) };
+  const job = new ClipJob(source, { frames, side: SIZE.width }, {}, ClipJob.stages, images, pace);
+  const shares = [];
+  const told = [];
+  const tickUntil = (end) => {
+    for (; now + TICK_MS < end; now += TICK_MS) told.push({ now, left: job.timeLeft(now) });
+    now = end;
+  };
+  job.start();
+  for (const event of events.split(', ')) {
+    const [, at, stage, done, total, window] = event.match(/^(\d+) (\w+) (\d+)(?:\/(\d+) (\d+))?$/);
+    tickUntil(when(Number(at)));
+    if (stage === 'frames') {
+      images.length = Number(done);
+      job.mark('frames', images.length, Math.max(frames, images.length));
+    } else job.advance({ stage, done: Number(done), total: Number(total), window: Number(window) });
+    shares.push(job.share);
+  }
+  tickUntil(when(ms));
+  mock.reset();
+  return { shares, told, end: when(ms) };
+}
+
+/** Returns the worst factor between the time left as told and the true one, in a part of the run. */
+function worstFactor({ told, end }, fromShare) {
+  const factors = told
+    .filter(({ now }) => now >= Math.max(2500, fromShare * end))
+    .map(({ now, left }) => {
+      assert.ok(left !== null || now < 0.15 * end, `nothing is told at ${now} of ${end}`);
+      return left === null ? 1 : Math.max((left - SLACK_MS) / (end - now), (end - now - SLACK_MS) / left);
+    });
+  return Math.max(1, ...factors);
+}
+
+/** Times of a machine that is twice as slow in a part of the run. */
+const slowIn = (from, to, ms) => (t) => t + Math.max(0, Math.min(t, to * ms) - from * ms);
+
+for (const run of RUNS)
+  test(`the share of ${run.name} never falls and ends at 1`, () => {
+    for (const when of [(t) => t, slowIn(0, 1, run.ms), slowIn(0.1, 0.3, run.ms)]) {
+      const { shares } = replay(run, { when });
+      shares.forEach((share, k) => assert.ok(share >= (shares[k - 1] ?? 0) && share <= 1));
+      assert.equal(shares.at(-1), 1);
+    }
+  });
+
+for (const run of PREDICTED)
+  test(`the time left of ${run.name} is within 1.5 after a tenth and 1.2 after half`, () => {
+    const whole = slowIn(0, 1, run.ms);
+    for (const replayed of [replay(run), replay(run, { when: whole, pace: 2 * PACE })]) {
+      assert.ok(worstFactor(replayed, 0.1) <= 1.5, `${worstFactor(replayed, 0.1)}`);
+      assert.ok(worstFactor(replayed, 0.5) <= 1.2, `${worstFactor(replayed, 0.5)}`);
+    }
+    // A machine that was busy for a while; nobody can know before that it will be free again.
+    const other = replay(run, { when: slowIn(0.1, 0.3, run.ms) });
+    assert.ok(worstFactor(other, 0.6) <= 1.25, `${worstFactor(other, 0.6)}`);
+    // The first run of the page: no other gave a pace.
+    assert.ok(worstFactor(replay(run, { pace: 0 }), 0.5) <= 1.2);
+  });
+
+test('masks that disagree are made again: that is told as soon as it begins', () => {
+  const run = RUNS.find(({ name }) => /three clusterings/.test(name));
+  assert.ok(worstFactor(replay(run), 0.8) <= 1.5);
+});
+
+test('every frame is counted once, wherever shots end windows', () => {
+  const usual = [50, 90, 130, 170, 210, 221];
+  for (const ends of [usual, [50, 71, 121, 161, 201, 221], [3, 53, 93, 133, 173, 213, 221]]) {
+    const work = new ClipWork(221, 50, 10, true);
+    let window = 0;
+    for (const end of ends) {
+      const read = Math.min(end + 1, 221);
+      for (let k = 0; k <= 10; k += 1) {
+        work.begin(window, read);
+        for (const stage of ['flow', 'cut', 'masks'])
+          assert.ok(work.done(stage, k, 10) <= work.total(stage) + 1e-9, `${stage} of window ${window} of ${ends}`);
+        assert.ok(work.total('flow') >= 221);
+      }
+      window += 1;
+    }
+  }
+  const whole = new ClipWork(40, 50, 10, true);
+  assert.deepEqual([whole.total('flow'), whole.total('masks'), whole.done('masks', 40, 40)], [40, 40, 40]);
+  assert.equal(new ClipWork(221, 50, 10, true).total('masks'), 300);
+  assert.equal(new ClipWork(221, 50, 10, false).total('masks'), 271);
+});
+
+test('nothing is told before a piece was computed; reading says little', () => {
+  let now = 0;
+  mock.method(performance, 'now', () => now);
+  const clock = new StageClock([
+    { id: 'frames', cost: 1, total: 10, isReading: true },
+    { id: 'flow', cost: 1, total: 10 },
+  ]);
+  clock.start();
+  for (let k = 1; k <= 10; k += 1) {
+    now += 1000;
+    clock.mark('frames', k);
+    assert.equal(clock.timeLeft(now), null);
+  }
+  assert.ok(Math.abs(clock.share - 0.5) < 1e-9);
+  for (let k = 1; k <= 10; k += 1) {
+    now += 200;
+    clock.mark('flow', k);
+    assert.ok(Math.abs(clock.timeLeft(now) - 200 * (10 - k)) < 50, `${clock.timeLeft(now)}`);
+  }
+  assert.equal(clock.share, 1);
+});
+
+test('frames that are saved: told after two seconds, from their pace', () => {
+  let now = 0;
+  mock.method(performance, 'now', () => now);
+  const clock = new StageClock([{ id: 'frames', cost: 1 }]);
+  clock.start();
+  for (let k = 1; k <= 10; k += 1) {
+    now += 500;
+    clock.mark('frames', k, 10);
+    const left = clock.timeLeft(now);
+    if (now < 2000) assert.equal(left, null);
+    else assert.ok(Math.abs(left - 500 * (10 - k)) < 1, `${left} after ${k}`);
+  }
+});
+
+test('a stage that turns out longer does not lower the share', () => {
+  const clock = new StageClock([{ id: 'cut', cost: 1 }]);
+  const shares = [0.2, 0.9, 0.3, 0.5, 1].map((done) => {
+    clock.count('cut', done, 1);
+    return clock.share;
+  });
+  shares.forEach((share, k) => assert.ok(share >= (shares[k - 1] ?? 0)));
+  assert.equal(shares.at(-1), 1);
+});
+
+test('the share of a run on the page never falls, and ends at 1', async () => {
+  const { app, store } = await openModel();
+  let shares = [];
+  store.watch(['share', 'phase'], ({ share, phase }) => phase === 'running' && shares.push(share));
+  for (const open of [() => app.openSample(), () => app.openFiles([CLIP])]) {
+    shares = [];
+    await open();
+    assert.equal(shares[0], 0);
+    shares.slice(1).forEach((share, k) => assert.ok(share >= shares[k], `${share} after ${shares[k]}`));
+    assert.equal(store.state.share, 1);
+  }
+});
+
+test('work that is reopened is not the pace of a run', async () => {
+  const { store, app } = await openSampleWork();
+  assert.deepEqual(store.state.pace, { clip: 0, still: 0 });
+  await app.openFiles([CLIP]);
+  assert.ok(store.state.pace.clip > 0);
+});
