@@ -314,7 +314,8 @@ describe('the page', () => {
     const { page } = sample;
     const nameless = await page.evaluate(() => {
       const controls = [...document.querySelectorAll('button, input, select, canvas[role], [role="progressbar"]')];
-      const named = (e) => e.getAttribute('aria-label') || e.labels?.length || e.textContent.trim() || e.closest('[hidden]');
+      const named = (e) =>
+        e.getAttribute('aria-label') || e.labels?.length || e.textContent.trim() || e.closest('[hidden]');
       return controls.filter((e) => !named(e)).map((e) => e.outerHTML);
     });
     assert.deepEqual(nameless, []);
