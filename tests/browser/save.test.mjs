@@ -22,6 +22,7 @@ import {
   redo,
   run,
   screenshot,
+  setControl,
   text,
   useSite,
 } from './support.mjs';
@@ -46,9 +47,7 @@ describe('exports', () => {
     ]);
     assert.notDeepEqual(labels, found, 'the sample has a speck');
     await page.evaluate((frame) => globalThis.tracecutStudio.app.timeline.seek(frame), FRAME);
-    const fill = page.locator('[data-setting="masks.fill"]');
-    await fill.fill('0.5');
-    await fill.blur();
+    await setControl(page, '[data-setting="masks.fill"]', '0.5');
     await page.keyboard.press('e');
     await page.locator('#export').waitFor();
     await page.click('#export-more > summary');

@@ -16,6 +16,7 @@ import {
   redo,
   run,
   screenshot,
+  setControl,
   showOnly,
   text,
   useSample,
@@ -59,8 +60,7 @@ describe('the canvas', () => {
 
   test('clicks and strokes hit the visible pixels, also when zoomed', async () => {
     const { page } = sample;
-    const fill = page.locator('[data-setting="masks.fill"]');
-    await fill.fill('0.5');
+    await setControl(page, '[data-setting="masks.fill"]', '0.5');
     await page.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(12));
     const spot = await page.evaluate(() => {
       const { viewer, segmentation } = globalThis.tracecutStudio.app;
@@ -90,8 +90,7 @@ describe('the canvas', () => {
     assert.equal(spot.found.object, 2);
     assert.ok(Math.hypot(spot.found.x - spot.place[0], spot.found.y - spot.place[1]) < 0.01);
     assert.ok(spot.color[2] > spot.color[0] + 20, `the second object is tinted blue: ${spot.color}`);
-    await fill.fill('0');
-    await fill.blur();
+    await setControl(page, '[data-setting="masks.fill"]', '0');
     await page.mouse.click(...spot.at);
     assert.equal(await page.getAttribute('[data-object="2"] .object-main', 'aria-pressed'), 'true');
     await page.click('#show-all');
