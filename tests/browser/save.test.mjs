@@ -22,6 +22,7 @@ import {
   redo,
   run,
   screenshot,
+  setControl,
   text,
   useSite,
 } from './support.mjs';
@@ -46,9 +47,7 @@ describe('exports', () => {
     ]);
     assert.notDeepEqual(labels, found, 'the sample has a speck');
     await page.evaluate((frame) => globalThis.tracecutStudio.app.timeline.seek(frame), FRAME);
-    const fill = page.locator('[data-setting="masks.fill"]');
-    await fill.fill('0.5');
-    await fill.blur();
+    await setControl(page, '[data-setting="masks.fill"]', '0.5');
     await page.keyboard.press('e');
     await page.locator('#export').waitFor();
     await page.click('#export-more > summary');
@@ -203,20 +202,20 @@ describe('exports', () => {
     assert.match(recipe.masks.sha256, /^[0-9a-f]{64}$/);
     await page.click('#export-close');
     await openRedo(page);
-    await page.check('[name="trajectory.gridStep"][value="5"]', { force: true });
+    await page.check('[name="trajectory.gridStep"][value="6"]', { force: true });
     await page.click('#redo-close');
     await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
     await openSave(page);
     await page.click('#copy-link');
     await page.waitForFunction(() => /copied/.test(document.querySelector('#export-status').textContent));
     const link = await page.evaluate(() => navigator.clipboard.readText());
-    assert.match(link, /#trajectory\.gridStep=5$/);
+    assert.match(link, /#trajectory\.gridStep=6$/);
     const { page: other } = await site.open();
     await other.goto('about:blank');
     await other.goto(link);
     assert.equal(await ended(other), 'done');
     assert.deepEqual(await other.evaluate(() => globalThis.tracecutStudio.app.job.options), {
-      trajectory: { gridStep: 5 },
+      trajectory: { gridStep: 6 },
     });
     assert.deepEqual(faults, []);
   });
