@@ -266,7 +266,7 @@ export class LocalEngine implements Engine {
       edges: session.edges(),
       saliency: session.saliency() ?? null,
       components: session.components() ?? null,
-      doubts: masks && collectDoubts(session),
+      doubts: session.doubts(),
       areas: masks && masks.areas,
       labels: masks && masks.labels,
     };
@@ -287,11 +287,6 @@ export class LocalEngine implements Engine {
     this.#queue = result.catch(() => {});
     return result;
   }
-}
-
-function collectDoubts(session: Session): FrameRange[] {
-  const bounds = [...(session.doubts() ?? [])];
-  return bounds.flatMap((from, k) => (k % 2 === 0 ? [{ from, to: bounds[k + 1]! }] : []));
 }
 
 /** Collects the masks of all frames, one after the other, and the number of pixels of each object in each frame. */

@@ -17,6 +17,7 @@ use js_sys::{
 };
 use serde::Serialize;
 use serde_wasm_bindgen::Serializer;
+use std::ops::Range;
 use wasm_bindgen::prelude::*;
 
 /// Returns a JavaScript `Error` with the message of `error` and its code in the property `code`.
@@ -182,6 +183,12 @@ pub(super) fn agreement(agreement: &Agreement) -> JsValue {
         ("objects", objects.into()),
         ("mergeLogOdds", agreement.merge_log_odds.unwrap_or(f64::NAN).into()),
     ])
+}
+
+/// A list of `{from, to}`.
+pub(super) fn doubts(agreement: &Agreement) -> JsValue {
+    let range = |doubt: Range<usize>| object([("from", doubt.start.into()), ("to", doubt.end.into())]);
+    agreement.doubts().into_iter().map(range).collect::<Array>().into()
 }
 
 /// `{ofPoints, inContext, foreground}`; truth values as 0 and 1.

@@ -275,10 +275,9 @@ impl JsSession {
         self.session.agreement().map_or(JsValue::NULL, convert::agreement)
     }
 
-    /// Returns the frames whose masks should be looked at: first and end of each range; `undefined` without masks.
-    pub fn doubts(&self) -> Option<Vec<usize>> {
-        let doubts = self.session.agreement()?.doubts();
-        Some(doubts.into_iter().flat_map(|frames| [frames.start, frames.end]).collect())
+    /// Returns the frames whose masks should be looked at, as a list of `{from, to}`; `null` without masks.
+    pub fn doubts(&self) -> JsValue {
+        self.session.agreement().map_or(JsValue::NULL, convert::doubts)
     }
 
     /// Explains the label of pixel `x`, `y` of frame `t`: an `Explanation` of `npm/session/result.ts`.
