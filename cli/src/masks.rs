@@ -5,6 +5,7 @@ use crate::overlay::PALETTE;
 use crate::pictures::{Pixels, Series};
 use crate::window::WindowResult;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use std::path::PathBuf;
 use tracecut::image::{Frame, Plane};
 use tracecut::mask::{Agreement, ObjectRow, Objects, enlarge, object_rows, object_table};
@@ -107,7 +108,7 @@ pub(crate) fn write_window(window: &WindowResult<'_>, folders: &MaskFolders) -> 
     let (masks, tints) = (masks?, tints?);
     let doubts = session.agreement().map(Agreement::doubts);
     for t in window.settled.clone() {
-        let doubt = doubts.as_ref().map(|doubts| doubts.iter().any(|doubt| doubt.contains(&t)));
+        let doubt = doubt_at(doubts.as_deref(), t);
         let (number, mask) = (window.first + t, source_mask(window, t)?);
         mask.data().iter().for_each(|&label| labels[usize::from(label)].count(number));
         let time = window.timing(t).map(|timing| timing.time);
@@ -127,6 +128,11 @@ pub(crate) fn write_window(window: &WindowResult<'_>, folders: &MaskFolders) -> 
     let rows = table.split_once('\n').map_or("", |(_, rows)| rows).to_owned();
     let objects = labels.split_off(1);
     Ok(labels.pop().map(|background| (MaskReport { background, objects, superpixels }, rows)))
+}
+
+/// Returns whether the masks of frame `t` should be looked at; `None` if unknown.
+pub(crate) fn doubt_at(doubts: Option<&[Range<usize>]>, t: usize) -> Option<bool> {
+    Some(doubts?.iter().any(|doubt| doubt.contains(&t)))
 }
 
 /// Returns the header of the objects' table.

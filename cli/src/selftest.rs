@@ -3,6 +3,7 @@
 
 use crate::failure::{Failure, Result, print};
 use crate::formats::{mask_annotations, npy_header};
+use crate::masks::doubt_at;
 use crate::pictures::{Pixels, encode_png};
 use clap::Args;
 use serde::Deserialize;
@@ -13,7 +14,7 @@ use std::fmt::Write as _;
 use tracecut::contour::boundary_map;
 use tracecut::flow::{FlowPyramid, flow_between};
 use tracecut::image::Frame;
-use tracecut::mask::{object_rows, object_table};
+use tracecut::mask::{Agreement, ObjectRow, object_rows, object_table};
 use tracecut::still::image_discontinuities;
 use tracecut::superpixel::superpixels_of;
 use tracecut::synth::Scene;
@@ -260,7 +261,12 @@ fn mask_checks(session: &Session) -> Result<Vec<Check>> {
     }
     let planes = (0..num_frames).map(|t| session.labels(t)).collect::<std::result::Result<Vec<_>, Error>>()?;
     let labels: Vec<u8> = planes.iter().flat_map(|mask| mask.data()).copied().collect();
-    let rows: Vec<_> = planes.iter().enumerate().flat_map(|(t, mask)| object_rows(mask, tracks, t)).collect();
+    let doubts = session.agreement().map(Agreement::doubts);
+    let rows_of = |(t, mask)| {
+        let doubt = doubt_at(doubts.as_deref(), t);
+        object_rows(mask, tracks, t).into_iter().map(move |row| ObjectRow { doubt, ..row })
+    };
+    let rows: Vec<_> = planes.iter().enumerate().flat_map(rows_of).collect();
     let runs: Vec<_> = planes.iter().enumerate().flat_map(|(t, mask)| mask_annotations(mask, t)).collect();
     let mut files = Hasher::default();
     for t in MAP_FRAMES {
