@@ -266,7 +266,7 @@ export class LocalEngine implements Engine {
       edges: session.edges(),
       saliency: session.saliency() ?? null,
       components: session.components() ?? null,
-      doubts: session.doubts(),
+      doubts: objects && objects.doubts,
       areas: masks && masks.areas,
       labels: masks && masks.labels,
     };

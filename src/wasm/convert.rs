@@ -136,12 +136,13 @@ pub(super) fn trajectories(t: &Trajectories, numbers: &[u32]) -> JsValue {
     ])
 }
 
-/// `{count, ofCluster, labels}`.
-pub(super) fn objects(o: &Objects) -> JsValue {
+/// `{count, ofCluster, labels, doubts}`.
+pub(super) fn objects(o: &Objects, doubts: JsValue) -> JsValue {
     object([
         ("count", o.highest_label.into()),
         ("ofCluster", uint8_array(&o.of_cluster)),
         ("labels", uint8_array(&o.labels())),
+        ("doubts", doubts),
     ])
 }
 

@@ -275,11 +275,6 @@ impl JsSession {
         self.session.agreement().map_or(JsValue::NULL, convert::agreement)
     }
 
-    /// Returns the frames whose masks should be looked at, as a list of `{from, to}`; `null` without masks.
-    pub fn doubts(&self) -> JsValue {
-        self.session.agreement().map_or(JsValue::NULL, convert::doubts)
-    }
-
     /// Explains the label of pixel `x`, `y` of frame `t`: an `Explanation` of `npm/session/result.ts`.
     pub fn explain(&self, t: usize, x: usize, y: usize) -> Result<JsValue, JsValue> {
         let explanation = self.session.explain(t, x, y).map_err(|e| convert::to_js_error(&e))?;
@@ -292,9 +287,11 @@ impl JsSession {
         self.session.components().map_or(JsValue::UNDEFINED, convert::components)
     }
 
-    /// `{count, ofCluster, labels}`; `undefined` until the cut is made, or without masks.
+    /// `{count, ofCluster, labels, doubts}`; `undefined` until the cut is made, or without masks. `doubts` is a list of
+    /// `{from, to}`, frames whose masks should be looked at; `null` until all masks are made.
     pub fn objects(&self) -> JsValue {
-        self.session.objects().map_or(JsValue::UNDEFINED, convert::objects)
+        let doubts = self.session.agreement().map_or(JsValue::NULL, convert::doubts);
+        self.session.objects().map_or(JsValue::UNDEFINED, |objects| convert::objects(objects, doubts))
     }
 
     /// `{dimensions, eigenvalues, vectors, converged, residual}`; `undefined` until there is one.

@@ -1,7 +1,7 @@
 // A project of a synthetic clip with five objects, made in the page: opens without a run.
 
 /** Runs in the page: the video and its project, of this size, as bytes. */
-async function makeFive({ width, height, frames, parts = 0 }) {
+async function makeFive({ width, height, frames, parts = 0, doubts = [] }) {
   const media = await import('/dist/vendor/media.js');
   const { saveProject } = await import('/dist/edit.js');
   const output = new media.Output({ format: new media.WebMOutputFormat(), target: new media.BufferTarget() });
@@ -68,6 +68,7 @@ async function makeFive({ width, height, frames, parts = 0 }) {
     end: frames / 10,
     labels,
     ...(parts > 0 ? { trajectories } : {}),
+    doubts,
   };
   const trim = { start: 0, frames, step: 1, side: Math.max(width, height) };
   const about = { name: 'five.webm', trim, changed: [], types: { 'five.webm': 'video/webm' } };
@@ -80,7 +81,7 @@ const made = new Map();
 
 /**
  * @param {import('playwright-core').Page} page
- * @param {{width: number, height: number, frames: number, parts?: number}} size `parts` of the objects touch and move alike
+ * @param {{width: number, height: number, frames: number, parts?: number, doubts?: object[]}} size `parts` of the objects touch and move alike
  * @returns {Promise<{video: object, project: object}>} files for `setInputFiles`
  */
 export async function fiveObjects(page, size) {
