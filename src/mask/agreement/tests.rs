@@ -199,7 +199,7 @@ fn areas_that_jump_are_doubts_and_those_that_grow_are_not() {
     assert!(doubts(&growing).is_empty() && doubts(&[0; 20]).is_empty());
     let mut areas = [100; 30];
     (areas[9], areas[10], areas[20]) = (179, 56, 0);
-    assert_eq!(doubts(&areas), [18..23]);
+    assert_eq!(doubts(&areas), [Range { start: 18, end: 23 }]);
     (areas[9], areas[10]) = (181, 55);
     assert_eq!(doubts(&areas), [7..13, 18..23]);
     // An object that enters: too few frames around have one.
