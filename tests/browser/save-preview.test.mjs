@@ -112,8 +112,16 @@ describe('the preview of what is saved', () => {
     await page.evaluate(() => {
       globalThis.looks = [];
       const box = document.querySelector('#export-preview');
+      /** Number of bright values of a picture: of the sketch, or of the preview if it came at once. */
+      const bright = (picture) => {
+        const context = new OffscreenCanvas(480, 270).getContext('2d');
+        context.drawImage(picture, 0, 0, 480, 270);
+        const { data } = context.getImageData(0, 0, 480, 270);
+        return data.filter((value, at) => at % 4 < 3 && value > 60).length;
+      };
       const look = () => {
         if (document.querySelector('#export').open) {
+          globalThis.firstBright ??= bright(box.lastElementChild);
           const places = ['#export', '#export-main', '#export-run', '#export-cancel', '.export-foot']
             .map((selector) => document.querySelector(selector))
             .filter((one) => one.checkVisibility())
@@ -126,13 +134,11 @@ describe('the preview of what is saved', () => {
     });
     await page.click('#export-open');
     await page.waitForSelector('#export[open]');
-    const sketch = await page.evaluate(() => {
-      const canvas = document.querySelector('#export-preview canvas');
-      const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
-      return data.filter((value, at) => at % 4 < 3 && value > 60).length;
-    });
-    assert.ok(sketch > 1000, 'the objects are there before the file is made');
     await shown(page, 'transparent');
+    assert.ok(
+      (await page.evaluate(() => globalThis.firstBright)) > 1000,
+      'the objects are there from the first frame on',
+    );
     for (const id of ['green', 'blurred']) {
       await page.check(`[data-export="${id}"]`);
       await shown(page, id);
