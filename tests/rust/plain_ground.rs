@@ -25,7 +25,7 @@ struct Variant {
     start: f32,
 }
 
-fn variants() -> [Variant; 10] {
+fn variants() -> [Variant; 20] {
     let plain = Variant { light: 1.0, noise: 2, quality: None, scale: 1.0, start: 40.0 };
     [
         plain,
@@ -38,6 +38,16 @@ fn variants() -> [Variant; 10] {
         Variant { scale: 0.75, ..plain },
         Variant { scale: 1.3, light: 0.85, ..plain },
         Variant { start: 61.5, quality: Some(70), ..plain },
+        Variant { light: 0.85, noise: 5, ..plain },
+        Variant { light: 1.1, quality: Some(90), ..plain },
+        Variant { light: 0.6, scale: 1.15, ..plain },
+        Variant { noise: 6, scale: 0.9, ..plain },
+        Variant { noise: 3, start: 25.0, ..plain },
+        Variant { quality: Some(60), start: 80.0, ..plain },
+        Variant { quality: Some(95), scale: 1.1, ..plain },
+        Variant { scale: 0.8, start: 52.3, noise: 0, ..plain },
+        Variant { light: 1.2, start: 33.7, quality: Some(75), ..plain },
+        Variant { light: 0.75, noise: 4, quality: Some(80), scale: 1.2, start: 70.0 },
     ]
 }
 
