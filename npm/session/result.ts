@@ -209,7 +209,8 @@ export class Result {
   readonly components: ComponentTable | null;
   /**
    * The frames, `from <= t < to`, whose masks should be looked at, in their order: those that agree much less with their
-   * neighbours than the median frame does, and up to two frames before and after them; null without masks.
+   * neighbours than the median frame does, or whose objects are suddenly larger or smaller, and up to two frames before
+   * and after them; null without masks.
    */
   readonly doubts: readonly FrameRange[] | null;
   /** Masks of all frames, one after the other; null without masks. `labels(t)` copies one. */

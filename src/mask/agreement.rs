@@ -58,7 +58,7 @@ impl Agreement {
     #[must_use]
     pub fn doubts(&self) -> Vec<Range<usize>> {
         let known: Vec<f32> = self.frames.iter().copied().flatten().collect();
-        let threshold = DOUBTFUL_PART * upper_median(&known);
+        let threshold = DOUBTFUL_PART * nth_smallest(&known, known.len() / 2);
         let agrees_little = |t: &usize| self.frames[*t].is_some_and(|value| value < threshold);
         let mut doubts: Vec<Range<usize>> = Vec::new();
         for t in (0..self.frames.len()).filter(|t| agrees_little(t) || self.has_sudden_area(*t)) {
@@ -74,16 +74,14 @@ impl Agreement {
     /// Returns whether the area of the objects in frame `t` is far from the median of the frames around.
     fn has_sudden_area(&self, t: usize) -> bool {
         let around = t.saturating_sub(AREA_REACH)..(t + AREA_REACH + 1).min(self.areas.len());
-        let around: Vec<f32> = self.areas[around].iter().filter(|&&area| area > 0).map(|&area| area as f32).collect();
-        let (median, area) = (upper_median(&around), self.areas[t] as f32);
+        let around: Vec<u32> = self.areas[around].iter().copied().filter(|&area| area > 0).collect();
+        let num_smaller = |area: u32| around.iter().filter(|&&other| other < area).count();
+        // The larger of the middle two of an even number.
+        let median = around.iter().copied().filter(|&area| num_smaller(area) <= around.len() / 2).max();
+        let (median, area) = (median.unwrap_or_default() as f32, self.areas[t] as f32);
         around.len() >= MIN_AREA_FRAMES
             && (area > DOUBTFUL_AREA_FACTOR * median || DOUBTFUL_AREA_FACTOR * area < median)
     }
-}
-
-/// Returns the median, the larger of the middle two of an even number; 0 without values.
-fn upper_median(values: &[f32]) -> f32 {
-    nth_smallest(values, values.len() / 2)
 }
 
 fn mean(values: &[Option<f32>]) -> Option<f32> {

@@ -224,7 +224,7 @@ class SessionView:
         return self._raw.agreement()
 
     def doubts(self) -> list[range]:
-        """The frames whose masks should be looked at: those that agree much less with their neighbours than the median frame.
+        """The frames whose masks should be looked at: those that agree much less with their neighbours, or jump in size.
 
         Up to two frames before and after them are in the same range. Empty without masks.
         """
