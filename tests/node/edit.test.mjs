@@ -97,7 +97,7 @@ test('paint on an object follows it through the clip, both ways', async () => {
   const heard = [];
   const reached = await editor.carry(edit, { onFrame: ({ t }) => heard.push(t) });
   assert.deepEqual(reached, { first: 0, last: 11 });
-  assert.deepEqual(heard, [7, 8, 9, 10, 11, 5, 4, 3, 2, 1, 0]);
+  assert.deepEqual(heard, [7, 5, 8, 4, 9, 3, 10, 2, 11, 1, 0], 'outward, in turn');
   for (const t of [0, 3, 9, 11]) {
     const share = overlap(editor.labels(t), of(t), 1);
     assert.ok(share > 0.85, `${share} of the object in frame ${t}`);
@@ -130,6 +130,97 @@ test('nothing is carried where the picture changes, beyond a cut, or further tha
   assert.deepEqual(await carried(blank(96, 64, 4), frames, { first: 1, last: 2 }), { first: 1, last: 2 });
   const noise = plain(96, 64, (x, y) => (97 * x + 61 * y + ((x * y) % 13) * 17) % 256);
   assert.deepEqual(await carried(blank(96, 64, 4), [frames[0], frames[1], noise, frames[3]]), { first: 0, last: 1 });
+});
+
+test('an edit is trimmed to fewer frames, and carried on to more, as one step', async (t) => {
+  const clip = await synthClip({ width: 96, height: 64, frames: 8, seed: 7 });
+  const engine = await createImageEngine();
+  t.after(() => engine.close());
+  const editor = editMasks(blank(96, 64, 8), { picture: (k) => clip.frame(k), engine: async () => engine });
+  const edit = await editor.paint({ label: 2, stroke: { t: 3, points: [40, 30, 56, 34], radius: 10 } });
+  await editor.carry(edit, { minEvidence: 0 });
+  const frames = () => [...edit.paints[0].parts.keys()].sort((a, b) => a - b);
+  assert.deepEqual(frames(), [0, 1, 2, 3, 4, 5, 6, 7]);
+  const whole = editor.labels(6);
+  editor.trim(edit, { first: 2, last: 4 });
+  assert.deepEqual(frames(), [2, 3, 4]);
+  assert.equal(editor.labels(6).some(Boolean), false);
+  await editor.carry(edit, { first: 2, last: 6, minEvidence: 0 });
+  assert.deepEqual(frames(), [2, 3, 4, 5, 6]);
+  assert.deepEqual(editor.labels(6), whole, 'the frames before do not matter twice');
+  assert.equal(editor.undoable, 1);
+  assert.throws(() => editor.trim(edit, { first: 4, last: 6 }), /first = 4 .*0\.\.=3/);
+  assert.throws(() => editor.trim(edit, { first: 0, last: 8 }), /last = 8/);
+  await editor.undo();
+  assert.throws(() => editor.trim(edit, { first: 2, last: 4 }), /in force/);
+});
+
+test('carried paint stays on its object before a background of similar colours', async (t) => {
+  // A grey block on a grey field of the same kind that stands still, while the block moves by two pixels a frame.
+  const [width, height, numFrames] = [96, 64, 7];
+  const noise = (x, y) => ((x * 374761393 + y * 668265263) >>> 7) % 64;
+  const isBlock = (k, x, y) => x >= 20 + 2 * k && x < 44 + 2 * k && y >= 20 && y < 44;
+  const pictures = Array.from({ length: numFrames }, (_, k) =>
+    plain(width, height, (x, y) => (isBlock(k, x, y) ? 120 + noise(x - 2 * k, y + 999) : 90 + noise(x, y))),
+  );
+  const engine = await createImageEngine();
+  t.after(() => engine.close());
+  const editor = editMasks(blank(width, height, numFrames), {
+    picture: (k) => pictures[k],
+    engine: async () => engine,
+  });
+  const inside = new Uint8Array(width * height).map((_, p) => Number(isBlock(0, p % width, Math.floor(p / width))));
+  const edit = await editor.paint({ label: 1, t: 0, region: encodeRuns(inside) });
+  await editor.carry(edit, { minEvidence: 0 });
+  for (let k = 1; k < numFrames; k += 1) {
+    const wrong = editor.labels(k).filter((label, p) => {
+      const [x, y] = [p % width, Math.floor(p / width)];
+      return label > 0 && (x < 16 + 2 * k || x >= 48 + 2 * k || y < 16 || y >= 48);
+    });
+    assert.equal(wrong.length, 0, `${wrong.length} pixels apart from the block in frame ${k}`);
+  }
+});
+
+test('masks of a range come from the frames beside it, moved along the flow, as one step', async (t) => {
+  const clip = await synthClip({ width: 160, height: 96, frames: 12, seed: 7 });
+  const engine = await createImageEngine();
+  t.after(() => engine.close());
+  // In three frames the masks are lost, and in one there is nothing but an object.
+  const labels = (k) =>
+    k === 6 ? new Uint8Array(160 * 96).fill(9) : k > 3 && k < 8 ? new Uint8Array(160 * 96) : clip.mask(k);
+  const masks = { ...blank(160, 96, 12), labels };
+  const open = (more) =>
+    editMasks({ ...masks, ...more }, { picture: (k) => clip.frame(k), engine: async () => engine });
+  const editor = open();
+  const heard = [];
+  const edit = await editor.interpolate({ from: 4, to: 8 }, { onFrame: ({ t: k }) => heard.push(k) });
+  assert.equal(edit.kind, 'interpolate');
+  assert.deepEqual(heard.sort(), [4, 5, 6, 7]);
+  for (const k of [4, 5, 6, 7]) {
+    const truth = clip.mask(k);
+    const right = editor.labels(k).filter((label, p) => label === truth[p]).length / truth.length;
+    assert.ok(right > 0.95, `${right} of the pixels of frame ${k}`);
+  }
+  assert.deepEqual(editor.labels(3), clip.mask(3));
+  const saved = JSON.parse(JSON.stringify(editor.toJSON()));
+  const other = open();
+  other.restore(saved);
+  assert.deepEqual(other.labels(6), editor.labels(6));
+  await editor.undo();
+  assert.deepEqual(editor.labels(6), labels(6));
+  const forward = await editor.interpolate({ from: 4, to: 12 }, { sides: 'before' });
+  assert.ok(forward.paints[0].parts.has(4));
+  const cut = open({
+    shots: [
+      { first: 0, last: 3 },
+      { first: 4, last: 11 },
+    ],
+  });
+  await rejects(cut.interpolate({ from: 4, to: 8 }), 'param', /from = 4/);
+  await rejects(editor.interpolate({ from: 0, to: 8 }), 'param', /from = 0 .*1\.\.=11/);
+  await rejects(editor.interpolate({ from: 8, to: 12 }), 'param', /to = 12/);
+  await rejects(editor.interpolate({ from: 4, to: 8 }, { sides: 'after' }), 'param', /sides = /);
+  await rejects(editMasks(masks).interpolate({ from: 4, to: 8 }), 'state', /pictures/);
 });
 
 test('a carrying that is stopped keeps the frames that it reached', async () => {

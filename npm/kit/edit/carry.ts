@@ -1,8 +1,13 @@
-// Carries an edit of one frame to others: its region moves with the optical flow from frame to frame, as long as the
-// picture there looks like the one it came from.
+// Carries an edit of one frame to others, outward from there, as long as it is sure of the pixels that it changes.
+//
+// From frame to frame, each pixel looks back along the optical flow. Three things tell whether it belongs to the region: most
+// of the place that it came from does; the flow from there leads back; its colour is rather that of the painted side, in the
+// painted frame around the place that it comes from, than that of the other side. Colours of the present masks around the
+// region only count against it: these masks may have the very error that is corrected. Pixels of similar colour decide
+// together. Regions do not grow: what is not joined to the painted pixels through time is never changed.
 
 import { TraceCutError, checkNumber, checkWholeNumber, illegal } from '../../check/errors.js';
-import { type Runs as Region, countPixels, decodeRuns, encodeRuns } from '../../session/runs.js';
+import { decodeRuns, encodeRuns } from '../../session/runs.js';
 import { type ImageEngine, createImageEngine } from '../../stages/image.js';
 import type { FlowField } from '../../session/engine.js';
 import type { Edit, MaskEditor, Paint, Part } from './editor.js';
@@ -16,7 +21,7 @@ export interface CarryOptions {
   first?: number;
   /** Last frame that it may reach; the last of the shot, or of the clip, if not given. */
   last?: number;
-  /** Share of the region that must look like the frame before, 0 to 1; .6 if not given. */
+  /** Least evidence for the pixels that it changes in a frame, 0 to 1; .75 if not given, and 0 reaches all frames. */
   minEvidence?: number;
   /** Aborts the work: the promise rejects with its reason. */
   signal?: AbortSignal;
@@ -29,10 +34,27 @@ export type CarryRange = { first: number; last: number };
 
 export type FlowBetween = (from: Picture, to: Picture) => Promise<FlowField>;
 
-/** Colours that differ by less count as equal: mean difference of red, green and blue, of 255. Chosen by eye. */
-const MAX_COLOUR_DIFFERENCE = 24;
-/** Largest factor by which a region's area may change from one frame to the next; beyond it is lost. Chosen by eye. */
-const MAX_AREA_CHANGE = 1.6;
+// All chosen on eight clips (docs/results.md), of which the evidence decides most.
+
+/** Least evidence for the pixels that an edit changes in a frame. */
+const DEFAULT_MIN_EVIDENCE = 0.75;
+/** How far around a region pixels are followed: they hold its border against smoothing. */
+const BAND_PX = 4;
+/** Radius in which colours are compared, in the painted frame and in the present one. */
+const PAINTED_RADIUS_PX = 8;
+const PRESENT_RADIUS_PX = 12;
+/** Difference of colours, the mean of red, green and blue of 255, by which evidence grows by 1. */
+const COLOUR_SCALE = 8;
+/** Evidence of colours is limited to this; that of the place is 1. */
+const MAX_COLOUR_EVIDENCE = 2;
+/** A pixel that differs by more from all colours of its side is none of them. */
+const MAX_COLOUR_DIFFERENCE = 30;
+/** Radius in which pixels of similar colour decide together. */
+const SMOOTHING_RADIUS_PX = 2;
+/** A region that keeps less of its area from one frame to the next is lost, */
+const MIN_KEPT_AREA = 0.5;
+/** and so is one that has less of the painted area. */
+const MIN_AREA_SHARE = 0.25;
 
 /** Carries the regions that an edit paints to the frames before and after it, as parts of the same edit. */
 export async function carry(
@@ -46,13 +68,18 @@ export async function carry(
   const range = { first: settings.start, last: settings.start };
   try {
     for (const paint of edit.paints) {
-      for (const step of [1, -1]) {
-        for await (const { t, region, evidence } of followRegion(paint, step, settings, editor, engine)) {
-          editor.extend(edit, t, region, evidence, paint);
-          range.first = Math.min(range.first, t);
-          range.last = Math.max(range.last, t);
-          settings.onFrame?.({ t, evidence });
-        }
+      const sides = [1, -1].map((step) => followRegion(edit, paint, step, settings, editor, engine));
+      // Outward: one frame on each side in turn.
+      while (sides.length > 0) {
+        const side = sides.shift()!;
+        const { value, done } = await side.next();
+        if (done) continue;
+        const { t, region, evidence } = value;
+        sides.push(side);
+        editor.extend(edit, t, region, evidence, paint);
+        range.first = Math.min(range.first, t);
+        range.last = Math.max(range.last, t);
+        settings.onFrame?.({ t, evidence });
       }
     }
   } finally {
@@ -66,22 +93,31 @@ export async function carry(
  * @param step 1 or -1
  */
 async function* followRegion(
+  edit: Edit,
   paint: Paint,
   step: number,
   { start, picture, first, last, minEvidence, signal }: ReturnType<typeof checkCarry>,
-  masks: { width: number; height: number },
+  editor: MaskEditor,
   engine: ImageEngine,
 ) {
-  let { region } = paint.parts.get(start)!;
+  const painted = decodeRuns(paint.parts.get(start)!.region);
+  const paintedArea = countInside(painted);
+  const colourSides = new ColourSides(editor, edit, paint);
   let before = checkPicture(await picture(start), start);
+  colourSides.setPainted(before, start);
+  let region = startRegion(painted, editor);
   for (let t = start + step; t >= first && t <= last; t += step) {
     signal?.throwIfAborted();
     const now = checkPicture(await picture(t), t);
-    const next = moveRegion(region, await engine.flow(now, before), [before, now], masks);
+    const [back, forth] = [await engine.flow(now, before), await engine.flow(before, now)];
     signal?.throwIfAborted();
-    if (next.evidence < minEvidence) return;
-    ({ region } = next);
-    yield { t, region, evidence: next.evidence };
+    const next = moveRegion(region, { back, forth }, colourSides.at(now, t));
+    const area = countInside(next.pixels);
+    const isLost = area < MIN_KEPT_AREA * countInside(region.pixels) || area < MIN_AREA_SHARE * paintedArea;
+    const evidence = isLost ? 0 : next.evidence;
+    if (evidence < minEvidence || area === 0) return;
+    region = next;
+    yield { t, region: encodeRuns(next.pixels), evidence };
     before = now;
   }
 }
@@ -93,54 +129,267 @@ function checkCarry(
 ) {
   const start = [...(edit?.paints?.[0]?.parts.keys() ?? [])][0];
   if (start === undefined) throw illegal('param', 'edit', edit, 'an edit that paints');
+  if (!editor.edits.includes(edit)) throw new TraceCutError('state', 'only a painted edit in force can be carried');
   // Beyond a cut there is another scene.
   const shot = editor.shots?.find(({ first, last }) => first <= start && start <= last);
-  const { picture, first = shot?.first ?? 0, last = shot?.last ?? editor.numFrames - 1, minEvidence = 0.6 } = options;
+  const { picture, first = shot?.first ?? 0, last = shot?.last ?? editor.numFrames - 1 } = options;
+  const { minEvidence = DEFAULT_MIN_EVIDENCE } = options;
   checkWholeNumber('param', 'first', first, 0, start);
   checkWholeNumber('param', 'last', last, start, editor.numFrames - 1);
   checkNumber('minEvidence', minEvidence, 0, 1);
   return { start, picture, first, last, minEvidence, signal: options.signal, onFrame: options.onFrame };
 }
 
-function checkPicture(picture: Picture, t: number) {
+export function checkPicture(picture: Picture, t: number): Picture {
   const { data, width, height } = picture ?? {};
   if (!data || data.length !== 4 * width * height)
     throw new TraceCutError('data', `picture(${t}) is no {data, width, height} of RGBA bytes`);
   return picture;
 }
 
+type Size = { width: number; height: number };
+
+/** A region in a frame, and for the pixels in and around it the place in the painted frame that they come from. */
+type FollowedRegion = { pixels: Uint8Array; x: Float32Array; y: Float32Array };
+
+/** A frame at the size of the masks: its colours, and 1 for the pixels that have the painted label. */
+type Side = Size & { colours: Float32Array; isInside: Uint8Array };
+
+/** What pixels of a frame are compared with, and 1 for those that the edit would change. */
+type Comparison = { painted: Side; present: Side; isChanged: Uint8Array };
+
+/** Reads the frames that the colours of a region are compared with. */
+class ColourSides {
+  painted: Side | null = null;
+
+  constructor(
+    readonly editor: MaskEditor,
+    readonly edit: Edit,
+    readonly paint: Paint,
+  ) {}
+
+  setPainted(picture: Picture, t: number) {
+    this.painted = this.readSide(picture, this.editor.labels(t));
+  }
+
+  at(picture: Picture, t: number): Comparison {
+    const { editor, edit, paint } = this;
+    const { label, over } = paint;
+    const labels = editor.labels(t, edit);
+    const isChanged = labels.map((found) => Number(found !== label && (!over || over.includes(found))));
+    return { painted: this.painted!, present: this.readSide(picture, labels), isChanged };
+  }
+
+  readSide(picture: Picture, labels: Uint8Array): Side {
+    const { width, height } = this.editor;
+    const isInside = labels.map((label) => Number(label === this.paint.label));
+    return { width, height, colours: readColours(picture, this.editor), isInside };
+  }
+}
+
+function startRegion(pixels: Uint8Array, { width, height }: Size): FollowedRegion {
+  const x = Float32Array.from({ length: width * height }, (_, p) => p % width);
+  const y = Float32Array.from({ length: width * height }, (_, p) => Math.floor(p / width));
+  return { pixels, x, y };
+}
+
 /**
- * Finds a region in the next frame. Each pixel there looks back along the flow: it belongs to the region if most of the
- * pixel that it came from does.
- * @param back from each pixel of the next picture to this one, in its pixels
- * @param pictures this and the next, of one size
+ * Finds a region in the next frame.
+ * @param flows `back` leads from the pixels of the next frame to this one, `forth` from this one to the next
+ * @returns with the evidence for the pixels that the edit changes, 0 to 1; 1 if it changes none
  */
 function moveRegion(
-  region: Region,
-  back: FlowField,
-  [from, to]: [Picture, Picture],
-  { width, height }: { width: number; height: number },
-): { region: Region; evidence: number } {
-  const before = decodeRuns(region);
-  const [sx, sy] = [back.width / width, back.height / height];
-  const pixels = new Uint8Array(width * height);
-  let [similar, count] = [0, 0];
-  for (let y = 0; y < height; y += 1) {
-    for (let x = 0; x < width; x += 1) {
-      const fx = Math.min(back.width - 1, Math.floor((x + 0.5) * sx));
-      const fy = Math.min(back.height - 1, Math.floor((y + 0.5) * sy));
-      const f = fy * back.width + fx;
-      const [u, v] = [Number(back.u[f]), Number(back.v[f])];
-      const [px, py] = [x + u / sx, y + v / sy];
-      if (interpolate(before, width, height, px, py) < 0.5) continue;
-      pixels[y * width + x] = 1;
-      count += 1;
-      similar += Number(compareColours(from, [fx + u, fy + v], to, [fx, fy]) < MAX_COLOUR_DIFFERENCE);
+  region: FollowedRegion,
+  flows: { back: FlowField; forth: FlowField },
+  comparison: Comparison,
+): FollowedRegion & { evidence: number } {
+  const { present, isChanged } = comparison;
+  const { followed, scores, isConsistent, ...origins } = scorePixels(region, flows, comparison);
+  const pixels = new Uint8Array(scores.length);
+  let [numChanged, evidence] = [0, 0];
+  for (const p of followed) {
+    const score = smoothScore(scores, present, p);
+    if (score <= 0) continue;
+    pixels[p] = 1;
+    numChanged += Number(isChanged[p]);
+    if (isChanged[p] && isConsistent[p]) evidence += 1 / (1 + Math.exp(-2 * score));
+  }
+  return { pixels, ...origins, evidence: numChanged === 0 ? 1 : evidence / numChanged };
+}
+
+/** Scores the pixels that come from a region or its surroundings: positive for those that belong to it, NaN for others. */
+function scorePixels(
+  region: FollowedRegion,
+  { back, forth }: { back: FlowField; forth: FlowField },
+  { painted, present }: Comparison,
+) {
+  const { width, height } = present;
+  const near = dilate(region.pixels, present, BAND_PX);
+  const [x, y] = [new Float32Array(width * height), new Float32Array(width * height)];
+  const scores = new Float32Array(width * height).fill(NaN);
+  const isConsistent = new Uint8Array(width * height);
+  const followed: number[] = [];
+  const isFollowed = new Uint8Array(width * height);
+  for (let p = 0; p < width * height; p += 1) {
+    const [column, row] = [p % width, Math.floor(p / width)];
+    const [u, v] = readFlow(back, column, row, present);
+    const [px, py] = [column + u, row + v];
+    const q = findPixel(px, py, present);
+    if (q < 0 || !near[q]) continue;
+    followed.push(p);
+    isFollowed[p] = 1;
+    x[p] = Number(region.x[q]) + px - (q % width);
+    y[p] = Number(region.y[q]) + py - Math.floor(q / width);
+    const [forthU, forthV] = readFlow(forth, px, py, present);
+    const error = (u + forthU) ** 2 + (v + forthV) ** 2;
+    isConsistent[p] = Number(error <= 0.01 * (u * u + v * v + forthU * forthU + forthV * forthV) + 0.5);
+    const place = 2 * interpolate(region.pixels, width, height, px, py) - 1;
+    scores[p] = Number(isConsistent[p]) * place;
+    // Pixels outside of the region have no colours: it would grow into what looks alike.
+    if (place <= 0) continue;
+    const origin = { x: Number(x[p]), y: Number(y[p]), radius: PAINTED_RADIUS_PX };
+    const { inside, outside } = findLeastDifferences(present, p, painted, origin);
+    const colour = inside > MAX_COLOUR_DIFFERENCE ? -MAX_COLOUR_EVIDENCE : weighColours(inside, outside);
+    scores[p] = Number(scores[p]) + colour;
+  }
+  for (const p of followed) {
+    const here = { x: p % width, y: Math.floor(p / width), radius: PRESENT_RADIUS_PX };
+    const { inside, outside } = findLeastDifferences(present, p, present, here, isFollowed);
+    if (Number.isFinite(inside) && Number.isFinite(outside)) scores[p]! += Math.min(0, weighColours(inside, outside));
+  }
+  extrapolate(x, y, followed, present);
+  return { followed, scores, isConsistent, x, y };
+}
+
+/** Gives pixels that were not followed the mean displacement of those that were. */
+function extrapolate(x: Float32Array, y: Float32Array, followed: number[], { width, height }: Size) {
+  const isKnown = new Uint8Array(width * height);
+  let [dx, dy] = [0, 0];
+  for (const p of followed) {
+    isKnown[p] = 1;
+    dx += (Number(x[p]) - (p % width)) / followed.length;
+    dy += (Number(y[p]) - Math.floor(p / width)) / followed.length;
+  }
+  for (let p = 0; p < width * height; p += 1)
+    if (!isKnown[p]) [x[p], y[p]] = [(p % width) + dx, Math.floor(p / width) + dy];
+}
+
+/** Returns the evidence of colours for the inside. */
+function weighColours(inside: number, outside: number): number {
+  const evidence = (outside - inside) / COLOUR_SCALE;
+  return Math.max(-MAX_COLOUR_EVIDENCE, Math.min(MAX_COLOUR_EVIDENCE, evidence));
+}
+
+/**
+ * Returns the differences of a pixel's colour to the most similar ones of both sides around a place, the mean of three;
+ * infinite for a side with fewer.
+ * @param isExcluded 1 for pixels that do not count
+ */
+function findLeastDifferences(
+  from: Side,
+  p: number,
+  to: Side,
+  { x, y, radius }: { x: number; y: number; radius: number },
+  isExcluded?: Uint8Array,
+): { inside: number; outside: number } {
+  const inside: LeastThree = [Infinity, Infinity, Infinity];
+  const outside: LeastThree = [Infinity, Infinity, Infinity];
+  const [column, row] = [Math.round(x), Math.round(y)];
+  for (let j = Math.max(0, row - radius); j <= Math.min(to.height - 1, row + radius); j += 1) {
+    for (let i = Math.max(0, column - radius); i <= Math.min(to.width - 1, column + radius); i += 1) {
+      const q = j * to.width + i;
+      if (!isExcluded?.[q]) insert(to.isInside[q] ? inside : outside, compareColours(from, p, to, q));
     }
   }
-  const change = count / Math.max(1, width * height - Number(countPixels(region)[0]));
-  const isPlausible = count > 0 && change < MAX_AREA_CHANGE && change > 1 / MAX_AREA_CHANGE;
-  return { region: encodeRuns(pixels), evidence: isPlausible ? similar / count : 0 };
+  const mean = ([a, b, c]: LeastThree) => (a + b + c) / 3;
+  return { inside: mean(inside), outside: mean(outside) };
+}
+
+/** Three numbers, ascending. */
+type LeastThree = [number, number, number];
+
+/** Inserts a number among the least three. */
+function insert(least: LeastThree, value: number) {
+  if (value >= least[2]) return;
+  least[2] = value;
+  if (least[2] < least[1]) [least[1], least[2]] = [least[2], least[1]];
+  if (least[1] < least[0]) [least[0], least[1]] = [least[1], least[0]];
+}
+
+/** Returns the mean score around a pixel, weighted by similarity of colour. */
+function smoothScore(scores: Float32Array, frame: Side, p: number): number {
+  const { width, height } = frame;
+  const [x, y] = [p % width, Math.floor(p / width)];
+  let [total, weights] = [0, 0];
+  for (let j = Math.max(0, y - SMOOTHING_RADIUS_PX); j <= Math.min(height - 1, y + SMOOTHING_RADIUS_PX); j += 1) {
+    for (let i = Math.max(0, x - SMOOTHING_RADIUS_PX); i <= Math.min(width - 1, x + SMOOTHING_RADIUS_PX); i += 1) {
+      const q = j * width + i;
+      if (Number.isNaN(scores[q])) continue;
+      const weight = Math.exp(-compareColours(frame, p, frame, q) / COLOUR_SCALE);
+      total += weight * Number(scores[q]);
+      weights += weight;
+    }
+  }
+  return total / weights;
+}
+
+/** Returns the mean difference of red, green and blue of two pixels. */
+function compareColours({ colours: a }: Side, p: number, { colours: b }: Side, q: number): number {
+  const [i, j] = [3 * p, 3 * q];
+  return (Math.abs(a[i]! - b[j]!) + Math.abs(a[i + 1]! - b[j + 1]!) + Math.abs(a[i + 2]! - b[j + 2]!)) / 3;
+}
+
+/** Returns the flow at a place of the masks, in their pixels. */
+export function readFlow(flow: FlowField, x: number, y: number, { width, height }: Size): [number, number] {
+  const [sx, sy] = [flow.width / width, flow.height / height];
+  const column = Math.max(0, Math.min(flow.width - 1, Math.floor((x + 0.5) * sx)));
+  const row = Math.max(0, Math.min(flow.height - 1, Math.floor((y + 0.5) * sy)));
+  const f = row * flow.width + column;
+  return [Number(flow.u[f]) / sx, Number(flow.v[f]) / sy];
+}
+
+/** Returns the pixel at a place; -1 beyond the frame. */
+export function findPixel(x: number, y: number, { width, height }: Size): number {
+  const [column, row] = [Math.round(x), Math.round(y)];
+  return column < 0 || row < 0 || column >= width || row >= height ? -1 : row * width + column;
+}
+
+/** Returns the colours of a picture at the size of the masks: of each pixel the mean over nine pixels of the picture. */
+export function readColours({ data, width: w, height: h }: Picture, { width, height }: Size): Float32Array {
+  const colours = new Float32Array(3 * width * height);
+  for (let p = 0; p < width * height; p += 1) {
+    const x = Math.floor((((p % width) + 0.5) * w) / width);
+    const y = Math.floor(((Math.floor(p / width) + 0.5) * h) / height);
+    let count = 0;
+    for (let j = Math.max(0, y - 1); j <= Math.min(h - 1, y + 1); j += 1) {
+      for (let i = Math.max(0, x - 1); i <= Math.min(w - 1, x + 1); i += 1) {
+        for (let c = 0; c < 3; c += 1) colours[3 * p + c]! += Number(data[4 * (j * w + i) + c]);
+        count += 1;
+      }
+    }
+    for (let c = 0; c < 3; c += 1) colours[3 * p + c]! /= count;
+  }
+  return colours;
+}
+
+/** Returns 1 for the pixels at most `radius` columns and rows from a pixel of the region. */
+function dilate(pixels: Uint8Array, { width }: Size, radius: number): Uint8Array {
+  const rows = new Uint8Array(pixels.length);
+  pixels.forEach((inside, p) => {
+    const start = p - (p % width);
+    if (inside) rows.fill(1, Math.max(start, p - radius), Math.min(start + width, p + radius + 1));
+  });
+  const dilated = new Uint8Array(pixels.length);
+  rows.forEach((inside, p) => {
+    if (!inside) return;
+    const last = Math.min(pixels.length - 1, p + radius * width);
+    for (let q = Math.max(p % width, p - radius * width); q <= last; q += width) dilated[q] = 1;
+  });
+  return dilated;
+}
+
+function countInside(pixels: Uint8Array): number {
+  return pixels.reduce((total, inside) => total + inside, 0);
 }
 
 /** Interpolates the mask at a place between pixels, 0 to 1; it is 0 beyond the frame. */
@@ -153,17 +402,4 @@ function interpolate(pixels: Uint8Array, width: number, height: number, x: numbe
   const upper = (1 - ax) * valueAt(left, top) + ax * valueAt(left + 1, top);
   const lower = (1 - ax) * valueAt(left, top + 1) + ax * valueAt(left + 1, top + 1);
   return (1 - ay) * upper + ay * lower;
-}
-
-/** Returns the mean difference of red, green and blue at two places. */
-function compareColours(from: Picture, a: [number, number], to: Picture, b: [number, number]) {
-  const [p, q] = [findPixel(from, a), findPixel(to, b)];
-  const channelDifference = (c: number) => Math.abs(Number(from.data[p + c]) - Number(to.data[q + c]));
-  return (channelDifference(0) + channelDifference(1) + channelDifference(2)) / 3;
-}
-
-function findPixel({ width, height }: Picture, [x, y]: [number, number]) {
-  const column = Math.min(width - 1, Math.max(0, Math.round(x)));
-  const row = Math.min(height - 1, Math.max(0, Math.round(y)));
-  return 4 * (row * width + column);
 }

@@ -13,6 +13,7 @@ import type { Session } from '../../session/session.js';
 import type { ImageEngine } from '../../stages/image.js';
 import type { ClipTrajectories, VideoResult } from '../../video/result.js';
 import type { CarryOptions, CarryRange, Picture } from './carry.js';
+import type { InterpolateOptions } from './interpolate.js';
 
 /** Options of an editor. */
 export interface EditOptions {
@@ -40,6 +41,7 @@ export type Correction =
   | { kind: 'paint' }
   | { kind: 'merge'; into: number; others: readonly number[] }
   | { kind: 'split'; label: number; at?: Place | undefined }
+  | { kind: 'interpolate'; from: number; to: number; sides: 'before' | 'both' }
   | { kind: 'together' | 'apart'; strokes: readonly Stroke[] };
 
 /**
@@ -132,10 +134,16 @@ export class MaskEditor {
     return this.#applied.reduce((current, { table }) => table[current] ?? current, label);
   }
 
-  /** Returns the mask of frame `t` with all edits, a copy. */
-  labels(t: number): Uint8Array<ArrayBuffer> {
+  /**
+   * Returns the mask of frame `t` with all edits, a copy.
+   * @param before only with the edits before this one
+   */
+  labels(t: number, before?: Edit): Uint8Array<ArrayBuffer> {
     const labels = Uint8Array.from(readLabels(this.#masks, t));
-    for (const edit of this.#applied) applyEdit(edit, t, labels);
+    for (const edit of this.#applied) {
+      if (edit === before) break;
+      applyEdit(edit, t, labels);
+    }
     return labels;
   }
 
@@ -246,8 +254,8 @@ export class MaskEditor {
   }
 
   /**
-   * Carries the regions of an edit along the optical flow to the frames before and after it within the shot, as long as
-   * the picture there looks like the one they came from. It stays one step.
+   * Carries the regions of an edit along the optical flow to the frames before and after it within the shot, outward, as
+   * long as colours and flow speak for the pixels that it changes. It stays one step.
    */
   async carry(edit: Edit, options: CarryOptions = {}): Promise<CarryRange> {
     const { picture, engine } = this.#options;
@@ -266,6 +274,35 @@ export class MaskEditor {
     if (!paint || !this.#applied.includes(edit))
       throw new TraceCutError('state', 'only a painted edit in force can be extended');
     paint.parts.set(t, { region, evidence });
+  }
+
+  /**
+   * Removes the parts of an edit in force outside of a range of frames. It stays one step.
+   * @param range.first 0 to the painted frame
+   * @param range.last the painted frame to `numFrames - 1`
+   */
+  trim(edit: Edit, { first, last }: { first: number; last: number }) {
+    const [painted] = edit?.paints?.[0]?.parts.keys() ?? [];
+    if (painted === undefined || !this.#applied.includes(edit))
+      throw new TraceCutError('state', 'only a painted edit in force can be trimmed');
+    checkWholeNumber('param', 'first', first, 0, painted);
+    checkWholeNumber('param', 'last', last, painted, this.numFrames - 1);
+    for (const { parts } of edit.paints) for (const t of [...parts.keys()]) if (t < first || t > last) parts.delete(t);
+  }
+
+  /**
+   * Replaces the masks of a range of frames by those of the frame before it and the frame after it, moved along the
+   * optical flow; the nearer one has more weight. One step.
+   * @param range.from 0 to `numFrames - 1`, and not the first frame of a shot
+   * @param range.to one after the last frame, in the same shot
+   * @param options.sides `before` takes only the frame before, and ends where objects no longer look like those in it
+   */
+  async interpolate(range: { from: number; to: number }, options: InterpolateOptions = {}): Promise<Edit> {
+    const { picture, engine } = this.#options;
+    if (!picture) throw new TraceCutError('state', 'interpolate needs pictures: editMasks(masks, {picture})');
+    const { interpolate } = await loadPart(import('./interpolate.js'));
+    const paints = await interpolate(this, range, { ...options, picture }, engine);
+    return this.#push({ kind: 'interpolate', ...range, sides: options.sides ?? 'both' }, { paints });
   }
 
   /**
