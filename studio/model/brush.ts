@@ -46,6 +46,8 @@ export class Brush {
   abort: AbortController | null = null;
   /** The candidate regions of the last added object. */
   offer: Offer | null = null;
+  /** True if the last click had no outlined region: its size is chosen afterwards. */
+  offersSizes = false;
 
   constructor(readonly host: Host) {}
 
@@ -71,25 +73,28 @@ export class Brush {
   }
 
   /**
-   * Grows a region from a click; it becomes an object, or part of the clicked or last added one.
+   * Adds the region at a place; it becomes an object, or part of the clicked or last added one.
    * @param place in clip pixels
    * @param clicked the object there
    * @param isRemoving removes the region from the clicked object
+   * @param region the outlined one; if null, the likeliest is grown, and can become smaller or larger
    */
-  async add(place: { x: number; y: number }, clicked: number, isRemoving: boolean) {
+  async add(place: { x: number; y: number }, clicked: number, isRemoving: boolean, region: Region | null = null) {
     const { host } = this;
     const { frame, visit } = host.store.state;
+    this.offersSizes = region === null;
     this.setOffer(null);
     // Nothing can be removed from the background.
     if (isRemoving && clicked <= 0) return;
+    const label = Math.max(0, clicked) || host.object();
+    const request: Pick<PaintRequest, 'label' | 'over'> = isRemoving
+      ? { label: 0, over: [clicked] }
+      : { label: label > 0 ? label : NEW_OBJECT, over: [0] };
+    if (region) return this.queuePaint({ ...request, t: frame, region });
     try {
       const growth = await host.corrector()?.growRegions(frame, place);
       if (!growth || visit !== host.store.state.visit) return;
       const { regions, likeliest } = growth;
-      const label = Math.max(0, clicked) || host.object();
-      const request: Pick<PaintRequest, 'label' | 'over'> = isRemoving
-        ? { label: 0, over: [clicked] }
-        : { label: label > 0 ? label : NEW_OBJECT, over: [0] };
       this.offer = { regions, at: likeliest, t: frame, request };
       this.paintOffer();
     } catch (error) {
@@ -116,6 +121,12 @@ export class Brush {
     if (!offer) return;
     const { regions, at, t, request } = offer;
     this.queuePaint({ ...request, t, region: regions[at] });
+  }
+
+  /** Ends the choice of sizes after a click. */
+  endOffer() {
+    this.offersSizes = false;
+    this.setOffer(null);
   }
 
   setOffer(offer: Offer | null) {

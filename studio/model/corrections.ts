@@ -5,6 +5,7 @@ import { PageError } from './messages.js';
 import type { ClipJob } from './clip-job.js';
 import type {
   Edit,
+  FrameFeatures,
   ImageEngine,
   MaskEditor,
   MaskSource,
@@ -18,6 +19,9 @@ import type { Result } from './segmentation.js';
 /** A stroke that can be extended. */
 export type Stroke = PackageStroke & { points: number[] };
 
+/** Frames whose features are kept. */
+const MAX_FEATURES = 2;
+
 /** The job that is corrected; `result` is replaced when its session corrects. */
 type CorrectionTarget = Pick<ClipJob, 'images' | 'result' | 'session'>;
 
@@ -27,6 +31,8 @@ export class Corrections {
   editor: MaskEditor | null = null;
   engine: Promise<ImageEngine> | null = null;
   masksBeforeEdit = new WeakMap<Edit, MaskSource>();
+  /** Features of the last frames, the newest last. */
+  features = new Map<number, Promise<FrameFeatures>>();
 
   constructor(public target: CorrectionTarget) {}
 
@@ -182,20 +188,38 @@ export class Corrections {
     return this.applyStep((editor) => editor.together(strokes));
   }
 
+  /** Returns the first and the last frame of the shot of a frame. */
+  shotOf(t: number): { first: number; last: number } {
+    const { numFrames, shots } = this.openEditor;
+    return shots?.find((shot) => t <= shot.last) ?? { first: 0, last: numFrames - 1 };
+  }
+
+  /** Returns the features of a frame, computed once. */
+  frameFeatures(t: number): Promise<FrameFeatures> {
+    const features = this.features.get(t) ?? this.computeFeatures(t);
+    this.features.delete(t);
+    this.features.set(t, features);
+    if (this.features.size > MAX_FEATURES) this.features.delete(this.features.keys().next().value!);
+    features.catch(() => this.features.delete(t));
+    return features;
+  }
+
+  async computeFeatures(t: number): Promise<FrameFeatures> {
+    const engine = await this.imageEngine();
+    // Motion to the next frame, or from the previous one at the end of a shot.
+    const { first, last } = this.shotOf(t);
+    const neighbourFrame = t < last ? t + 1 : Math.max(first, t - 1);
+    const [picture, neighbour] = [await this.pixels(t), await this.pixels(neighbourFrame)];
+    return { superpixels: await engine.superpixels(picture), picture, flow: await engine.flow(picture, neighbour) };
+  }
+
   /**
-   * Grows candidate regions from a click.
+   * Grows candidate regions from a place.
    * @param place in pixels of the masks
    * @returns regions, smallest first, and the index of the likeliest
    */
   async growRegions(t: number, place: { x: number; y: number }): Promise<{ regions: Region[]; likeliest: number }> {
-    const engine = await this.imageEngine();
-    const { numFrames, shots = [{ first: 0, last: numFrames - 1 }] } = this.openEditor;
-    // Motion to the next frame, or from the previous one at the end of a shot.
-    const { first, last } = shots.find((shot) => t <= shot.last) ?? { first: 0, last: numFrames - 1 };
-    const neighbourFrame = t < last ? t + 1 : Math.max(first, t - 1);
-    const [picture, neighbour] = [await this.pixels(t), await this.pixels(neighbourFrame)];
-    const [superpixels, flow] = [await engine.superpixels(picture), await engine.flow(picture, neighbour)];
-    const candidates = await growRegions({ superpixels, picture, flow }, place);
+    const candidates = await growRegions(await this.frameFeatures(t), place);
     const area = (pixels: Uint8Array) => pixels.reduce((sum, inside) => sum + inside, 0);
     const regions = [...candidates].sort((a, b) => area(decodeRuns(a)) - area(decodeRuns(b)));
     return { regions, likeliest: regions.indexOf(candidates[0]) };
@@ -207,6 +231,7 @@ export class Corrections {
       () => {},
     );
     this.engine = null;
+    this.features.clear();
   }
 }
 

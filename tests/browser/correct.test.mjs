@@ -61,7 +61,7 @@ function hands(page) {
     await page.click(button);
     return said();
   };
-  return { frame, masks, labelAt, place, use, paint, click, press };
+  return { frame, masks, labelAt, place, use, said, paint, click, press };
 }
 
 describe('a result is corrected', () => {
@@ -289,11 +289,9 @@ describe('a result is corrected', () => {
     assert.equal(await masks(), before);
   });
 
-  test('a missed object is added by a click, grown or shrunk, and removed with Alt', async () => {
-    const { masks, labelAt, place, use, click, press } = hands(page);
-    const whole = await masks();
-    /** The middle of the largest object, and how much of its pixels and of any the label there has. */
-    const thing = await page.evaluate(() => {
+  /** The middle of the largest object, and its pixels, in frame 12. */
+  const largestObject = (page) =>
+    page.evaluate(() => {
       const { segmentation } = globalThis.tracecutStudio.app;
       const mask = Array.from(segmentation.mask(12));
       const areas = Map.groupBy(mask.keys(), (p) => mask[p]);
@@ -303,58 +301,105 @@ describe('a result is corrected', () => {
       const mean = (of) => Math.round(pixels.reduce((sum, p) => sum + of(p), 0) / pixels.length);
       return { label, pixels, x: mean((p) => p % width), y: mean((p) => Math.floor(p / width)) };
     });
-    const added = async () => {
-      const { own, both } = await page.evaluate(({ x, y, pixels }) => {
-        const { segmentation } = globalThis.tracecutStudio.app;
-        const mask = segmentation.mask(12);
-        const label = mask[y * segmentation.result.width + x];
-        const all = mask.reduce((sum, one) => sum + Number(label > 0 && one === label), 0);
-        return { own: all, both: pixels.filter((p) => label > 0 && mask[p] === label).length };
-      }, thing);
-      return { own, overlap: both / (own + thing.pixels.length - both) };
+  const areaOf = (page, label) =>
+    page.evaluate(
+      (of) => globalThis.tracecutStudio.app.segmentation.mask(12).filter((one) => one === of).length,
+      label,
+    );
+
+  test('the region that a click would take is outlined; the wheel sizes it, Alt removes it', async () => {
+    const { masks, labelAt, place, use, press } = hands(page);
+    const whole = await masks();
+    const thing = await largestObject(page);
+    const size = () => text(page, '#add-size');
+    /** Waits until another region is outlined than `before`, or any. */
+    const outlined = async (before = '') => {
+      const differs = (old) => {
+        const now = document.querySelector('#add-size').textContent.trim();
+        return now !== '' && now !== old;
+      };
+      await page.waitForFunction(differs, before);
+      return size();
+    };
+    const clickHere = async () => {
+      await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
+      await page.mouse.down();
+      await page.mouse.up();
+      await page.waitForFunction(() =>
+        /^Applied to .*[.]$/.test(document.querySelector('#correct-status').textContent),
+      );
     };
     await use('pick');
     await page.selectOption('#correct-object', String(thing.label));
     await press('#correct-background');
-    assert.equal(await labelAt(12, thing.x, thing.y), 0);
     const missed = await masks();
 
     await use('add');
-    const start = performance.now();
-    assert.match(await click(thing.x, thing.y), /^Applied to frames /);
-    const first = await added();
-    assert.ok(
-      first.overlap > 0.6,
-      `overlap ${first.overlap.toFixed(2)} after ${Math.round(performance.now() - start)} ms`,
-    );
-    const label = await labelAt(12, thing.x, thing.y);
-    const sizes = [first.own];
-    for (const [button, sign] of [
-      ['#add-larger', 1],
-      ['#add-smaller', -1],
-    ]) {
-      if (await page.locator(button).isDisabled()) continue;
-      assert.match(await press(button), /^Applied to frame/);
-      const { own } = await added();
-      assert.ok(sign * (own - sizes.at(-1)) > 0, `${button}: ${sizes.at(-1)} to ${own} pixels`);
-      assert.equal(await labelAt(12, thing.x, thing.y), label, 'it is the same object');
-      sizes.push(own);
-    }
-    assert.ok(sizes.length > 1, 'there are sizes to choose from');
-
     const [u, v] = await place(thing.x, thing.y);
-    await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
+    await page.mouse.move(u, v);
+    const first = await outlined();
+    assert.match(first, /^Size [1-3] of [23], [\d.]+% of the frame\.$/);
+    const [at, count] = first.match(/\d+/g).map(Number);
+    await page.mouse.wheel(0, at < count ? -120 : 120);
+    const second = await outlined(first);
+    await page.keyboard.press(at < count ? '-' : '+');
+    assert.equal(await outlined(second), first);
+    assert.equal(await text(page, '#zoom-fit'), '100%');
+    await screenshot(page, 'add-outline');
+    assert.equal(await page.locator('#add-larger').isVisible(), false, 'the size is chosen before the click');
+    await clickHere();
+    const label = await labelAt(12, thing.x, thing.y);
+    assert.ok(label > 0);
+    const share = (await areaOf(page, label)) / (SMALL.width * SMALL.height);
+    assert.ok(Math.abs(100 * share - Number(first.match(/([\d.]+)%/)[1])) < 0.6, `${first} and ${share}`);
+
+    await page.mouse.move(u + 1, v);
     await page.keyboard.down('Alt');
-    await page.mouse.click(u, v);
+    await page.waitForFunction(() => document.querySelector('#add-size').textContent !== '');
+    await clickHere();
     await page.keyboard.up('Alt');
-    await page.waitForFunction(() => /^Applied to /.test(document.querySelector('#correct-status').textContent));
     assert.equal(await labelAt(12, thing.x, thing.y), 0);
     for (const _ of [0, 1]) await press('#correct-undo');
-    assert.equal(await masks(), missed, 'a change of size is no step of its own');
+    assert.equal(await masks(), missed);
+
+    // The crosshair outlines the same, in words too.
+    await page.focus('#correct-tools [value="add"]');
+    await page.keyboard.press('Tab');
+    await page.evaluate(() => document.querySelector('#canvas').focus());
+    await page.keyboard.press('ArrowLeft');
+    await page.waitForFunction(() => /^Size \d/.test(document.querySelector('#live').textContent));
+    await use('pick');
     await press('#correct-undo');
     assert.equal(await masks(), whole);
+    // The wheel zooms again.
+    await page.mouse.move(u, v);
+    await page.mouse.wheel(0, -120);
+    await page.waitForFunction(() => document.querySelector('#zoom-fit').textContent !== '100%');
     assert.deepEqual(faults, []);
     await page.context().close();
+  });
+
+  test('on touch screens a tap adds, and its size is chosen afterwards', async () => {
+    const phone = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true };
+    const touched = await openSample(site, phone);
+    const { place, use, labelAt, press, said } = hands(touched.page);
+    await touched.page.evaluate((frame) => globalThis.tracecutStudio.app.timeline.seek(frame), FRAME);
+    await openFix(touched.page);
+    const thing = await largestObject(touched.page);
+    await touched.page.selectOption('#correct-object', String(thing.label));
+    await press('#correct-background');
+    await use('add');
+    await touched.page.touchscreen.tap(...(await place(thing.x, thing.y)));
+    assert.match(await said(), /^Applied to frames? /);
+    const label = await labelAt(12, thing.x, thing.y);
+    const before = await areaOf(touched.page, label);
+    const isLarger = await touched.page.locator('#add-larger').isEnabled();
+    assert.match(await press(isLarger ? '#add-larger' : '#add-smaller'), /^Applied to frame/);
+    const change = (await areaOf(touched.page, label)) - before;
+    assert.ok(isLarger ? change > 0 : change < 0, `${change} pixels`);
+    assert.equal(await labelAt(12, thing.x, thing.y), label, 'it is the same object');
+    assert.deepEqual(touched.faults, []);
+    await touched.page.context().close();
   });
 });
 

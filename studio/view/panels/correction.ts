@@ -1,7 +1,7 @@
 // The panel of corrections: joins, splits, paints and erases the selected object, adds missing ones, and joins or
 // splits by strokes. Every step can be undone and redone. Loaded when first opened.
 
-import { byId, isMultiSelect, h } from '../dom.js';
+import { TOUCH, byId, isMultiSelect, h } from '../dom.js';
 import { describeMotion, nameAndColour, describePosition } from '../../model/describe.js';
 import { objectName } from '../../model/palette.js';
 import { listObjects } from '../../model/selection.js';
@@ -9,6 +9,7 @@ import { showCorrected } from '../../model/show-result.js';
 import { explain, formatPercent, formatPlural, formatSeconds } from '../../model/messages.js';
 import { Brush, type BrushTool, NEW_OBJECT } from '../../model/brush.js';
 import { BRUSH_HELP, Strokes, isBrush } from './strokes.js';
+import { AddOutline } from './add-outline.js';
 import { Crosshair } from './crosshair.js';
 import type { Spot } from '../../model/frame-data.js';
 import type { Corrections } from '../../model/corrections.js';
@@ -31,6 +32,8 @@ export class Correction {
   tool: Tool = 'pick';
   brush: Brush;
   strokes: Strokes;
+  outline: AddOutline;
+  crosshair: Crosshair;
   list = byId<HTMLSelectElement>('correct-object');
   into = byId<HTMLSelectElement>('correct-into');
   tools: HTMLInputElement[] = [...byId('correct-tools').querySelectorAll('input')];
@@ -51,6 +54,7 @@ export class Correction {
       onSizes: (isSmaller, isLarger) => {
         disable('add-smaller', !isSmaller);
         disable('add-larger', !isLarger);
+        this.showTool();
       },
       showFrames: (frames) => this.show(frames),
       showStatus: (text, wrong) => this.showStatus(text, wrong),
@@ -59,7 +63,11 @@ export class Correction {
       radius: () => byId<HTMLInputElement>('brush-size').valueAsNumber / 2,
       paint: (stroke, tool) => this.brush.stroke(stroke, tool),
     });
-    new Crosshair(viewer, keys, {
+    this.outline = new AddOutline(
+      { store, viewer, keys },
+      { corrector: () => this.corrector, object: () => this.object, onChange: () => this.showOutline() },
+    );
+    this.crosshair = new Crosshair(viewer, keys, {
       move: (place) => this.strokes.extend(place),
       apply: (place, event) => this.applyAt(place, event),
       leave: () => this.strokes.end(),
@@ -73,7 +81,11 @@ export class Correction {
     const redoable = () => this.isOpen || (this.corrector?.redoCount() ?? 0) > 0;
     keys.on('Ctrl+z', () => this.undo(), undoable);
     for (const key of ['Ctrl+y', 'Ctrl+Shift+z']) keys.on(key, () => this.redo(), redoable);
-    keys.on('Escape', () => (this.isOpen ? this.toggle(false) : app.cancel()));
+    keys.on(
+      'Escape',
+      () => this.toggle(false),
+      () => this.isOpen,
+    );
     store.watch(['visit'], () => this.reset());
     store.watch(['isCorrecting'], ({ isCorrecting }) => {
       document.body.toggleAttribute('data-correcting', isCorrecting);
@@ -186,8 +198,22 @@ export class Correction {
   pick({ object, x, y }: Spot, isMulti: boolean, isRemoving: boolean) {
     if (!this.isOpen || this.busy) return;
     if (this.tool === 'pick' && isMulti) return this.selection.toggleSelected(object);
-    if (this.tool === 'add') this.brush.add({ x, y }, object, isRemoving);
+    if (this.tool === 'add') this.add({ object, x, y }, isRemoving);
     if (this.tool === 'pick' && object >= 0) this.selectObject(object, { t: this.store.state.frame, x, y });
+  }
+
+  add({ object, x, y }: Spot, isRemoving: boolean) {
+    const region = this.outline.candidates.take(this.store.state.frame, isRemoving);
+    return this.brush.add({ x, y }, object, isRemoving, region);
+  }
+
+  /** Draws the outlined region of the tool Add, and tells its size. */
+  showOutline() {
+    const { text } = this.outline;
+    byId('add-size').textContent = text && `${text}.`;
+    // A pointer shows it by itself.
+    if (text && this.crosshair.isShown) this.store.set({ announcement: text });
+    this.viewer.redraw();
   }
 
   /** Applies the tool at the crosshair; strokes begin and end with a key. */
@@ -199,9 +225,11 @@ export class Correction {
   }
 
   selectTool(tool: Tool) {
+    if (tool !== this.tool) this.brush.endOffer();
     this.tool = tool;
     for (const radio of this.tools) radio.checked = radio.value === tool;
     this.strokes.selectTool(this.isOpen && tool !== 'pick' && tool !== 'add' ? tool : null);
+    this.outline.candidates.turn(this.isOpen && tool === 'add');
     // A missing object is a new one.
     if (tool === 'add') this.object = NEW_OBJECT;
     this.listObjects();
@@ -244,7 +272,9 @@ export class Correction {
     byId('stroke-actions').hidden = picking || brushing;
     byId('brush-actions').hidden = !brushing;
     byId('brush-width').hidden = tool === 'add';
-    byId('add-sizes').hidden = tool !== 'add';
+    // A pointer chooses the size before the click.
+    byId('add-sizes').hidden = tool !== 'add' || !(TOUCH || this.brush.offersSizes);
+    byId('add-size').hidden = tool !== 'add';
     byId('correct-facts').hidden = !picking;
     byId('stroke-help').hidden = picking;
     byId('stroke-help').textContent = isBrush(tool)
@@ -352,6 +382,7 @@ export class Correction {
     if ((this.tool === 'pick' || this.tool === 'erase') && this.object > 0)
       drawBox(ctx, view, boundingBox(view, this.object));
     this.strokes.draw(ctx, view);
+    if (this.tool === 'add') this.outline.draw(ctx, view);
   }
 }
 
