@@ -269,6 +269,21 @@ export class MaskEditor {
   }
 
   /**
+   * Removes the parts of an edit in force outside of a range of frames; the painted frame must be inside. It stays one step.
+   * @param range.first 0 to `numFrames - 1`
+   * @param range.last `first` to `numFrames - 1`
+   */
+  trim(edit: Edit, { first, last }: { first: number; last: number }) {
+    const [painted = -1] = edit?.paints?.[0]?.parts.keys() ?? [];
+    if (painted < 0 || !this.#applied.includes(edit))
+      throw new TraceCutError('state', 'only a painted edit in force can be trimmed');
+    checkWholeNumber('param', 'first', first, 0, painted);
+    checkWholeNumber('param', 'last', last, painted, this.numFrames - 1);
+    for (const { parts } of edit.paints)
+      for (const t of [...parts.keys()]) if (t < first || t > last) parts.delete(t);
+  }
+
+  /**
    * Undoes the last edit.
    * @returns null if there was none
    */
