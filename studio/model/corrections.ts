@@ -19,6 +19,9 @@ import type { Result } from './segmentation.js';
 /** A stroke that can be extended. */
 export type Stroke = PackageStroke & { points: number[] };
 
+/** The frames that an edit is carried to, and how sure it must be there, 0 to 1. */
+type CarryLimits = { first?: number; last?: number; minEvidence?: number };
+
 /** Frames whose features are kept. */
 const MAX_FEATURES = 2;
 
@@ -94,22 +97,29 @@ export class Corrections {
 
   /**
    * Paints in one frame.
-   * @returns the argument for `carry`, which appends to `frames`
+   * @returns the argument for `carry` and `trim`
    */
-  async paint(painted: Parameters<MaskEditor['paint']>[0]): Promise<{ edit: Edit; frames: number[] }> {
-    const edit = await this.openEditor.paint(painted);
-    return { edit, frames: changedFrames(edit) ?? [] };
+  paint(painted: Parameters<MaskEditor['paint']>[0]): Promise<Edit> {
+    return this.openEditor.paint(painted);
   }
 
-  /** Propagates a painted edit to other frames. */
-  async carry({ edit, frames }: { edit: Edit; frames: number[] }, signal: AbortSignal, onFrame: (t: number) => void) {
-    await this.openEditor.carry(edit, {
-      signal,
-      onFrame: ({ t }) => {
-        frames.push(t);
-        onFrame(t);
-      },
-    });
+  /**
+   * Propagates a painted edit to other frames.
+   * @param limits the frames that it is carried to; as far as the picture supports it if not given
+   */
+  async carry(edit: Edit, signal: AbortSignal, onFrame: (t: number) => void, limits: CarryLimits = {}) {
+    await this.openEditor.carry(edit, { ...limits, signal, onFrame: ({ t }) => onFrame(t) });
+  }
+
+  /**
+   * Removes a painted edit from the frames outside of a range.
+   * @returns these frames
+   */
+  async trim(edit: Edit, range: { first: number; last: number }): Promise<number[]> {
+    const before = framesOf(edit);
+    await this.openEditor.trim(edit, range);
+    const frames = new Set(framesOf(edit));
+    return before.filter((t) => !frames.has(t));
   }
 
   newLabel(): number {
@@ -236,7 +246,11 @@ export class Corrections {
 }
 
 /** Returns the frames that an edit changes; null for all. */
-function changedFrames({ corrections, table, paints }: Edit): number[] | null {
-  if (corrections > 0 || Object.keys(table).length > 0) return null;
+function changedFrames(edit: Edit): number[] | null {
+  return edit.corrections > 0 || Object.keys(edit.table).length > 0 ? null : framesOf(edit);
+}
+
+/** Returns the frames that an edit paints, the painted one first. */
+export function framesOf({ paints }: Edit): number[] {
   return [...new Set(paints.flatMap(({ parts }) => [...parts.keys()]))];
 }

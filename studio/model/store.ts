@@ -5,7 +5,7 @@ import { DEFAULT_TRIM, type Source, type Trim } from './source.js';
 import { type ObjectFacts, Times } from './presence.js';
 import type { FrameDataSource, Spot } from './frame-data.js';
 import type { AnyJob } from './job.js';
-import type { FrameRange } from './library.js';
+import type { Edit, FrameRange } from './library.js';
 import type { EdgeSettings, BackdropName, View } from './view-settings.js';
 import type { Segmentation } from './segmentation.js';
 import type { Preview } from './preview.js';
@@ -41,6 +41,9 @@ interface Analysis {
   facts: ObjectFacts[];
   frameData: Partial<FrameDataSource>;
 }
+
+/** The last painted correction: its object, its painted frame `t`, and the frames that it changes. */
+export type Fix = { edit: Edit; object: number; t: number; first: number; last: number; isSpreading: boolean };
 
 export type Backdrop = { name: BackdropName; colour: string; picture: ImageBitmap | null };
 
@@ -105,6 +108,8 @@ export interface State {
   dividerPercent: number;
   spot: Spot;
   isCorrecting: boolean;
+  /** The painted correction whose range can be changed; null after any other correction. */
+  fix: Fix | null;
   /** True if the settings have changed since the run. */
   isOutdated: boolean;
 }
@@ -136,6 +141,7 @@ export const BLANK = {
   isPlaying: false,
   spot: NOWHERE,
   isCorrecting: false,
+  fix: null,
 };
 
 const INITIAL: State = {

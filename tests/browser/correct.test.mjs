@@ -289,6 +289,48 @@ describe('a result is corrected', () => {
     assert.equal(await masks(), before);
   });
 
+  test('the frames of a fix are shown on the timeline, and its ends are moved, in one step of undo', async () => {
+    const { masks, labelAt, use, paint, press, said } = hands(page);
+    const before = await masks();
+    const range = () => page.locator('.fix-handle').evaluateAll((all) => all.map(({ value }) => Number(value)));
+    assert.equal(await page.locator('#fix-range').isVisible(), false);
+    await use('paint');
+    await page.selectOption('#correct-object', '2');
+    assert.match(await paint(14, 21, 28, 24), /^Applied to frames /);
+    const [first, last] = await range();
+    assert.ok(first < 11 && last > 13, `${first} to ${last}`);
+    assert.equal(await labelAt(last, 21, 22), 2);
+
+    const handle = page.getByRole('slider', { name: 'Last frame of the fix' });
+    await handle.focus();
+    await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
+    await page.keyboard.press('ArrowLeft');
+    assert.equal(await said(), `Applied to frames ${first + 1}–${last}.`);
+    assert.equal(await labelAt(last, 21, 22), 0);
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
+    await page.keyboard.press('ArrowRight');
+    assert.equal(await said(), `Applied to frames ${first + 1}–${last + 1}.`);
+    assert.equal(await labelAt(last, 21, 22), 2);
+
+    // The pointer drags the other end beyond the painted frame: it stops there.
+    const scrub = await page.locator('#scrub').boundingBox();
+    const box = await page.locator('#fix-range').boundingBox();
+    const x = (t) => scrub.x + (t / (SMALL.frames - 1)) * (scrub.width - 14);
+    await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
+    await page.mouse.move(x(first), box.y + box.height / 2);
+    await page.mouse.down();
+    await page.mouse.move(x(first + 4), box.y + box.height / 2);
+    await page.mouse.move(x(SMALL.frames - 1), box.y + box.height / 2);
+    await screenshot(page, 'fix-range');
+    await page.mouse.up();
+    assert.equal(await said(), `Applied to frames ${FRAME + 1}–${last + 1}.`);
+    assert.deepEqual(await range(), [FRAME, last]);
+    await press('#correct-undo');
+    assert.equal(await masks(), before);
+    assert.equal(await page.locator('#fix-range').isVisible(), false);
+  });
+
   /** The middle of the largest object, and its pixels, in frame 12. */
   const largestObject = (page) =>
     page.evaluate(() => {

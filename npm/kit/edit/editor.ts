@@ -279,8 +279,7 @@ export class MaskEditor {
       throw new TraceCutError('state', 'only a painted edit in force can be trimmed');
     checkWholeNumber('param', 'first', first, 0, painted);
     checkWholeNumber('param', 'last', last, painted, this.numFrames - 1);
-    for (const { parts } of edit.paints)
-      for (const t of [...parts.keys()]) if (t < first || t > last) parts.delete(t);
+    for (const { parts } of edit.paints) for (const t of [...parts.keys()]) if (t < first || t > last) parts.delete(t);
   }
 
   /**

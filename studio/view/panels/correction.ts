@@ -11,6 +11,7 @@ import { Brush, type BrushTool, NEW_OBJECT } from '../../model/brush.js';
 import { BRUSH_HELP, Strokes, isBrush } from './strokes.js';
 import { AddOutline } from './add-outline.js';
 import { Crosshair } from './crosshair.js';
+import { FixRange } from './fix-range.js';
 import type { Spot } from '../../model/frame-data.js';
 import type { Corrections } from '../../model/corrections.js';
 import type { ObjectFacts } from '../../model/presence.js';
@@ -59,6 +60,7 @@ export class Correction {
       showFrames: (frames) => this.show(frames),
       showStatus: (text, wrong) => this.showStatus(text, wrong),
     });
+    new FixRange(store, this.brush, () => this.corrector);
     this.strokes = new Strokes(viewer, () => this.update(), {
       radius: () => byId<HTMLInputElement>('brush-size').valueAsNumber / 2,
       paint: (stroke, tool) => this.brush.stroke(stroke, tool),
