@@ -193,6 +193,13 @@ export class Corrections {
     return this.applyStep((editor) => editor.apart(strokes));
   }
 
+  /** Returns the objects under strokes, without the background. */
+  async objectsUnder(strokes: PackageStroke[]): Promise<number[]> {
+    const counts = await Promise.all(strokes.map((stroke) => this.openEditor.labelsUnder(stroke)));
+    const labels = Array.from(counts[0] ?? [], (_, label) => label);
+    return labels.filter((label) => label > 0 && counts.some((pixels) => pixels[label] > 0));
+  }
+
   /** Joins the objects under the strokes. */
   joinStrokes(strokes: PackageStroke[]) {
     return this.applyStep((editor) => editor.together(strokes));

@@ -525,10 +525,50 @@ describe('five objects are joined and corrected', () => {
     assert.deepEqual(faults, []);
   });
 
+  test('a drag from one object to another joins them, in one step of undo; a click still picks', async () => {
+    await open();
+    await openFix(page);
+    const settle = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => setTimeout(done, 100))));
+    await settle();
+    const box = await page.locator('#canvas').boundingBox();
+    const [from, to] = [await placeOf(page, 2), await placeOf(page, 4)];
+    const drag = async (start, end) => {
+      await page.mouse.move(box.x + start.x, box.y + start.y);
+      await page.mouse.down();
+      await page.mouse.move(box.x + end.x, box.y + end.y, { steps: 4 });
+    };
+    await drag(from, { x: from.x, y: 4 });
+    await page.mouse.up();
+    assert.equal(await labels(page), '0,1,2,3,4,5', 'a drag to the background joins nothing');
+    assert.equal(await page.inputValue('#correct-object'), '1', 'and picks nothing');
+    await drag(from, to);
+    await page.evaluate(() => globalThis.tracecutStudio.app.viewer.draw());
+    await screenshot(page, 'join-drag');
+    await page.mouse.up();
+    await until(page, '0,1,2,3,5');
+    assert.equal(await text(page, '#correct-status'), 'Object 4 joined with Object 2. 4 moving objects.');
+    await page.keyboard.press('Control+z');
+    await until(page, '0,1,2,3,4,5');
+    assert.equal(await page.locator('#correct-undo').isDisabled(), true);
+    await page.mouse.click(box.x + to.x, box.y + to.y);
+    assert.equal(await page.inputValue('#correct-object'), '4');
+    // When zoomed in, a drag from the background still pans.
+    await page.keyboard.press('+');
+    const left = () => page.evaluate(() => globalThis.tracecutStudio.app.viewer.zoom.x);
+    const before = await left();
+    const ground = { x: box.width * 0.3, y: box.height * 0.8 };
+    await drag(ground, { x: ground.x - 60, y: ground.y });
+    await page.mouse.up();
+    assert.ok((await left()) > before);
+    await page.keyboard.press('0');
+    await page.click('#correct-done');
+    assert.deepEqual(faults, []);
+  });
+
   test('those that touch and move alike are proposed, until they are refused', async () => {
     await open({ ...WIDE, parts: 3 });
     await page.waitForSelector('#join', { state: 'visible' });
-    assert.match(await text(page, '#join-message'), /These 3 move together\. Join\?$/);
+    assert.match(await text(page, '#join-message'), /3 pieces look like one\.$/);
     assert.deepEqual(await accessibilityFaults(page), []);
     await page.locator('#join').scrollIntoViewIfNeeded();
     await screenshot(page, 'join-proposed');
@@ -536,7 +576,7 @@ describe('five objects are joined and corrected', () => {
     await until(page, '0,1,4,5');
     await page.click('#join-undo');
     await until(page, '0,1,2,3,4,5');
-    await page.waitForFunction(() => /Join\?/.test(document.querySelector('#join-message').textContent));
+    await page.waitForFunction(() => /look like one/.test(document.querySelector('#join-message').textContent));
     await page.click('#join-dismiss');
     await page.waitForSelector('#join', { state: 'hidden' });
     // A change of the result does not bring it back.

@@ -8,10 +8,11 @@ import { listObjects } from '../../model/selection.js';
 import { showCorrected } from '../../model/show-result.js';
 import { explain, formatPercent, formatPlural, formatSeconds } from '../../model/messages.js';
 import { Brush, type BrushTool, NEW_OBJECT } from '../../model/brush.js';
-import { BRUSH_HELP, Strokes, isBrush } from './strokes.js';
+import { BRUSH_HELP, STROKE_HELP, Strokes, isBrush } from './strokes.js';
 import { AddOutline } from './add-outline.js';
 import { Crosshair } from './crosshair.js';
 import { FixRange } from './fix-range.js';
+import { JoinDrag } from './join-drag.js';
 import type { Spot } from '../../model/frame-data.js';
 import type { Corrections } from '../../model/corrections.js';
 import type { ObjectFacts } from '../../model/presence.js';
@@ -35,6 +36,7 @@ export class Correction {
   strokes: Strokes;
   outline: AddOutline;
   crosshair: Crosshair;
+  joinDrag: JoinDrag;
   list = byId<HTMLSelectElement>('correct-object');
   into = byId<HTMLSelectElement>('correct-into');
   tools: HTMLInputElement[] = [...byId('correct-tools').querySelectorAll('input')];
@@ -59,6 +61,10 @@ export class Correction {
       },
       showFrames: (frames) => this.show(frames),
       showStatus: (text, wrong) => this.showStatus(text, wrong),
+    });
+    this.joinDrag = new JoinDrag(viewer, {
+      isOn: () => this.isOpen && this.tool === 'pick' && !this.busy,
+      join: (into, other) => this.join(into, [other], `${objectName(other)} joined with ${objectName(into)}`),
     });
     new FixRange(store, this.brush, () => this.corrector);
     this.strokes = new Strokes(viewer, () => this.update(), {
@@ -278,12 +284,8 @@ export class Correction {
     byId('add-sizes').hidden = tool !== 'add' || !(TOUCH || this.brush.offersSizes);
     byId('add-size').hidden = tool !== 'add';
     byId('correct-facts').hidden = !picking;
-    byId('stroke-help').hidden = picking;
-    byId('stroke-help').textContent = isBrush(tool)
-      ? BRUSH_HELP[tool]
-      : tool === 'together'
-        ? 'Paint over the parts of one object.'
-        : 'Paint one stroke on each object to separate.';
+    byId('stroke-help').hidden = picking && this.into.options.length < 2;
+    byId('stroke-help').textContent = isBrush(tool) ? BRUSH_HELP[tool] : STROKE_HELP[tool];
     byId('strokes-count').textContent = formatPlural(strokes.list.length, 'stroke');
   }
 
@@ -301,31 +303,34 @@ export class Correction {
     disable('correct-redo', busy || corrector.redoCount() === 0);
   }
 
-  /** Joins objects and selects the joined one. */
-  join(into: number, others: number[]) {
+  /**
+   * Joins objects and selects the joined one.
+   * @param doneText as of `apply`
+   */
+  join(into: number, others: number[], doneText?: string) {
     return this.apply(async () => {
       const frames = await this.selection.join(into, others);
       if (into > 0 && others.includes(this.object)) this.object = into;
       return frames;
-    });
+    }, doneText);
   }
 
   applyStrokes() {
     const { tool } = this;
     const list = this.strokes.list;
-    return this.apply((c) => (tool === 'apart' ? c.splitStrokes(list) : c.joinStrokes(list)));
+    return this.apply((c) => (tool === 'apart' ? c.splitStrokes(list) : this.selection.joinStrokes(list)));
   }
 
   async undo() {
     await this.brush.finish();
     // The first step may be the run that replaced another result.
     if (!this.corrector?.undoCount()) await this.app.restore();
-    else await this.apply((c) => c.undo(), 'Undone');
+    else await this.apply(() => this.selection.undo(), 'Undone');
   }
 
   async redo() {
     await this.brush.finish();
-    if ((this.corrector?.redoCount() ?? 0) > 0) await this.apply((c) => c.redo(), 'Redone');
+    if ((this.corrector?.redoCount() ?? 0) > 0) await this.apply(() => this.selection.redo(), 'Redone');
   }
 
   /**
@@ -381,8 +386,11 @@ export class Correction {
    */
   draw(ctx: CanvasRenderingContext2D, view: View) {
     if (!this.isOpen) return;
-    if ((this.tool === 'pick' || this.tool === 'erase') && this.object > 0)
-      drawBox(ctx, view, boundingBox(view, this.object));
+    const hasBox = (this.tool === 'pick' || this.tool === 'erase') && this.object > 0;
+    const { marked } = this.joinDrag;
+    const boxed = marked.length > 0 || !hasBox ? marked : [this.object];
+    for (const object of boxed) drawBox(ctx, view, boundingBox(view, object));
+    this.joinDrag.draw(ctx, view);
     this.strokes.draw(ctx, view);
     if (this.tool === 'add') this.outline.draw(ctx, view);
   }

@@ -29,7 +29,7 @@ const GESTURES: [touches: string, what: string][] = [
   ['Tap an object', 'show only it; tap again to show all'],
   ['Two fingers', 'zoom and pan'],
   ['One finger, when zoomed in', 'pan'],
-  ['Fix, then one finger', 'pick, paint, erase, draw strokes'],
+  ['Fix, then one finger', 'pick, paint, erase, draw strokes; drag from object to object to join them'],
   ['Drag below the picture', 'scrub; the handles of the filmstrip trim the clip'],
 ];
 

@@ -14,6 +14,12 @@ export const BRUSH_HELP = {
     : 'Click to add what is outlined. Scroll or press + − to change its size, Alt to remove it.',
 };
 
+export const STROKE_HELP = {
+  pick: 'Drag to another object to join them.',
+  together: 'Paint over the parts of one object.',
+  apart: 'Paint one stroke on each object to separate.',
+};
+
 export function isBrush(tool: string): tool is BrushTool {
   return tool in BRUSH_HELP;
 }
