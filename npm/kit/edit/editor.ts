@@ -282,6 +282,28 @@ export class MaskEditor {
     for (const { parts } of edit.paints) for (const t of [...parts.keys()]) if (t < first || t > last) parts.delete(t);
   }
 
+  /** Stand-in: copies the masks of the frame before, and in the second half those of the frame after. */
+  async interpolate(
+    { from, to }: { from: number; to: number },
+    {
+      sides = 'both',
+      signal,
+      onFrame,
+    }: { sides?: 'both' | 'before'; signal?: AbortSignal; onFrame?: (reached: { t: number }) => void } = {},
+  ): Promise<Edit> {
+    const paints: Paint[] = [];
+    for (let t = from; t < to; t += 1) {
+      signal?.throwIfAborted();
+      const labels = this.labels(sides === 'both' && t - from >= (to - from) / 2 ? to : from - 1);
+      for (const label of new Set(labels)) {
+        const region = encodeRuns(labels.map((other) => Number(other === label)));
+        paints.push({ label, over: null, parts: new Map([[t, { region, evidence: 1 }]]) });
+      }
+      onFrame?.({ t });
+    }
+    return this.#push({ kind: 'paint' }, { paints });
+  }
+
   /**
    * Undoes the last edit.
    * @returns null if there was none
