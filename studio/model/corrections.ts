@@ -6,6 +6,7 @@ import type { ClipJob } from './clip-job.js';
 import type {
   Edit,
   FrameFeatures,
+  FrameRange,
   ImageEngine,
   MaskEditor,
   MaskSource,
@@ -120,6 +121,18 @@ export class Corrections {
     await this.openEditor.trim(edit, range);
     const frames = new Set(framesOf(edit));
     return before.filter((t) => !frames.has(t));
+  }
+
+  /**
+   * Replaces the masks of a range of frames by those of the frames before and after it, or carries that of the frame before
+   * on, as one step.
+   * @returns the changed frames; null for all
+   */
+  async interpolate(
+    range: FrameRange,
+    options: { sides: 'both' | 'before'; signal: AbortSignal; onFrame: () => void },
+  ): Promise<number[] | null> {
+    return this.update(await this.openEditor.interpolate(range, options));
   }
 
   newLabel(): number {

@@ -86,6 +86,8 @@ export interface State {
   timeline: Timeline;
   /** Frames whose masks should be looked at, without those that the user found fine. */
   doubts: readonly FrameRange[];
+  /** How sure the masks of each frame are, 0 to 1, NaN if not known; null if no frame is. */
+  agreement: Float32Array | null;
   /** First frames of the doubts that the user found fine. */
   fine: ReadonlySet<number>;
   frame: number;
@@ -136,6 +138,7 @@ export const BLANK = {
   selected: new Set<number>(),
   timeline: { numFrames: 0, fps: 25, times: new Times(null), cuts: [] },
   doubts: [] as FrameRange[],
+  agreement: null,
   fine: new Set<number>(),
   frame: 0,
   isPlaying: false,

@@ -17,6 +17,7 @@ import { Viewer } from './viewer.js';
 import { clipPanel } from './panels/clip.js';
 import { comparePanel, backdropPanel } from './panels/view-modes.js';
 import { correctPanel, exportPanel, helpPanel, nothingPanel } from './panels/on-demand.js';
+import { doubtsPanel } from './panels/doubts.js';
 import { edgesPanel } from './panels/edges.js';
 import { labPanel } from './panels/lab.js';
 import { layersPanel } from './panels/layers.js';
@@ -67,6 +68,7 @@ const PANELS: ((page: Page) => void)[] = [
   comparePanel,
   backdropPanel,
   timelinePanel,
+  doubtsPanel,
   soundPanel,
   trimPanel,
   readoutPanel,

@@ -16,6 +16,7 @@ const KEYS: [keys: string[], what: string][] = [
   [['O'], 'open a file'],
   [['M'], 'fix the result'],
   [['←', '→', '↑', '↓', 'Enter'], 'on the picture, in Fix: move, and use the tool'],
+  [['+', '−', 'Alt'], 'with Add in Fix: larger, smaller, take away'],
   [['Shift', 'Enter'], 'on a listed object: select several; or Shift-click'],
   [['Ctrl', 'Z'], 'undo'],
   [['Ctrl', 'Y'], 'redo'],

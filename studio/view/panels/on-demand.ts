@@ -62,9 +62,9 @@ export function correctPanel(page: Pick<Page, 'app' | 'store' | 'viewer' | 'keys
     page.keys.tabbed = true;
     void open();
   });
-  store.watch(['selected', 'phase'], ({ selected, phase, source }) => {
-    // A user's clip may have similar objects to propose.
-    if (!isLoaded && (selected.size > 0 || (phase === 'done' && source?.files))) void fetching();
+  store.watch(['selected', 'phase', 'analysis'], ({ selected, phase, source, job }) => {
+    // A user's clip may have similar objects to propose; a repaired one has something to undo.
+    if (!isLoaded && (selected.size > 0 || job?.isCorrected || (phase === 'done' && source?.files))) void fetching();
   });
 }
 
