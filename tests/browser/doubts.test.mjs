@@ -17,6 +17,7 @@ test('places to check are marked, shown one after the other, and gone when they 
   await page.waitForFunction(
     () => globalThis.tracecutStudio.source?.name === 'five.webm' && document.body.dataset.state === 'done',
   );
+  await page.waitForSelector('#doubts', { state: 'visible' });
   const frame = () => page.evaluate(() => globalThis.tracecutStudio.app.timeline.frame);
   assert.equal(await text(page, '#doubt-next'), '2 places to check');
   const marks = await page
@@ -49,6 +50,7 @@ test('a place takes the masks of its neighbours, in one step of undo; a strip sh
   await page.waitForFunction(
     () => globalThis.tracecutStudio.source?.name === 'five.webm' && document.body.dataset.state === 'done',
   );
+  await page.waitForSelector('#doubts', { state: 'visible' });
   const mask = (t) => page.evaluate((at) => globalThis.tracecutStudio.app.segmentation.mask(at).join(''), t);
   const before = await mask(2);
   const scrub = page.locator('#scrub');

@@ -1,4 +1,5 @@
 // The places to check on the timeline: their marks, how sure the masks of each frame are, and what to do with a place.
+// Loaded when a result has any of it.
 
 import { byId, h } from '../dom.js';
 import {
@@ -23,19 +24,18 @@ const REPAIRS: [id: string, repair: Repair, title: string][] = [
   ['doubt-redo', 'before', 'Carry the masks of the frame before on, as far as they are sure'],
 ];
 
-export function doubtsPanel({ store, keys }: Pick<Page, 'store' | 'keys'>) {
-  const panel = new DoubtsPanel(store);
-  keys.on('n', () => showNextDoubt(store));
-  byId('doubt-next').addEventListener('click', () => showNextDoubt(store));
-  byId('doubt-fine').addEventListener('click', () => panel.keepFocus(() => acceptDoubt(store)));
-}
-
-class DoubtsPanel {
+export class DoubtsPanel {
   strip = byId<HTMLCanvasElement>('certainty');
   /** Stops the current repair. */
   abort: AbortController | null = null;
 
-  constructor(readonly store: Page['store']) {
+  store: Page['store'];
+
+  constructor({ store, keys }: Pick<Page, 'store' | 'keys'>) {
+    this.store = store;
+    keys.on('n', () => showNextDoubt(store));
+    byId('doubt-next').addEventListener('click', () => showNextDoubt(store));
+    byId('doubt-fine').addEventListener('click', () => this.keepFocus(() => acceptDoubt(store)));
     for (const [id, repair] of REPAIRS) byId(id).addEventListener('click', () => void this.repair(repair));
     byId('doubt-stop').addEventListener('click', () => this.abort?.abort());
     store.watch(['doubts', 'timeline'], (state) => this.showMarks(state));

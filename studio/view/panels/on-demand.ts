@@ -91,6 +91,22 @@ export function exportPanel(page: Pick<Page, 'store' | 'selection' | 'keys' | 'v
   page.keys.on('e', open);
 }
 
+export function doubtsPanel(page: Pick<Page, 'store' | 'keys'>) {
+  const { store } = page;
+  const load = onDemand(
+    store,
+    async () => {
+      const { DoubtsPanel } = await import('./doubts.js');
+      new DoubtsPanel(page);
+      return { open() {} };
+    },
+    () => false,
+  );
+  store.watch(['phase', 'doubts', 'agreement'], ({ phase, doubts, agreement }) => {
+    if (phase === 'done' && (doubts.length > 0 || agreement)) void load();
+  });
+}
+
 export function nothingPanel(page: Pick<Page, 'app' | 'store'>) {
   const { store } = page;
   const isNothing = () => foundNothing(store.state);
