@@ -31,7 +31,7 @@ export class Candidates {
   outlined: Outlined | null = null;
   /** The place where regions are grown; null if none are wanted. */
   wanted: Aim | null = null;
-  /** The frame whose features are computed. */
+  /** Settles when the features of the frame on screen are computed; null if none are. */
   preparing: Promise<void> | null = null;
   timer: ReturnType<typeof setTimeout> | undefined = undefined;
 
