@@ -2,10 +2,13 @@
 // frame are propagated to the others as far as the image supports them.
 
 import { formatPlural } from './messages.js';
-import type { Corrections, Stroke } from './corrections.js';
-import type { PaintedEdit, PaintRequest } from './job.js';
-import type { Region } from './library.js';
+import { type Corrections, type Stroke, framesOf } from './corrections.js';
+import type { PaintRequest } from './job.js';
+import type { Edit, Region } from './library.js';
 import type { Store } from './store.js';
+
+/** Time between updates of the picture while a correction spreads, in milliseconds; chosen by eye. */
+const SHOW_INTERVAL_MS = 400;
 
 export type BrushTool = 'paint' | 'erase' | 'add';
 
@@ -46,8 +49,15 @@ export class Brush {
   abort: AbortController | null = null;
   /** The candidate regions of the last added object. */
   offer: Offer | null = null;
+  /** True if the last click had no outlined region: its size is chosen afterwards. */
+  offersSizes = false;
 
-  constructor(readonly host: Host) {}
+  constructor(readonly host: Host) {
+    const { store } = host;
+    store.watch(['analysis'], ({ fix }) => {
+      if (fix && host.corrector()?.edits.at(-1) !== fix.edit) store.set({ fix: null });
+    });
+  }
 
   /** Stops propagation; frames reached so far stay edited. */
   stop() {
@@ -71,25 +81,28 @@ export class Brush {
   }
 
   /**
-   * Grows a region from a click; it becomes an object, or part of the clicked or last added one.
+   * Adds the region at a place; it becomes an object, or part of the clicked or last added one.
    * @param place in clip pixels
    * @param clicked the object there
    * @param isRemoving removes the region from the clicked object
+   * @param region the outlined one; if null, the likeliest is grown, and can become smaller or larger
    */
-  async add(place: { x: number; y: number }, clicked: number, isRemoving: boolean) {
+  async add(place: { x: number; y: number }, clicked: number, isRemoving: boolean, region: Region | null = null) {
     const { host } = this;
     const { frame, visit } = host.store.state;
+    this.offersSizes = region === null;
     this.setOffer(null);
     // Nothing can be removed from the background.
     if (isRemoving && clicked <= 0) return;
+    const label = Math.max(0, clicked) || host.object();
+    const request: Pick<PaintRequest, 'label' | 'over'> = isRemoving
+      ? { label: 0, over: [clicked] }
+      : { label: label > 0 ? label : NEW_OBJECT, over: [0] };
+    if (region) return this.queuePaint({ ...request, t: frame, region });
     try {
       const growth = await host.corrector()?.growRegions(frame, place);
       if (!growth || visit !== host.store.state.visit) return;
       const { regions, likeliest } = growth;
-      const label = Math.max(0, clicked) || host.object();
-      const request: Pick<PaintRequest, 'label' | 'over'> = isRemoving
-        ? { label: 0, over: [clicked] }
-        : { label: label > 0 ? label : NEW_OBJECT, over: [0] };
       this.offer = { regions, at: likeliest, t: frame, request };
       this.paintOffer();
     } catch (error) {
@@ -116,6 +129,12 @@ export class Brush {
     if (!offer) return;
     const { regions, at, t, request } = offer;
     this.queuePaint({ ...request, t, region: regions[at] });
+  }
+
+  /** Ends the choice of sizes after a click. */
+  endOffer() {
+    this.offersSizes = false;
+    this.setOffer(null);
   }
 
   setOffer(offer: Offer | null) {
@@ -149,41 +168,110 @@ export class Brush {
       this.setOffer(
         currentOffer && { ...currentOffer, request: { label, over: request.over }, count: corrector.undoCount() },
       );
-      host.showFrames(edit.frames);
+      this.setFix(edit, false);
+      host.showFrames(framesOf(edit));
       if (label > 0) host.choose(label);
       if (host.appliesToOthers()) await this.carry(corrector, edit, isCurrent);
-      else host.showStatus(`Applied to frame ${edit.frames[0] + 1}.`);
+      else this.showRange(edit);
     } catch (error) {
       if (isCurrent()) this.showError(error);
     }
   }
 
-  /** @param isCurrent returns false once another clip is open */
-  async carry(corrector: Corrections, edit: PaintedEdit, isCurrent: () => boolean) {
+  /**
+   * @param isCurrent returns false once another clip is open
+   * @param limits the frames to reach; as far as the picture supports it if not given
+   */
+  async carry(
+    corrector: Corrections,
+    edit: Edit,
+    isCurrent: () => boolean,
+    limits?: { first: number; last: number; minEvidence: number },
+  ) {
     const { host } = this;
     const abort = new AbortController();
     this.abort = abort;
     host.onCarrying(true);
+    this.setFix(edit, true);
+    let pending: number[] = [];
+    let shown = performance.now();
+    const show = () => {
+      host.showFrames(pending);
+      pending = [];
+      shown = performance.now();
+    };
+    const onFrame = (t: number) => {
+      if (!isCurrent()) return;
+      pending.push(t);
+      this.setFix(edit, true);
+      host.showStatus(`Applied to ${formatPlural(framesOf(edit).length, 'frame')}…`);
+      if (performance.now() - shown > SHOW_INTERVAL_MS || t === host.store.state.frame) show();
+    };
     try {
-      await corrector.carry(
-        edit,
-        abort.signal,
-        () => isCurrent() && host.showStatus(`Applied to ${formatPlural(edit.frames.length, 'frame')}…`),
-      );
+      await corrector.carry(edit, abort.signal, onFrame, limits);
     } catch (error) {
       if (!abort.signal.aborted) throw error;
     } finally {
       this.abort = null;
       host.onCarrying(false);
       if (isCurrent()) {
-        host.showFrames(edit.frames);
-        const [first, last] = [Math.min(...edit.frames), Math.max(...edit.frames)];
-        host.showStatus(
-          first === last
-            ? `Applied to frame ${first + 1} only: the picture changes too much.`
-            : `Applied to frames ${first + 1}–${last + 1}.`,
-        );
+        show();
+        this.setFix(edit, false);
+        this.showRange(edit, !limits && !abort.signal.aborted);
       }
     }
   }
+
+  /**
+   * Removes the last painted correction from the frames outside of a range, or carries it on to its ends, although the
+   * picture changes there.
+   */
+  async moveEnds(range: { first: number; last: number }) {
+    const { fix, visit } = this.host.store.state;
+    if (!fix) return;
+    this.stop();
+    this.queue = this.queue.then(() => this.applyEnds(fix.edit, range, visit)).catch(() => {});
+    await this.queue;
+  }
+
+  async applyEnds(edit: Edit, { first, last }: { first: number; last: number }, visit: number) {
+    const { host } = this;
+    const corrector = host.corrector();
+    const isCurrent = () => visit === host.store.state.visit;
+    // Another correction came in between.
+    if (!isCurrent() || !corrector || corrector.edits.at(-1) !== edit) return;
+    try {
+      const removed = await corrector.trim(edit, { first, last });
+      this.setFix(edit, false);
+      if (removed.length > 0) host.showFrames(removed);
+      const now = rangeOf(edit);
+      if (first < now.first || last > now.last)
+        await this.carry(corrector, edit, isCurrent, { first, last, minEvidence: 0 });
+      else this.showRange(edit);
+    } catch (error) {
+      if (isCurrent()) this.showError(error);
+    }
+  }
+
+  setFix(edit: Edit, isSpreading: boolean) {
+    const [{ label, over }] = edit.paints;
+    const [t] = framesOf(edit);
+    this.host.store.set({ fix: { edit, object: label || (over?.[0] ?? 0), t, ...rangeOf(edit), isSpreading } });
+  }
+
+  /**
+   * Tells the frames that a correction changes.
+   * @param isWhole true if it was carried as far as the picture supports it
+   */
+  showRange(edit: Edit, isWhole = false) {
+    const { first, last } = rangeOf(edit);
+    const frame = isWhole ? `frame ${first + 1} only: the picture changes too much` : `frame ${first + 1}`;
+    this.host.showStatus(`Applied to ${first === last ? frame : `frames ${first + 1}–${last + 1}`}.`);
+  }
+}
+
+/** Returns the first and the last frame that an edit paints. */
+function rangeOf(edit: Edit): { first: number; last: number } {
+  const frames = framesOf(edit);
+  return { first: Math.min(...frames), last: Math.max(...frames) };
 }

@@ -93,14 +93,14 @@ async function repaint(
   const regions = [...parts].flatMap(([t, { region }]) => mapping.region(t, region));
   if (newLabel === null || targets?.includes(null) || regions.length === 0) return false;
   const [[t, region], ...otherRegions] = regions;
-  const paint = await corrections.paint({
+  const edit = await corrections.paint({
     ...{ label: newLabel, t, region },
     ...(targets ? { over: targets as number[] } : {}),
   });
   if (isContiguous(regions))
-    for (const [at, otherRegion] of otherRegions) corrections.openEditor.extend(paint.edit, at, otherRegion, 1);
+    for (const [at, otherRegion] of otherRegions) corrections.openEditor.extend(edit, at, otherRegion, 1);
   // The old edit skipped frames in between.
-  else await corrections.carry(paint, new AbortController().signal, () => {});
+  else await corrections.carry(edit, new AbortController().signal, () => {});
   return true;
 }
 

@@ -224,7 +224,7 @@ export class ClipJob extends Job {
 
   get shown(): JobView {
     const { outputs, presence, session, corrections } = this;
-    const result = corrections.applyTo(outputs ? toMaskResult(outputs) : this.masksAsResult());
+    const result = corrections.applyTo(outputs ? toMaskResult(outputs, this.masks) : this.masksAsResult());
     if (!outputs || !session)
       return {
         ...{ result, presence, numbers: this.numbers, headline: countObjects, frameData: {} },
@@ -275,6 +275,7 @@ export class ClipJob extends Job {
         return masks.toTracksDat();
       },
       doubts: masks?.doubts ?? [],
+      agreement: agreementOf(masks),
     };
   }
 
@@ -286,7 +287,7 @@ export class ClipJob extends Job {
   }
 }
 
-function toMaskResult(outputs: Result): ShownResult {
+function toMaskResult(outputs: Result, masks: VideoResult | null): ShownResult {
   const { width, height, numFrames, trajectories, clusters } = outputs;
   const objectOf = clusters.object!;
   const label = Uint8Array.from(clusters.label, (cluster) => objectOf[cluster]);
@@ -296,5 +297,12 @@ function toMaskResult(outputs: Result): ShownResult {
     labels: (t) => outputs.labels(t),
     toTracksDat: () => outputs.toTracksDat(),
     doubts: outputs.doubts ?? [],
+    agreement: agreementOf(outputs) ?? agreementOf(masks),
   };
+}
+
+/** Returns the agreement of each frame; null if a result has none. In results of sessions the name is a method's. */
+function agreementOf(result: object | null): Float32Array | null {
+  const { agreement } = (result ?? {}) as { agreement?: unknown };
+  return agreement instanceof Float32Array ? agreement : null;
 }

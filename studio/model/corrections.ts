@@ -5,6 +5,8 @@ import { PageError } from './messages.js';
 import type { ClipJob } from './clip-job.js';
 import type {
   Edit,
+  FrameFeatures,
+  FrameRange,
   ImageEngine,
   MaskEditor,
   MaskSource,
@@ -18,6 +20,12 @@ import type { Result } from './segmentation.js';
 /** A stroke that can be extended. */
 export type Stroke = PackageStroke & { points: number[] };
 
+/** The frames that an edit is carried to, and how sure it must be there, 0 to 1. */
+type CarryLimits = { first?: number; last?: number; minEvidence?: number };
+
+/** Frames whose features are kept. */
+const MAX_FEATURES = 2;
+
 /** The job that is corrected; `result` is replaced when its session corrects. */
 type CorrectionTarget = Pick<ClipJob, 'images' | 'result' | 'session'>;
 
@@ -27,6 +35,8 @@ export class Corrections {
   editor: MaskEditor | null = null;
   engine: Promise<ImageEngine> | null = null;
   masksBeforeEdit = new WeakMap<Edit, MaskSource>();
+  /** Features of the last frames, the newest last. */
+  features = new Map<number, Promise<FrameFeatures>>();
 
   constructor(public target: CorrectionTarget) {}
 
@@ -88,22 +98,41 @@ export class Corrections {
 
   /**
    * Paints in one frame.
-   * @returns the argument for `carry`, which appends to `frames`
+   * @returns the argument for `carry` and `trim`
    */
-  async paint(painted: Parameters<MaskEditor['paint']>[0]): Promise<{ edit: Edit; frames: number[] }> {
-    const edit = await this.openEditor.paint(painted);
-    return { edit, frames: changedFrames(edit) ?? [] };
+  paint(painted: Parameters<MaskEditor['paint']>[0]): Promise<Edit> {
+    return this.openEditor.paint(painted);
   }
 
-  /** Propagates a painted edit to other frames. */
-  async carry({ edit, frames }: { edit: Edit; frames: number[] }, signal: AbortSignal, onFrame: (t: number) => void) {
-    await this.openEditor.carry(edit, {
-      signal,
-      onFrame: ({ t }) => {
-        frames.push(t);
-        onFrame(t);
-      },
-    });
+  /**
+   * Propagates a painted edit to other frames.
+   * @param limits the frames that it is carried to; as far as the picture supports it if not given
+   */
+  async carry(edit: Edit, signal: AbortSignal, onFrame: (t: number) => void, limits: CarryLimits = {}) {
+    await this.openEditor.carry(edit, { ...limits, signal, onFrame: ({ t }) => onFrame(t) });
+  }
+
+  /**
+   * Removes a painted edit from the frames outside of a range.
+   * @returns these frames
+   */
+  async trim(edit: Edit, range: { first: number; last: number }): Promise<number[]> {
+    const before = framesOf(edit);
+    await this.openEditor.trim(edit, range);
+    const frames = new Set(framesOf(edit));
+    return before.filter((t) => !frames.has(t));
+  }
+
+  /**
+   * Replaces the masks of a range of frames by those of the frames before and after it, or carries that of the frame before
+   * on, as one step.
+   * @returns the changed frames; null for all
+   */
+  async interpolate(
+    range: FrameRange,
+    options: { sides: 'both' | 'before'; signal: AbortSignal; onFrame: () => void },
+  ): Promise<number[] | null> {
+    return this.update(await this.openEditor.interpolate(range, options));
   }
 
   newLabel(): number {
@@ -177,25 +206,50 @@ export class Corrections {
     return this.applyStep((editor) => editor.apart(strokes));
   }
 
+  /** Returns the objects under strokes, without the background. */
+  async objectsUnder(strokes: PackageStroke[]): Promise<number[]> {
+    const counts = await Promise.all(strokes.map((stroke) => this.openEditor.labelsUnder(stroke)));
+    const labels = Array.from(counts[0] ?? [], (_, label) => label);
+    return labels.filter((label) => label > 0 && counts.some((pixels) => pixels[label] > 0));
+  }
+
   /** Joins the objects under the strokes. */
   joinStrokes(strokes: PackageStroke[]) {
     return this.applyStep((editor) => editor.together(strokes));
   }
 
+  /** Returns the first and the last frame of the shot of a frame. */
+  shotOf(t: number): { first: number; last: number } {
+    const { numFrames, shots } = this.openEditor;
+    return shots?.find((shot) => t <= shot.last) ?? { first: 0, last: numFrames - 1 };
+  }
+
+  /** Returns the features of a frame, computed once. */
+  frameFeatures(t: number): Promise<FrameFeatures> {
+    const features = this.features.get(t) ?? this.computeFeatures(t);
+    this.features.delete(t);
+    this.features.set(t, features);
+    if (this.features.size > MAX_FEATURES) this.features.delete(this.features.keys().next().value!);
+    features.catch(() => this.features.delete(t));
+    return features;
+  }
+
+  async computeFeatures(t: number): Promise<FrameFeatures> {
+    const engine = await this.imageEngine();
+    // Motion to the next frame, or from the previous one at the end of a shot.
+    const { first, last } = this.shotOf(t);
+    const neighbourFrame = t < last ? t + 1 : Math.max(first, t - 1);
+    const [picture, neighbour] = [await this.pixels(t), await this.pixels(neighbourFrame)];
+    return { superpixels: await engine.superpixels(picture), picture, flow: await engine.flow(picture, neighbour) };
+  }
+
   /**
-   * Grows candidate regions from a click.
+   * Grows candidate regions from a place.
    * @param place in pixels of the masks
    * @returns regions, smallest first, and the index of the likeliest
    */
   async growRegions(t: number, place: { x: number; y: number }): Promise<{ regions: Region[]; likeliest: number }> {
-    const engine = await this.imageEngine();
-    const { numFrames, shots = [{ first: 0, last: numFrames - 1 }] } = this.openEditor;
-    // Motion to the next frame, or from the previous one at the end of a shot.
-    const { first, last } = shots.find((shot) => t <= shot.last) ?? { first: 0, last: numFrames - 1 };
-    const neighbourFrame = t < last ? t + 1 : Math.max(first, t - 1);
-    const [picture, neighbour] = [await this.pixels(t), await this.pixels(neighbourFrame)];
-    const [superpixels, flow] = [await engine.superpixels(picture), await engine.flow(picture, neighbour)];
-    const candidates = await growRegions({ superpixels, picture, flow }, place);
+    const candidates = await growRegions(await this.frameFeatures(t), place);
     const area = (pixels: Uint8Array) => pixels.reduce((sum, inside) => sum + inside, 0);
     const regions = [...candidates].sort((a, b) => area(decodeRuns(a)) - area(decodeRuns(b)));
     return { regions, likeliest: regions.indexOf(candidates[0]) };
@@ -207,11 +261,16 @@ export class Corrections {
       () => {},
     );
     this.engine = null;
+    this.features.clear();
   }
 }
 
 /** Returns the frames that an edit changes; null for all. */
-function changedFrames({ corrections, table, paints }: Edit): number[] | null {
-  if (corrections > 0 || Object.keys(table).length > 0) return null;
+function changedFrames(edit: Edit): number[] | null {
+  return edit.corrections > 0 || Object.keys(edit.table).length > 0 ? null : framesOf(edit);
+}
+
+/** Returns the frames that an edit paints, the painted one first. */
+export function framesOf({ paints }: Edit): number[] {
   return [...new Set(paints.flatMap(({ parts }) => [...parts.keys()]))];
 }

@@ -6,7 +6,7 @@ import { StageClock, type StagePlan } from './stage-clock.js';
 import type { FrameDataSource } from './frame-data.js';
 import type { ClipJob } from './clip-job.js';
 import type { Corrections } from './corrections.js';
-import type { Edit, MaskEditor, SessionOptions as Options } from './library.js';
+import type { MaskEditor, SessionOptions as Options } from './library.js';
 import type { Segmentation, Result } from './segmentation.js';
 import type { ObjectFacts, Presence } from './presence.js';
 import type { Source, Trim } from './source.js';
@@ -28,9 +28,6 @@ export interface JobView {
 
 /** A region or stroke to paint. */
 export type PaintRequest = Parameters<MaskEditor['paint']>[0];
-
-/** A painted edit and the frames that it changed. */
-export type PaintedEdit = { edit: Edit; frames: number[] };
 
 /** A run of a clip or a still image, with `run`, `shown` and the static `stages`. */
 export type AnyJob = ClipJob | StillJob;

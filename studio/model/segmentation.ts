@@ -18,6 +18,8 @@ export interface Result extends LabelledTrajectories {
   toTracksDat: () => string | Promise<string>;
   /** Frames whose masks should be looked at. */
   doubts: readonly FrameRange[];
+  /** How sure the masks of each frame are, 0 to 1, NaN if not known; null if no frame is. */
+  agreement?: Float32Array | null;
 }
 
 /** Number of cached masks; masks of long clips are stored compressed elsewhere. */

@@ -1,5 +1,7 @@
 // Visibility and selection of objects.
 
+import type { Corrections, Stroke } from './corrections.js';
+import type { Edit } from './library.js';
 import type { ObjectFacts } from './presence.js';
 import type { Store } from './store.js';
 
@@ -19,7 +21,12 @@ export function keepHidden(hidden: ReadonlySet<number>, facts: readonly ObjectFa
   return new Set([...hidden].filter((object) => object < count));
 }
 
+/** The objects of a join, those of them that were hidden before, and whether the joined object is kept. */
+type Join = { parts: number[]; hidden: number[]; isKept: boolean };
+
 export class Selection {
+  joins = new WeakMap<Edit, Join>();
+
   constructor(readonly store: Store) {}
 
   reset() {
@@ -69,13 +76,69 @@ export class Selection {
    * Joins objects. The joined object is kept if one of them was.
    * @returns the changed frames; null for all
    */
-  async join(into: number, others: number[]): Promise<number[] | null> {
-    const { job } = this.store.state;
-    const frames = (await job?.corrector?.join(into, others)) ?? null;
-    const parts = [into, ...others];
-    if (into > 0 && job === this.store.state.job && parts.some((part) => this.has(part)))
-      this.store.set({ hidden: new Set([...this.store.state.hidden].filter((object) => !parts.includes(object))) });
+  join(into: number, others: number[]): Promise<number[] | null> {
+    const parts = into > 0 ? [into, ...others] : others;
+    return this.joinParts(parts, into > 0, (corrector) => corrector.join(into, others));
+  }
+
+  /**
+   * Joins the objects under strokes. The joined object is kept if one of them was.
+   * @returns the changed frames; null for all
+   */
+  async joinStrokes(strokes: Stroke[]): Promise<number[] | null> {
+    const parts = (await this.corrector?.objectsUnder(strokes)) ?? [];
+    return this.joinParts(parts, true, (corrector) => corrector.joinStrokes(strokes));
+  }
+
+  /** @param isObject false if they become background */
+  async joinParts(
+    parts: number[],
+    isObject: boolean,
+    apply: (corrector: Corrections) => Promise<number[] | null>,
+  ): Promise<number[] | null> {
+    const { corrector } = this;
+    if (!corrector) return [];
+    const hidden = parts.filter((part) => !this.has(part));
+    const join = { parts, hidden, isKept: isObject && hidden.length < parts.length };
+    const frames = await apply(corrector);
+    const edit = corrector.edits.at(-1);
+    if (edit) this.joins.set(edit, join);
+    if (join.isKept && corrector === this.corrector) this.hideParts(parts, []);
     return frames;
+  }
+
+  /**
+   * Undoes the last correction; that of a join hides the objects that were hidden before it.
+   * @returns the changed frames; null for all
+   */
+  async undo(): Promise<number[] | null> {
+    const { corrector } = this;
+    const edit = corrector?.edits.at(-1);
+    const frames = (await corrector?.undo()) ?? null;
+    const join = edit && this.joins.get(edit);
+    if (join && corrector === this.corrector && corrector?.edits.at(-1) !== edit)
+      this.hideParts(join.parts, join.hidden);
+    return frames;
+  }
+
+  /** Applies the last undone correction again. */
+  async redo(): Promise<number[] | null> {
+    const { corrector } = this;
+    const frames = (await corrector?.redo()) ?? null;
+    const edit = corrector?.edits.at(-1);
+    const join = edit && this.joins.get(edit);
+    if (join?.isKept && corrector === this.corrector) this.hideParts(join.parts, []);
+    return frames;
+  }
+
+  /** Hides some objects of a join, and shows its others. */
+  hideParts(parts: number[], hidden: number[]) {
+    const others = [...this.store.state.hidden].filter((object) => !parts.includes(object));
+    this.store.set({ hidden: new Set([...others, ...hidden]) });
+  }
+
+  get corrector(): Corrections | null {
+    return this.store.state.job?.corrector ?? null;
   }
 
   isSelected(object: number) {

@@ -115,6 +115,7 @@ function analysisPatch(
       preview: null,
       analysis: { segmentation, facts, frameData },
       doubts: (result?.doubts ?? []).filter(({ from }) => !fine.has(from)),
+      agreement: result?.agreement ?? null,
       hidden: keepHidden(hidden, facts),
       selected: BLANK.selected,
       notice: remark,

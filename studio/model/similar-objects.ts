@@ -1,4 +1,4 @@
-// Finds objects that may be one: they touch and move together.
+// Finds objects that may be one: they touch and move together, or one begins where and when the other ends.
 
 interface LabelledClip {
   width: number;
@@ -13,6 +13,10 @@ interface LabelledClip {
     x: ArrayLike<number>;
     y: ArrayLike<number>;
   };
+  /** The first and the last frame of each object. */
+  spans: readonly { object: number; first: number; last: number }[];
+  /** First frames of further shots. */
+  cuts: readonly number[];
   /** Position of the background in each frame. */
   scene: { x: ArrayLike<number>; y: ArrayLike<number> };
 }
@@ -31,6 +35,12 @@ const MAX_MOTION_DIFFERENCE = 0.25;
 
 /** Slowest motion against the background that is compared, in pixels per frame; chosen by eye. */
 const MIN_SPEED_PX = 0.2;
+
+/**
+ * Smallest intersection over union of an object's first mask with the last mask of the one that it continues; chosen by
+ * eye.
+ */
+const MIN_CONTINUED_OVERLAP = 0.5;
 
 /** Summed motion of an object's trajectories. */
 type MotionSum = { n: number; x: number; y: number };
@@ -57,7 +67,33 @@ export function findSimilarObjects(clip: LabelledClip): number[][] {
     for (const key of adjacent) getOrAddPair(pairs, key).adjacentFrames += 1;
   }
   const links = [...pairs].filter(([, pair]) => movesTogether(pair)).map(([key]) => [key >> 8, key & 255]);
-  return groupLinks(links, sizes);
+  return groupLinks([...links, ...findContinued(clip)], sizes);
+}
+
+/** Returns pairs of objects of which one ends before a frame, and the other begins in it at the same place. */
+function findContinued({ labels, spans, cuts }: LabelledClip): number[][] {
+  const objects = spans.filter(({ object, first }) => object > 0 && first >= 0);
+  return objects.flatMap(({ object, first }) => {
+    // Beyond a cut there is another scene.
+    if (first === 0 || cuts.includes(first)) return [];
+    const ended = objects.filter(({ last }) => last === first - 1);
+    if (ended.length === 0) return [];
+    const [before, after] = [labels(first - 1), labels(first)];
+    return ended
+      .filter((other) => overlapOf(before, other.object, after, object) >= MIN_CONTINUED_OVERLAP)
+      .map((other) => [other.object, object]);
+  });
+}
+
+/** Returns the intersection over union of an object in one mask and another in the next. */
+function overlapOf(before: ArrayLike<number>, a: number, after: ArrayLike<number>, b: number): number {
+  let [both, either] = [0, 0];
+  for (let p = 0; p < before.length; p += 1) {
+    const [inBefore, inAfter] = [before[p] === a, after[p] === b];
+    both += Number(inBefore && inAfter);
+    either += Number(inBefore || inAfter);
+  }
+  return both / Math.max(1, either);
 }
 
 function pairKey(a: number, b: number) {

@@ -5,7 +5,7 @@ import { DEFAULT_TRIM, type Source, type Trim } from './source.js';
 import { type ObjectFacts, Times } from './presence.js';
 import type { FrameDataSource, Spot } from './frame-data.js';
 import type { AnyJob } from './job.js';
-import type { FrameRange } from './library.js';
+import type { Edit, FrameRange } from './library.js';
 import type { EdgeSettings, BackdropName, View } from './view-settings.js';
 import type { Segmentation } from './segmentation.js';
 import type { Preview } from './preview.js';
@@ -41,6 +41,9 @@ interface Analysis {
   facts: ObjectFacts[];
   frameData: Partial<FrameDataSource>;
 }
+
+/** The last painted correction: its object, its painted frame `t`, and the frames that it changes. */
+export type Fix = { edit: Edit; object: number; t: number; first: number; last: number; isSpreading: boolean };
 
 export type Backdrop = { name: BackdropName; colour: string; picture: ImageBitmap | null };
 
@@ -83,6 +86,8 @@ export interface State {
   timeline: Timeline;
   /** Frames whose masks should be looked at, without those that the user found fine. */
   doubts: readonly FrameRange[];
+  /** How sure the masks of each frame are, 0 to 1, NaN if not known; null if no frame is. */
+  agreement: Float32Array | null;
   /** First frames of the doubts that the user found fine. */
   fine: ReadonlySet<number>;
   frame: number;
@@ -105,6 +110,8 @@ export interface State {
   dividerPercent: number;
   spot: Spot;
   isCorrecting: boolean;
+  /** The painted correction whose range can be changed; null after any other correction. */
+  fix: Fix | null;
   /** True if the settings have changed since the run. */
   isOutdated: boolean;
 }
@@ -131,11 +138,13 @@ export const BLANK = {
   selected: new Set<number>(),
   timeline: { numFrames: 0, fps: 25, times: new Times(null), cuts: [] },
   doubts: [] as FrameRange[],
+  agreement: null,
   fine: new Set<number>(),
   frame: 0,
   isPlaying: false,
   spot: NOWHERE,
   isCorrecting: false,
+  fix: null,
 };
 
 const INITIAL: State = {

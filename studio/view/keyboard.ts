@@ -3,7 +3,7 @@
 type Action = { act: () => unknown; when: () => boolean };
 
 export class Keys {
-  actions = new Map<string, Action>();
+  actions = new Map<string, Action[]>();
   /** True if the focus was moved by the keyboard; then keys act on the focused button. */
   tabbed = false;
 
@@ -15,15 +15,14 @@ export class Keys {
   /**
    * @param key as in `KeyboardEvent.key`, letters small; `Ctrl+z` with the control or the command key,
    * `Shift+ArrowUp`, `Ctrl+Shift+z` with shift too
-   * @param when returns false to leave the key to the browser
+   * @param when returns false to leave the key to the action registered before, or to the browser
    */
   on(key: string, act: () => unknown, when: () => boolean = () => true) {
-    this.actions.set(key, { act, when });
+    this.actions.set(key, [{ act, when }, ...(this.actions.get(key) ?? [])]);
   }
 
   actionOf(key: string): Action | undefined {
-    const action = this.actions.get(key);
-    return action?.when() ? action : undefined;
+    return this.actions.get(key)?.find(({ when }) => when());
   }
 
   press(event: KeyboardEvent) {

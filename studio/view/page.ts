@@ -16,7 +16,7 @@ import { type Store, clampFrame } from '../model/store.js';
 import { Viewer } from './viewer.js';
 import { clipPanel } from './panels/clip.js';
 import { comparePanel, backdropPanel } from './panels/view-modes.js';
-import { correctPanel, exportPanel, helpPanel, nothingPanel } from './panels/on-demand.js';
+import { correctPanel, doubtsPanel, exportPanel, helpPanel, nothingPanel } from './panels/on-demand.js';
 import { edgesPanel } from './panels/edges.js';
 import { labPanel } from './panels/lab.js';
 import { layersPanel } from './panels/layers.js';
@@ -67,6 +67,7 @@ const PANELS: ((page: Page) => void)[] = [
   comparePanel,
   backdropPanel,
   timelinePanel,
+  doubtsPanel,
   soundPanel,
   trimPanel,
   readoutPanel,

@@ -61,7 +61,7 @@ function hands(page) {
     await page.click(button);
     return said();
   };
-  return { frame, masks, labelAt, place, use, paint, click, press };
+  return { frame, masks, labelAt, place, use, said, paint, click, press };
 }
 
 describe('a result is corrected', () => {
@@ -289,11 +289,51 @@ describe('a result is corrected', () => {
     assert.equal(await masks(), before);
   });
 
-  test('a missed object is added by a click, grown or shrunk, and removed with Alt', async () => {
-    const { masks, labelAt, place, use, click, press } = hands(page);
-    const whole = await masks();
-    /** The middle of the largest object, and how much of its pixels and of any the label there has. */
-    const thing = await page.evaluate(() => {
+  test('the frames of a fix are shown on the timeline, and its ends are moved, in one step of undo', async () => {
+    const { masks, labelAt, use, paint, press, said } = hands(page);
+    const before = await masks();
+    const range = () => page.locator('.fix-handle').evaluateAll((all) => all.map(({ value }) => Number(value)));
+    assert.equal(await page.locator('#fix-range').isVisible(), false);
+    await use('paint');
+    await page.selectOption('#correct-object', '2');
+    assert.match(await paint(14, 21, 28, 24), /^Applied to frames /);
+    const [first, last] = await range();
+    assert.ok(first < 11 && last > 13, `${first} to ${last}`);
+    assert.equal(await labelAt(last, 21, 22), 2);
+
+    const handle = page.getByRole('slider', { name: 'Last frame of the fix' });
+    await handle.focus();
+    await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
+    await page.keyboard.press('ArrowLeft');
+    assert.equal(await said(), `Applied to frames ${first + 1}–${last}.`);
+    assert.equal(await labelAt(last, 21, 22), 0);
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
+    await page.keyboard.press('ArrowRight');
+    assert.equal(await said(), `Applied to frames ${first + 1}–${last + 1}.`);
+    assert.equal(await labelAt(last, 21, 22), 2);
+
+    // The pointer drags the other end beyond the painted frame: it stops there.
+    const scrub = await page.locator('#scrub').boundingBox();
+    const box = await page.locator('#fix-range').boundingBox();
+    const x = (t) => scrub.x + (t / (SMALL.frames - 1)) * (scrub.width - 14);
+    await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
+    await page.mouse.move(x(first), box.y + box.height / 2);
+    await page.mouse.down();
+    await page.mouse.move(x(first + 4), box.y + box.height / 2);
+    await page.mouse.move(x(SMALL.frames - 1), box.y + box.height / 2);
+    await screenshot(page, 'fix-range');
+    await page.mouse.up();
+    assert.equal(await said(), `Applied to frames ${FRAME + 1}–${last + 1}.`);
+    assert.deepEqual(await range(), [FRAME, last]);
+    await press('#correct-undo');
+    assert.equal(await masks(), before);
+    assert.equal(await page.locator('#fix-range').isVisible(), false);
+  });
+
+  /** The middle of the largest object, and its pixels, in frame 12. */
+  const largestObject = (page) =>
+    page.evaluate(() => {
       const { segmentation } = globalThis.tracecutStudio.app;
       const mask = Array.from(segmentation.mask(12));
       const areas = Map.groupBy(mask.keys(), (p) => mask[p]);
@@ -303,58 +343,105 @@ describe('a result is corrected', () => {
       const mean = (of) => Math.round(pixels.reduce((sum, p) => sum + of(p), 0) / pixels.length);
       return { label, pixels, x: mean((p) => p % width), y: mean((p) => Math.floor(p / width)) };
     });
-    const added = async () => {
-      const { own, both } = await page.evaluate(({ x, y, pixels }) => {
-        const { segmentation } = globalThis.tracecutStudio.app;
-        const mask = segmentation.mask(12);
-        const label = mask[y * segmentation.result.width + x];
-        const all = mask.reduce((sum, one) => sum + Number(label > 0 && one === label), 0);
-        return { own: all, both: pixels.filter((p) => label > 0 && mask[p] === label).length };
-      }, thing);
-      return { own, overlap: both / (own + thing.pixels.length - both) };
+  const areaOf = (page, label) =>
+    page.evaluate(
+      (of) => globalThis.tracecutStudio.app.segmentation.mask(12).filter((one) => one === of).length,
+      label,
+    );
+
+  test('the region that a click would take is outlined; the wheel sizes it, Alt removes it', async () => {
+    const { masks, labelAt, place, use, press } = hands(page);
+    const whole = await masks();
+    const thing = await largestObject(page);
+    const size = () => text(page, '#add-size');
+    /** Waits until another region is outlined than `before`, or any. */
+    const outlined = async (before = '') => {
+      const differs = (old) => {
+        const now = document.querySelector('#add-size').textContent.trim();
+        return now !== '' && now !== old;
+      };
+      await page.waitForFunction(differs, before);
+      return size();
+    };
+    const clickHere = async () => {
+      await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
+      await page.mouse.down();
+      await page.mouse.up();
+      await page.waitForFunction(() =>
+        /^Applied to .*[.]$/.test(document.querySelector('#correct-status').textContent),
+      );
     };
     await use('pick');
     await page.selectOption('#correct-object', String(thing.label));
     await press('#correct-background');
-    assert.equal(await labelAt(12, thing.x, thing.y), 0);
     const missed = await masks();
 
     await use('add');
-    const start = performance.now();
-    assert.match(await click(thing.x, thing.y), /^Applied to frames /);
-    const first = await added();
-    assert.ok(
-      first.overlap > 0.6,
-      `overlap ${first.overlap.toFixed(2)} after ${Math.round(performance.now() - start)} ms`,
-    );
-    const label = await labelAt(12, thing.x, thing.y);
-    const sizes = [first.own];
-    for (const [button, sign] of [
-      ['#add-larger', 1],
-      ['#add-smaller', -1],
-    ]) {
-      if (await page.locator(button).isDisabled()) continue;
-      assert.match(await press(button), /^Applied to frame/);
-      const { own } = await added();
-      assert.ok(sign * (own - sizes.at(-1)) > 0, `${button}: ${sizes.at(-1)} to ${own} pixels`);
-      assert.equal(await labelAt(12, thing.x, thing.y), label, 'it is the same object');
-      sizes.push(own);
-    }
-    assert.ok(sizes.length > 1, 'there are sizes to choose from');
-
     const [u, v] = await place(thing.x, thing.y);
-    await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
+    await page.mouse.move(u, v);
+    const first = await outlined();
+    assert.match(first, /^Size [1-3] of [23], [\d.]+% of the frame\.$/);
+    const [at, count] = first.match(/\d+/g).map(Number);
+    await page.mouse.wheel(0, at < count ? -120 : 120);
+    const second = await outlined(first);
+    await page.keyboard.press(at < count ? '-' : '+');
+    assert.equal(await outlined(second), first);
+    assert.equal(await text(page, '#zoom-fit'), '100%');
+    await screenshot(page, 'add-outline');
+    assert.equal(await page.locator('#add-larger').isVisible(), false, 'the size is chosen before the click');
+    await clickHere();
+    const label = await labelAt(12, thing.x, thing.y);
+    assert.ok(label > 0);
+    const share = (await areaOf(page, label)) / (SMALL.width * SMALL.height);
+    assert.ok(Math.abs(100 * share - Number(first.match(/([\d.]+)%/)[1])) < 0.6, `${first} and ${share}`);
+
+    await page.mouse.move(u + 1, v);
     await page.keyboard.down('Alt');
-    await page.mouse.click(u, v);
+    await page.waitForFunction(() => document.querySelector('#add-size').textContent !== '');
+    await clickHere();
     await page.keyboard.up('Alt');
-    await page.waitForFunction(() => /^Applied to /.test(document.querySelector('#correct-status').textContent));
     assert.equal(await labelAt(12, thing.x, thing.y), 0);
     for (const _ of [0, 1]) await press('#correct-undo');
-    assert.equal(await masks(), missed, 'a change of size is no step of its own');
+    assert.equal(await masks(), missed);
+
+    // The crosshair outlines the same, in words too.
+    await page.focus('#correct-tools [value="add"]');
+    await page.keyboard.press('Tab');
+    await page.evaluate(() => document.querySelector('#canvas').focus());
+    await page.keyboard.press('ArrowLeft');
+    await page.waitForFunction(() => /^Size \d/.test(document.querySelector('#live').textContent));
+    await use('pick');
     await press('#correct-undo');
     assert.equal(await masks(), whole);
+    // The wheel zooms again.
+    await page.mouse.move(u, v);
+    await page.mouse.wheel(0, -120);
+    await page.waitForFunction(() => document.querySelector('#zoom-fit').textContent !== '100%');
     assert.deepEqual(faults, []);
     await page.context().close();
+  });
+
+  test('on touch screens a tap adds, and its size is chosen afterwards', async () => {
+    const phone = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true };
+    const touched = await openSample(site, phone);
+    const { place, use, labelAt, press, said } = hands(touched.page);
+    await touched.page.evaluate((frame) => globalThis.tracecutStudio.app.timeline.seek(frame), FRAME);
+    await openFix(touched.page);
+    const thing = await largestObject(touched.page);
+    await touched.page.selectOption('#correct-object', String(thing.label));
+    await press('#correct-background');
+    await use('add');
+    await touched.page.touchscreen.tap(...(await place(thing.x, thing.y)));
+    assert.match(await said(), /^Applied to frames? /);
+    const label = await labelAt(12, thing.x, thing.y);
+    const before = await areaOf(touched.page, label);
+    const isLarger = await touched.page.locator('#add-larger').isEnabled();
+    assert.match(await press(isLarger ? '#add-larger' : '#add-smaller'), /^Applied to frame/);
+    const change = (await areaOf(touched.page, label)) - before;
+    assert.ok(isLarger ? change > 0 : change < 0, `${change} pixels`);
+    assert.equal(await labelAt(12, thing.x, thing.y), label, 'it is the same object');
+    assert.deepEqual(touched.faults, []);
+    await touched.page.context().close();
   });
 });
 
@@ -438,10 +525,50 @@ describe('five objects are joined and corrected', () => {
     assert.deepEqual(faults, []);
   });
 
+  test('a drag from one object to another joins them, in one step of undo; a click still picks', async () => {
+    await open();
+    await openFix(page);
+    const settle = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => setTimeout(done, 100))));
+    await settle();
+    const box = await page.locator('#canvas').boundingBox();
+    const [from, to] = [await placeOf(page, 2), await placeOf(page, 4)];
+    const drag = async (start, end) => {
+      await page.mouse.move(box.x + start.x, box.y + start.y);
+      await page.mouse.down();
+      await page.mouse.move(box.x + end.x, box.y + end.y, { steps: 4 });
+    };
+    await drag(from, { x: from.x, y: 4 });
+    await page.mouse.up();
+    assert.equal(await labels(page), '0,1,2,3,4,5', 'a drag to the background joins nothing');
+    assert.equal(await page.inputValue('#correct-object'), '1', 'and picks nothing');
+    await drag(from, to);
+    await page.evaluate(() => globalThis.tracecutStudio.app.viewer.draw());
+    await screenshot(page, 'join-drag');
+    await page.mouse.up();
+    await until(page, '0,1,2,3,5');
+    assert.equal(await text(page, '#correct-status'), 'Object 4 joined with Object 2. 4 moving objects.');
+    await page.keyboard.press('Control+z');
+    await until(page, '0,1,2,3,4,5');
+    assert.equal(await page.locator('#correct-undo').isDisabled(), true);
+    await page.mouse.click(box.x + to.x, box.y + to.y);
+    assert.equal(await page.inputValue('#correct-object'), '4');
+    // When zoomed in, a drag from the background still pans.
+    await page.keyboard.press('+');
+    const left = () => page.evaluate(() => globalThis.tracecutStudio.app.viewer.zoom.x);
+    const before = await left();
+    const ground = { x: box.width * 0.3, y: box.height * 0.8 };
+    await drag(ground, { x: ground.x - 60, y: ground.y });
+    await page.mouse.up();
+    assert.ok((await left()) > before);
+    await page.keyboard.press('0');
+    await page.click('#correct-done');
+    assert.deepEqual(faults, []);
+  });
+
   test('those that touch and move alike are proposed, until they are refused', async () => {
     await open({ ...WIDE, parts: 3 });
     await page.waitForSelector('#join', { state: 'visible' });
-    assert.match(await text(page, '#join-message'), /These 3 move together\. Join\?$/);
+    assert.match(await text(page, '#join-message'), /3 pieces look like one\.$/);
     assert.deepEqual(await accessibilityFaults(page), []);
     await page.locator('#join').scrollIntoViewIfNeeded();
     await screenshot(page, 'join-proposed');
@@ -449,7 +576,7 @@ describe('five objects are joined and corrected', () => {
     await until(page, '0,1,4,5');
     await page.click('#join-undo');
     await until(page, '0,1,2,3,4,5');
-    await page.waitForFunction(() => /Join\?/.test(document.querySelector('#join-message').textContent));
+    await page.waitForFunction(() => /look like one/.test(document.querySelector('#join-message').textContent));
     await page.click('#join-dismiss');
     await page.waitForSelector('#join', { state: 'hidden' });
     // A change of the result does not bring it back.

@@ -2,9 +2,16 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { acceptDoubt, describeDoubts, doubtAt, showNextDoubt } from '../../build/model/doubts.js';
+import {
+  acceptDoubt,
+  describeDoubts,
+  describeObstacle,
+  doubtAt,
+  repairDoubt,
+  showNextDoubt,
+} from '../../build/model/doubts.js';
 import { showCorrected } from '../../build/model/show-result.js';
-import { openModel } from './studio.mjs';
+import { openModel, openSampleWork } from './studio.mjs';
 
 const DOUBTS = [
   { from: 0, to: 3 },
@@ -47,4 +54,66 @@ test('places to check are shown one after the other, and one that is fine does n
 
 test('the number of places is told', () => {
   assert.deepEqual([0, 1, 4].map(describeDoubts), ['', '1 place to check', '4 places to check']);
+});
+
+test('a place is repaired from its neighbours, or from there to the end of the shot, and is accepted', async () => {
+  const { store } = await openSampleWork();
+  const { job } = store.state;
+  const { corrections } = job;
+  Object.defineProperty(job.result, 'doubts', { value: [DOUBTS[1], { from: 13, to: 14 }] });
+  showCorrected(store);
+  const asked = [];
+  /** What the library does: the mask of frame 3 in the first frame of the range, as one step. */
+  const { openEditor } = corrections;
+  openEditor.interpolate = async (range, { sides, onFrame }) => {
+    asked.push({ ...range, sides });
+    onFrame({ t: range.from });
+    return openEditor.paint({ label: 7, stroke: { t: range.from, points: [20, 20], radius: 5 } });
+  };
+  store.set({ frame: 9, timeline: { ...store.state.timeline, cuts: [6, 14] } });
+  const [signal, reached] = [new AbortController().signal, []];
+  const options = { signal, onFrame: () => reached.push(0) };
+  assert.deepEqual(await repairDoubt(store, DOUBTS[1], 'both', options), DOUBTS[1]);
+  assert.deepEqual([store.state.doubts, store.state.fine], [[{ from: 13, to: 14 }], new Set([8])]);
+  assert.equal(store.state.frame, 9, 'the repaired frames stay on screen');
+  assert.ok(store.state.analysis.segmentation.mask(8).includes(7));
+  assert.deepEqual(await repairDoubt(store, { from: 8, to: 12 }, 'before', options), { from: 8, to: 14 });
+  assert.deepEqual(asked, [
+    { from: 8, to: 12, sides: 'both' },
+    { from: 8, to: 14, sides: 'before' },
+  ]);
+  assert.equal(reached.length, 2);
+  assert.equal(corrections.undoCount(), 2);
+
+  // Another clip is not touched.
+  openEditor.interpolate = async () => {
+    store.set({ visit: store.state.visit + 1 });
+    return openEditor.paint({ label: 7, stroke: { t: 13, points: [20, 20], radius: 5 } });
+  };
+  assert.equal(await repairDoubt(store, { from: 13, to: 14 }, 'both', options), null);
+  assert.equal(store.state.doubts.length, 1);
+});
+
+test('a place without a frame before or after it in its shot says so', () => {
+  const timeline = { numFrames: 16, cuts: [6] };
+  const obstacles = (from, to) =>
+    ['both', 'before'].map((repair) => describeObstacle({ timeline }, { from, to }, repair));
+  assert.deepEqual(obstacles(2, 4), ['', '']);
+  assert.deepEqual(obstacles(0, 4), Array(2).fill('There is no frame before these.'));
+  assert.deepEqual(obstacles(6, 8), Array(2).fill('There is a cut before these frames.'));
+  assert.deepEqual(obstacles(4, 6), ['There is a cut after these frames.', '']);
+  assert.deepEqual(obstacles(12, 16), ['There is no frame after these.', '']);
+});
+
+test('how sure the masks are is that of the result; it is null if no frame has it', async () => {
+  const { store } = await openSampleWork();
+  assert.equal(store.state.agreement, null);
+  const agreement = Float32Array.from({ length: 16 }, (_, t) => t / 16);
+  Object.defineProperty(store.state.job.result, 'agreement', { value: agreement, configurable: true });
+  showCorrected(store);
+  assert.equal(store.state.agreement, agreement);
+  // In a session's result the name is a method's.
+  Object.defineProperty(store.state.job.result, 'agreement', { value: async () => [] });
+  showCorrected(store);
+  assert.equal(store.state.agreement, null);
 });

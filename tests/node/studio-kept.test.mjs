@@ -3,6 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Autosave, rememberRuns } from '../../build/model/autosave.js';
+import { framesOf } from '../../build/model/corrections.js';
 import { RunMemory } from '../../build/model/interrupted-runs.js';
 import { showCorrected } from '../../build/model/show-result.js';
 import { listProjects, projectBytes, saveProject } from '../../build/model/saved-projects.js';
@@ -63,7 +64,7 @@ test('work is packed, kept, reopenProject as it was, and saved as a project file
   );
   const { corrections } = store.state.job;
   const stroke = { t: 4, points: [10, 90, 30, 90], radius: 6 };
-  showCorrected(store, (await corrections.paint({ label: corrections.newLabel(), stroke })).frames);
+  showCorrected(store, framesOf(await corrections.paint({ label: corrections.newLabel(), stroke })));
   store.set({ hidden: new Set([2]), edges: { ...store.state.edges, grow: 1 } });
   assert.equal(autosave.hasUnsaved, true);
   autosave.saveSoon();

@@ -1,15 +1,18 @@
 // The panel of corrections: joins, splits, paints and erases the selected object, adds missing ones, and joins or
 // splits by strokes. Every step can be undone and redone. Loaded when first opened.
 
-import { byId, isMultiSelect, h } from '../dom.js';
+import { TOUCH, byId, isMultiSelect, h } from '../dom.js';
 import { describeMotion, nameAndColour, describePosition } from '../../model/describe.js';
 import { objectName } from '../../model/palette.js';
 import { listObjects } from '../../model/selection.js';
 import { showCorrected } from '../../model/show-result.js';
 import { explain, formatPercent, formatPlural, formatSeconds } from '../../model/messages.js';
 import { Brush, type BrushTool, NEW_OBJECT } from '../../model/brush.js';
-import { BRUSH_HELP, Strokes, isBrush } from './strokes.js';
+import { BRUSH_HELP, STROKE_HELP, Strokes, isBrush } from './strokes.js';
+import { AddOutline } from './add-outline.js';
 import { Crosshair } from './crosshair.js';
+import { FixRange } from './fix-range.js';
+import { JoinDrag } from './join-drag.js';
 import type { Spot } from '../../model/frame-data.js';
 import type { Corrections } from '../../model/corrections.js';
 import type { ObjectFacts } from '../../model/presence.js';
@@ -31,6 +34,9 @@ export class Correction {
   tool: Tool = 'pick';
   brush: Brush;
   strokes: Strokes;
+  outline: AddOutline;
+  crosshair: Crosshair;
+  joinDrag: JoinDrag;
   list = byId<HTMLSelectElement>('correct-object');
   into = byId<HTMLSelectElement>('correct-into');
   tools: HTMLInputElement[] = [...byId('correct-tools').querySelectorAll('input')];
@@ -51,15 +57,25 @@ export class Correction {
       onSizes: (isSmaller, isLarger) => {
         disable('add-smaller', !isSmaller);
         disable('add-larger', !isLarger);
+        this.showTool();
       },
       showFrames: (frames) => this.show(frames),
       showStatus: (text, wrong) => this.showStatus(text, wrong),
     });
+    this.joinDrag = new JoinDrag(viewer, {
+      isOn: () => this.isOpen && this.tool === 'pick' && !this.busy,
+      join: (into, other) => this.join(into, [other], `${objectName(other)} joined with ${objectName(into)}`),
+    });
+    new FixRange(store, this.brush, () => this.corrector);
     this.strokes = new Strokes(viewer, () => this.update(), {
       radius: () => byId<HTMLInputElement>('brush-size').valueAsNumber / 2,
       paint: (stroke, tool) => this.brush.stroke(stroke, tool),
     });
-    new Crosshair(viewer, keys, {
+    this.outline = new AddOutline(
+      { store, viewer, keys },
+      { corrector: () => this.corrector, object: () => this.object, onChange: () => this.showOutline() },
+    );
+    this.crosshair = new Crosshair(viewer, keys, {
       move: (place) => this.strokes.extend(place),
       apply: (place, event) => this.applyAt(place, event),
       leave: () => this.strokes.end(),
@@ -73,7 +89,11 @@ export class Correction {
     const redoable = () => this.isOpen || (this.corrector?.redoCount() ?? 0) > 0;
     keys.on('Ctrl+z', () => this.undo(), undoable);
     for (const key of ['Ctrl+y', 'Ctrl+Shift+z']) keys.on(key, () => this.redo(), redoable);
-    keys.on('Escape', () => (this.isOpen ? this.toggle(false) : app.cancel()));
+    keys.on(
+      'Escape',
+      () => this.toggle(false),
+      () => this.isOpen,
+    );
     store.watch(['visit'], () => this.reset());
     store.watch(['isCorrecting'], ({ isCorrecting }) => {
       document.body.toggleAttribute('data-correcting', isCorrecting);
@@ -186,8 +206,22 @@ export class Correction {
   pick({ object, x, y }: Spot, isMulti: boolean, isRemoving: boolean) {
     if (!this.isOpen || this.busy) return;
     if (this.tool === 'pick' && isMulti) return this.selection.toggleSelected(object);
-    if (this.tool === 'add') this.brush.add({ x, y }, object, isRemoving);
+    if (this.tool === 'add') this.add({ object, x, y }, isRemoving);
     if (this.tool === 'pick' && object >= 0) this.selectObject(object, { t: this.store.state.frame, x, y });
+  }
+
+  add({ object, x, y }: Spot, isRemoving: boolean) {
+    const region = this.outline.candidates.take(this.store.state.frame, isRemoving);
+    return this.brush.add({ x, y }, object, isRemoving, region);
+  }
+
+  /** Draws the outlined region of the tool Add, and tells its size. */
+  showOutline() {
+    const { text } = this.outline;
+    byId('add-size').textContent = text && `${text}.`;
+    // A pointer shows it by itself.
+    if (text && this.crosshair.isShown) this.store.set({ announcement: text });
+    this.viewer.redraw();
   }
 
   /** Applies the tool at the crosshair; strokes begin and end with a key. */
@@ -199,9 +233,11 @@ export class Correction {
   }
 
   selectTool(tool: Tool) {
+    if (tool !== this.tool) this.brush.endOffer();
     this.tool = tool;
     for (const radio of this.tools) radio.checked = radio.value === tool;
     this.strokes.selectTool(this.isOpen && tool !== 'pick' && tool !== 'add' ? tool : null);
+    this.outline.candidates.turn(this.isOpen && tool === 'add');
     // A missing object is a new one.
     if (tool === 'add') this.object = NEW_OBJECT;
     this.listObjects();
@@ -244,14 +280,12 @@ export class Correction {
     byId('stroke-actions').hidden = picking || brushing;
     byId('brush-actions').hidden = !brushing;
     byId('brush-width').hidden = tool === 'add';
-    byId('add-sizes').hidden = tool !== 'add';
+    // A pointer chooses the size before the click.
+    byId('add-sizes').hidden = tool !== 'add' || !(TOUCH || this.brush.offersSizes);
+    byId('add-size').hidden = tool !== 'add';
     byId('correct-facts').hidden = !picking;
-    byId('stroke-help').hidden = picking;
-    byId('stroke-help').textContent = isBrush(tool)
-      ? BRUSH_HELP[tool]
-      : tool === 'together'
-        ? 'Paint over the parts of one object.'
-        : 'Paint one stroke on each object to separate.';
+    byId('stroke-help').hidden = picking && this.into.options.length < 2;
+    byId('stroke-help').textContent = isBrush(tool) ? BRUSH_HELP[tool] : STROKE_HELP[tool];
     byId('strokes-count').textContent = formatPlural(strokes.list.length, 'stroke');
   }
 
@@ -269,31 +303,34 @@ export class Correction {
     disable('correct-redo', busy || corrector.redoCount() === 0);
   }
 
-  /** Joins objects and selects the joined one. */
-  join(into: number, others: number[]) {
+  /**
+   * Joins objects and selects the joined one.
+   * @param doneText as of `apply`
+   */
+  join(into: number, others: number[], doneText?: string) {
     return this.apply(async () => {
       const frames = await this.selection.join(into, others);
       if (into > 0 && others.includes(this.object)) this.object = into;
       return frames;
-    });
+    }, doneText);
   }
 
   applyStrokes() {
     const { tool } = this;
     const list = this.strokes.list;
-    return this.apply((c) => (tool === 'apart' ? c.splitStrokes(list) : c.joinStrokes(list)));
+    return this.apply((c) => (tool === 'apart' ? c.splitStrokes(list) : this.selection.joinStrokes(list)));
   }
 
   async undo() {
     await this.brush.finish();
     // The first step may be the run that replaced another result.
     if (!this.corrector?.undoCount()) await this.app.restore();
-    else await this.apply((c) => c.undo(), 'Undone');
+    else await this.apply(() => this.selection.undo(), 'Undone');
   }
 
   async redo() {
     await this.brush.finish();
-    if ((this.corrector?.redoCount() ?? 0) > 0) await this.apply((c) => c.redo(), 'Redone');
+    if ((this.corrector?.redoCount() ?? 0) > 0) await this.apply(() => this.selection.redo(), 'Redone');
   }
 
   /**
@@ -349,9 +386,13 @@ export class Correction {
    */
   draw(ctx: CanvasRenderingContext2D, view: View) {
     if (!this.isOpen) return;
-    if ((this.tool === 'pick' || this.tool === 'erase') && this.object > 0)
-      drawBox(ctx, view, boundingBox(view, this.object));
+    const hasBox = (this.tool === 'pick' || this.tool === 'erase') && this.object > 0;
+    const { marked } = this.joinDrag;
+    const boxed = marked.length > 0 || !hasBox ? marked : [this.object];
+    for (const object of boxed) drawBox(ctx, view, boundingBox(view, object));
+    this.joinDrag.draw(ctx, view);
     this.strokes.draw(ctx, view);
+    if (this.tool === 'add') this.outline.draw(ctx, view);
   }
 }
 

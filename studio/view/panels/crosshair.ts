@@ -71,16 +71,21 @@ export class Crosshair {
     viewer.redraw();
   }
 
+  /** True if the keyboard moves it. */
+  get isShown() {
+    return this.place !== null && this.place === this.viewer.pointer;
+  }
+
   leave() {
     this.host.leave();
-    if (this.place && this.place === this.viewer.pointer) this.viewer.movePointer(null);
+    if (this.isShown) this.viewer.movePointer(null);
     this.viewer.redraw();
   }
 
   /** @param ctx scaled to clip pixels */
   draw(ctx: CanvasRenderingContext2D, { unit }: View) {
     const { place, viewer } = this;
-    if (!place || place !== viewer.pointer) return;
+    if (!place || !this.isShown) return;
     const [x, y] = viewer.placeAt(place);
     const arm = ARM_PX * unit;
     for (const [style, width] of [

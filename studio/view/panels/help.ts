@@ -16,6 +16,7 @@ const KEYS: [keys: string[], what: string][] = [
   [['O'], 'open a file'],
   [['M'], 'fix the result'],
   [['←', '→', '↑', '↓', 'Enter'], 'on the picture, in Fix: move, and use the tool'],
+  [['+', '−', 'Alt'], 'with Add in Fix: larger, smaller, take away'],
   [['Shift', 'Enter'], 'on a listed object: select several; or Shift-click'],
   [['Ctrl', 'Z'], 'undo'],
   [['Ctrl', 'Y'], 'redo'],
@@ -29,7 +30,7 @@ const GESTURES: [touches: string, what: string][] = [
   ['Tap an object', 'show only it; tap again to show all'],
   ['Two fingers', 'zoom and pan'],
   ['One finger, when zoomed in', 'pan'],
-  ['Fix, then one finger', 'pick, paint, erase, draw strokes'],
+  ['Fix, then one finger', 'pick, paint, erase, draw strokes; drag from object to object to join them'],
   ['Drag below the picture', 'scrub; the handles of the filmstrip trim the clip'],
 ];
 

@@ -58,13 +58,16 @@ export class JoinBar {
   findSimilar() {
     this.similar = [];
     clearTimeout(this.timer);
-    const { analysis, phase } = this.store.state;
+    const { analysis, phase, timeline } = this.store.state;
     const segmentation = analysis?.segmentation;
     if (phase !== 'done' || !segmentation || !this.correction.corrector) return;
     this.timer = window.setTimeout(() => {
       const { width, height, numFrames, trajectories } = segmentation.result;
       const labels = (t: number) => segmentation.mask(t)!;
-      this.similar = findSimilarObjects({ width, height, numFrames, trajectories, labels, scene: segmentation.scene });
+      this.similar = findSimilarObjects({
+        ...{ width, height, numFrames, trajectories, labels, scene: segmentation.scene },
+        ...{ spans: analysis.facts, cuts: timeline.cuts },
+      });
       this.show();
     }, SEARCH_DELAY_MS);
   }
@@ -92,7 +95,7 @@ export class JoinBar {
   message(isDone: boolean) {
     const { selected } = this.store.state;
     if (isDone) return `${formatPlural(this.lastJoin?.count ?? 0, 'object')} joined.`;
-    if (selected.size === 0) return `These ${this.candidates.length} move together. Join?`;
+    if (selected.size === 0) return `${this.candidates.length} pieces look like one.`;
     return selected.size > 1 ? `${formatPlural(selected.size, 'object')} selected` : 'Select one more object to join.';
   }
 

@@ -62,9 +62,9 @@ export function correctPanel(page: Pick<Page, 'app' | 'store' | 'viewer' | 'keys
     page.keys.tabbed = true;
     void open();
   });
-  store.watch(['selected', 'phase'], ({ selected, phase, source }) => {
-    // A user's clip may have similar objects to propose.
-    if (!isLoaded && (selected.size > 0 || (phase === 'done' && source?.files))) void fetching();
+  store.watch(['selected', 'phase', 'analysis'], ({ selected, phase, source, job }) => {
+    // A user's clip may have similar objects to propose; a repaired one has something to undo.
+    if (!isLoaded && (selected.size > 0 || job?.isCorrected || (phase === 'done' && source?.files))) void fetching();
   });
 }
 
@@ -89,6 +89,22 @@ export function exportPanel(page: Pick<Page, 'store' | 'selection' | 'keys' | 'v
   for (const kind of ['pointerenter', 'focus'])
     byId('export-open').addEventListener(kind, () => void warmUpSoon().catch(() => {}));
   page.keys.on('e', open);
+}
+
+export function doubtsPanel(page: Pick<Page, 'store' | 'keys'>) {
+  const { store } = page;
+  const load = onDemand(
+    store,
+    async () => {
+      const { DoubtsPanel } = await import('./doubts.js');
+      new DoubtsPanel(page);
+      return { open() {} };
+    },
+    () => false,
+  );
+  store.watch(['phase', 'doubts', 'agreement'], ({ phase, doubts, agreement }) => {
+    if (phase === 'done' && (doubts.length > 0 || agreement)) void load();
+  });
 }
 
 export function nothingPanel(page: Pick<Page, 'app' | 'store'>) {

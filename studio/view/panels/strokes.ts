@@ -11,7 +11,13 @@ export const BRUSH_HELP = {
   erase: 'Erase what is not part of the object.',
   add: TOUCH
     ? 'Tap a missing object; tap beside it to extend it.'
-    : 'Click a missing object; click beside it to extend it, Alt-click to remove.',
+    : 'Click to add what is outlined. Scroll or press + − to change its size, Alt to remove it.',
+};
+
+export const STROKE_HELP = {
+  pick: 'Drag to another object to join them.',
+  together: 'Paint over the parts of one object.',
+  apart: 'Paint one stroke on each object to separate.',
 };
 
 export function isBrush(tool: string): tool is BrushTool {

@@ -2,7 +2,6 @@
 
 import { byId, h } from '../dom.js';
 import { type Timeline, type State, type Store, clampFrame } from '../../model/store.js';
-import { acceptDoubt, describeDoubts, doubtAt, showNextDoubt } from '../../model/doubts.js';
 import { formatFrameTime } from '../../model/messages.js';
 import type { Page } from '../page.js';
 
@@ -11,7 +10,6 @@ export function timelinePanel({ store, keys }: Pick<Page, 'store' | 'keys'>) {
   keys.on(' ', () => timeline.toggle());
   keys.on('ArrowLeft', () => timeline.step(-1));
   keys.on('ArrowRight', () => timeline.step(1));
-  keys.on('n', () => showNextDoubt(store));
   keys.on('Home', () => timeline.jump(0));
   keys.on('End', () => timeline.jump(timeline.last));
 }
@@ -24,8 +22,6 @@ class TimelinePanel {
     this.connect();
     store.watch(['timeline'], ({ timeline }) => this.showTimeline(timeline));
     store.watch(['frame', 'timeline'], (state) => this.showFrame(state));
-    store.watch(['doubts', 'timeline'], (state) => this.showDoubts(state));
-    store.watch(['doubts', 'frame'], (state) => (byId('doubt-fine').hidden = doubtAt(state) < 0));
     store.watch(['loop'], ({ loop }) => byId('loop').setAttribute('aria-pressed', String(loop)));
     store.watch(['isPlaying'], ({ isPlaying }) => this.showPlaying(isPlaying));
   }
@@ -37,8 +33,6 @@ class TimelinePanel {
       loop: () => this.store.set({ loop: !this.store.state.loop }),
       back: () => this.step(-1),
       forward: () => this.step(1),
-      'doubt-next': () => showNextDoubt(this.store),
-      'doubt-fine': () => acceptDoubt(this.store),
     };
     for (const [id, act] of Object.entries(buttons)) byId(id).addEventListener('click', act);
   }
@@ -59,19 +53,6 @@ class TimelinePanel {
     byId('cuts').replaceChildren(...marks);
     const places = cuts.map((frame) => times.format(frame)).join(', ');
     byId('cuts-text').textContent = cuts.length > 0 ? `Cuts: ${places}.` : '';
-  }
-
-  showDoubts({ doubts, timeline: { numFrames } }: Readonly<State>) {
-    const share = (frames: number) => String(frames / Math.max(1, numFrames - 1));
-    const marks = doubts.map(({ from, to }) => {
-      const mark = h('span', { class: 'doubt' });
-      mark.style.setProperty('--at', share(from));
-      mark.style.setProperty('--length', share(to - 1 - from));
-      return mark;
-    });
-    byId('doubt-marks').replaceChildren(...marks);
-    byId('doubts').hidden = doubts.length === 0;
-    byId('doubt-next').textContent = describeDoubts(doubts.length);
   }
 
   showFrame({ timeline, frame }: Readonly<State>) {

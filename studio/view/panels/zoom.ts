@@ -6,10 +6,13 @@ import type { Page } from '../page.js';
 import type { Viewer } from '../viewer.js';
 
 /** Scroll distance of a wheel notch, in CSS pixels, as in Chromium. */
-const NOTCH_PX = 100;
+export const NOTCH_PX = 100;
+
+/** Height of a scrolled line, in CSS pixels: three are a notch. */
+const LINE_PX = 33;
 
 /** Shorter drags are clicks, in CSS pixels; chosen by eye. */
-const CLICK_PX = 4;
+export const CLICK_PX = 4;
 
 /** Distance of an arrow key, as a share of the visible part; chosen by eye. */
 const PAN_SHARE = 0.1;
@@ -52,6 +55,11 @@ export function zoomPanel({ store, viewer, keys }: Pick<Page, 'store' | 'viewer'
   store.watch(['source'], () => viewer.zoomTo(1, 0.5, 0.5));
 }
 
+/** Returns the scrolled distance in CSS pixels; it is positive downwards. */
+export function wheelDistance({ deltaMode, deltaY }: WheelEvent): number {
+  return deltaMode === WheelEvent.DOM_DELTA_PIXEL ? deltaY : deltaY * LINE_PX;
+}
+
 class ZoomPanel {
   /** Last position of a drag. */
   drag: { x: number; y: number; moved: boolean } | null = null;
@@ -74,9 +82,8 @@ class ZoomPanel {
   onWheel(event: WheelEvent) {
     if (NARROW.matches && !event.ctrlKey) return;
     event.preventDefault();
-    const pixels = event.deltaMode === WheelEvent.DOM_DELTA_PIXEL ? event.deltaY : event.deltaY * 33;
     // Pinching a touchpad sends small wheel steps with Ctrl.
-    const notches = -pixels / (event.ctrlKey ? NOTCH_PX / 4 : NOTCH_PX);
+    const notches = -wheelDistance(event) / (event.ctrlKey ? NOTCH_PX / 4 : NOTCH_PX);
     const { clientWidth, clientHeight } = this.viewer.canvas;
     this.viewer.zoomTo(
       this.viewer.zoom.scale * SCALE_STEP ** Math.max(-4, Math.min(4, notches)),
