@@ -2,7 +2,7 @@
 
 import { masksAtSize } from './library.js';
 import type { Plate } from './frame-data.js';
-import type { MaskEdges, MaskSource, SoundOptions, TrajectoryPoints, VideoQuality } from './library.js';
+import type { MaskEdges, MaskSource, SoundInfo, SoundOptions, TrajectoryPoints, VideoQuality } from './library.js';
 import type { BackdropName } from './view-settings.js';
 import type { Source } from './source.js';
 import type { Timeline, State } from './store.js';
@@ -25,7 +25,7 @@ export interface Subject {
   quality: VideoQuality;
   edges: MaskEdges;
   /** Options of the soundtrack; null for none. */
-  sound: (format: 'webm' | 'mp4') => SoundOptions | null;
+  sound: (format: SoundInfo['formats'][number]) => SoundOptions | null;
   source: Source;
   /** The background of a frame without objects, which may be smaller; null if not available. */
   plate: ((t: number) => Promise<Plate>) | null;
