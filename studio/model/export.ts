@@ -4,7 +4,7 @@ import { masksAtSize } from './library.js';
 import type { Plate } from './frame-data.js';
 import type { MaskEdges, MaskSource, SoundInfo, SoundOptions, TrajectoryPoints, VideoQuality } from './library.js';
 import type { BackdropName } from './view-settings.js';
-import type { Source } from './source.js';
+import type { Picture, Source } from './source.js';
 import type { Timeline, State } from './store.js';
 
 /** The data of an export. */
@@ -19,7 +19,7 @@ export interface Subject {
     shots: { first: number; last: number }[];
   };
   /** All frames, at the chosen size. */
-  frames: (signal: AbortSignal) => AsyncIterable<ImageData>;
+  frames: (signal: AbortSignal) => AsyncIterable<Picture>;
   image: (t: number) => Promise<ImageData>;
   maskStyle: MaskStyle;
   quality: VideoQuality;

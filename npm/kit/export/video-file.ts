@@ -97,9 +97,8 @@ const MICROSECONDS = 1e6;
  * Returns the painted picture, which is opaque.
  * @param time in seconds
  */
-function toVideoFrame({ canvas, context }: Painter, time: number, duration: number): VideoFrame {
-  const { width, height } = canvas;
-  const { data } = context.getImageData(0, 0, width, height);
+function toVideoFrame(painter: Painter, time: number, duration: number): VideoFrame {
+  const { data, width, height } = painter.pixels();
   return new VideoFrame(data, {
     ...{ format: 'RGBX', codedWidth: width, codedHeight: height, colorSpace: COLOR_SPACE, transfer: [data.buffer] },
     ...createTimestamps(time, duration),
