@@ -102,7 +102,10 @@ export async function scaleMask(
   const clean = removeSpecks(mask, selected, smallest);
   const [only = 0] = clean.labels;
   if (clean.labels.every((label) => label === only)) {
-    const filledWith = (value: number) => new Uint8Array(width * height).fill(value);
+    const filledWith = (value: number) => {
+      const values = new Uint8Array(width * height);
+      return value > 0 ? values.fill(value) : values;
+    };
     return { width, height, labels: filledWith(only), alpha: filledWith(selected[only] ? 255 : 0) };
   }
   const [across, down] = [width / mask.width, height / mask.height];
