@@ -111,7 +111,6 @@ ${tracks.join('\n')}
 <!DOCTYPE xmeml>
 <xmeml version="5">
 <sequence id="cutout"><name>Cut-out</name><duration>${length}</duration>${rateXml}
-<timecode>${rateXml}<string>00:00:00:00</string><frame>0</frame><displayformat>NDF</displayformat></timecode>
 <media>
 <video><format>${pictures}</format>
 ${track('images', image, `<alphatype>${alpha}</alphatype>`, fileXml('file-1', image, video))}
