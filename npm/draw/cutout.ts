@@ -82,17 +82,18 @@ export function findBox(
   width: number,
   height: number,
 ): { x: number; y: number; width: number; height: number } | null {
-  let [left, right, top, bottom] = [width, -1, -1, -1];
-  for (let y = 0, p = 0; y < height; y += 1) {
-    for (let x = 0; x < width; x += 1, p += 1) {
-      if (alpha[p] === 0) continue;
-      if (x < left) left = x;
-      if (x > right) right = x;
-      if (top < 0) top = y;
-      bottom = y;
-    }
+  let [first, last] = [0, width * height - 1];
+  while (first <= last && alpha[first] === 0) first += 1;
+  if (first > last) return null;
+  while (alpha[last] === 0) last -= 1;
+  const [top, bottom] = [Math.floor(first / width), Math.floor(last / width)];
+  let [left, right] = [width, -1];
+  // Only what may still widen the box is read.
+  for (let y = top, row = top * width; y <= bottom; y += 1, row += width) {
+    for (let x = 0; x < left; x += 1) if (alpha[row + x] !== 0) left = x;
+    for (let x = width - 1; x > right; x -= 1) if (alpha[row + x] !== 0) right = x;
   }
-  return right < 0 ? null : { x: left, y: top, width: right - left + 1, height: bottom - top + 1 };
+  return { x: left, y: top, width: right - left + 1, height: bottom - top + 1 };
 }
 
 function checkMask(mask: CutoutMask) {

@@ -62,15 +62,22 @@ export type EnlargeTask = {
   width: number;
   picture: RawFrame | HeldImage;
   chosen: Uint8Array<ArrayBuffer>;
+  /** True to return the picture's pixels too. */
+  readsPicture?: boolean;
   module: WebAssembly.Module;
 };
 
+/** A mask, and the RGBA pixels of its picture if requested. */
+export type EnlargedFrame = EnlargedMask & { picture?: Uint8Array<ArrayBuffer> };
+
 /** Enlarges a mask in this thread. */
-export async function enlargeInThread({ labels, width, picture, chosen, module }: EnlargeTask): Promise<EnlargedMask> {
-  const pixels = await readPixels(picture);
+export async function enlargeInThread(task: EnlargeTask): Promise<EnlargedFrame> {
+  const { labels, width, chosen, module } = task;
+  const pixels = await readPixels(task.picture);
   const call = () => enlarge(labels, width, pixels.data, pixels.width, pixels.height, chosen);
   const [large, alpha] = await callDecoder(module, call, 'the mask cannot be enlarged');
-  return { width: pixels.width, height: pixels.height, labels: large, alpha };
+  const picture = task.readsPicture ? pixels.data : undefined;
+  return { width: pixels.width, height: pixels.height, labels: large, alpha, picture };
 }
 
 async function readPixels(picture: EnlargeTask['picture']) {

@@ -4,7 +4,7 @@
 import { fitSize } from './library.js';
 import { PageError } from './messages.js';
 import type { AnyJob } from './job.js';
-import type { Source } from './source.js';
+import type { Picture, Source } from './source.js';
 
 type Size = { width: number; height: number };
 type SizeName = 'source' | 'half' | 'working' | 'own';
@@ -44,13 +44,15 @@ export function resizedFrames(
   side: number,
 ) {
   return {
-    async *stream(signal: AbortSignal) {
+    async *stream(signal: AbortSignal): AsyncGenerator<Picture, void, undefined> {
       let t = 0;
-      for await (const { frame, time } of source.frames({ ...trim, frames: numFrames, side }, signal)) {
+      const sized = { ...trim, frames: numFrames, side };
+      for await (const picture of source.pictures?.(sized, signal) ?? source.frames(sized, signal)) {
+        const { time } = picture;
         if (time !== null && times && Math.abs(time - times[t]) > MAX_TIME_DIFFERENCE_S)
           throw new PageError('other-frames', `frame ${t + 1} is at ${time} s and was at ${times[t]} s`);
         t += 1;
-        yield frame;
+        yield picture;
       }
     },
     read: (t: number) => source.preview(trim.start + t * trim.step, side, times?.[t]),

@@ -2,9 +2,9 @@
 
 import { masksAtSize } from './library.js';
 import type { Plate } from './frame-data.js';
-import type { MaskEdges, MaskSource, SoundOptions, TrajectoryPoints, VideoQuality } from './library.js';
+import type { MaskEdges, MaskSource, SoundInfo, SoundOptions, TrajectoryPoints, VideoQuality } from './library.js';
 import type { BackdropName } from './view-settings.js';
-import type { Source } from './source.js';
+import type { Picture, Source } from './source.js';
 import type { Timeline, State } from './store.js';
 
 /** The data of an export. */
@@ -19,13 +19,13 @@ export interface Subject {
     shots: { first: number; last: number }[];
   };
   /** All frames, at the chosen size. */
-  frames: (signal: AbortSignal) => AsyncIterable<ImageData>;
+  frames: (signal: AbortSignal) => AsyncIterable<Picture>;
   image: (t: number) => Promise<ImageData>;
   maskStyle: MaskStyle;
   quality: VideoQuality;
   edges: MaskEdges;
   /** Options of the soundtrack; null for none. */
-  sound: (format: 'webm' | 'mp4') => SoundOptions | null;
+  sound: (format: SoundInfo['formats'][number]) => SoundOptions | null;
   source: Source;
   /** The background of a frame without objects, which may be smaller; null if not available. */
   plate: ((t: number) => Promise<Plate>) | null;

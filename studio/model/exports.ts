@@ -107,9 +107,9 @@ function makeMaskZip(perObject: boolean): Choice['make'] {
 
 export const images: Export = {
   title: 'Cut-out images',
-  about: 'Transparent images for editing. An animated PNG plays like a GIF.',
+  about: 'Transparent PNG files, with sound and a timeline for video editors. An animated PNG plays like a GIF.',
   choices: [
-    imageChoice('cutout-zip', 'ZIP of PNG files', 'cutout.zip', 'cutout', 'zip'),
+    imageChoice('cutout-zip', 'ZIP for editors', 'cutout.zip', 'cutout', 'editor'),
     imageChoice('cutout-apng', 'Animated PNG', 'cutout.png', 'cutout', 'apng'),
     imageChoice('alpha-zip', 'Alpha only, ZIP', 'alpha.zip', 'alpha', 'zip'),
   ],
@@ -120,17 +120,18 @@ function imageChoice(
   label: string,
   file: string,
   style: 'cutout' | 'alpha',
-  format: 'zip' | 'apng',
+  format: 'zip' | 'apng' | 'editor',
 ): Choice {
   return {
     id,
     label,
     file: () => file,
-    type: format === 'zip' ? 'application/zip' : 'image/png',
+    type: format === 'apng' ? 'image/png' : 'application/zip',
     make: (subject, task) => {
       const { masks, frames, objects, edges } = subject;
+      const sound = format === 'editor' && subject.sound('wav');
       const options = { style, format, objects, edges, ...task, ...frameRateOption(subject) };
-      return encodeImages(masks, frames(task.signal), options);
+      return encodeImages(masks, frames(task.signal), { ...options, ...(sound ? { sound } : {}) });
     },
   };
 }

@@ -1,6 +1,6 @@
 // Sources of frames, with one interface for all kinds.
 
-import type { VideoOptions } from './library.js';
+import type { EncodeFrame, PixelFrame, VideoOptions } from './library.js';
 
 /** The frames of a source to process, and their size. */
 export interface Trim {
@@ -12,6 +12,9 @@ export interface Trim {
   /** Long side of the working size in pixels; a smaller source stays as it is. */
   side: number;
 }
+
+/** A frame to draw, valid until the next one is requested; `pixels` copies those that are not in memory. */
+export type Picture = { frame: EncodeFrame; time: number | null; pixels?: () => Promise<PixelFrame> };
 
 export interface Source {
   kind: 'sample' | 'video' | 'images' | 'still';
@@ -44,6 +47,8 @@ export interface Source {
     trim: Trim,
     signal: AbortSignal,
   ) => AsyncIterable<{ frame: ImageData; time: number | null; end?: number | null }>;
+  /** Reads frames for drawing; `frames` does if absent. */
+  pictures?: (trim: Trim, signal: AbortSignal) => AsyncIterable<Picture>;
   /** Returns what `segmentVideo` can read directly; otherwise it is given `frames`. */
   direct?: (trim: Trim) => { source: File; options: VideoOptions };
   close: () => void;

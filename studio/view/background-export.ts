@@ -32,9 +32,10 @@ async function makeZip(subject: Subject, { signal, onProgress }: Parameters<Choi
   const { numFrames } = subject.masks;
   const files: Record<string, Uint8Array> = {};
   let t = 0;
-  for await (const frame of subject.frames(signal)) {
+  for await (const { frame, pixels } of subject.frames(signal)) {
     signal.throwIfAborted();
-    files[`${frameNumber(t)}.png`] = new Uint8Array(await (await renderBackground(subject, t, frame)).arrayBuffer());
+    const picture = ((await pixels?.()) ?? frame) as ImageData;
+    files[`${frameNumber(t)}.png`] = new Uint8Array(await (await renderBackground(subject, t, picture)).arrayBuffer());
     t += 1;
     onProgress({ done: t, total: numFrames });
   }

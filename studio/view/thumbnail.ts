@@ -1,6 +1,7 @@
 // Thumbnails of projects: the frame with most object pixels, and its masks.
 
 import { type MaskSource, drawLabels } from '../model/library.js';
+import { runInSlices } from '../model/stage-clock.js';
 
 /** Long side in pixels: twice the displayed size. */
 const THUMBNAIL_SIDE_PX = 192;
@@ -17,7 +18,7 @@ export async function makeThumbnail(
   frame: (t: number) => Promise<CanvasImageSource | ImageData | null>,
   hidden: readonly number[] = [],
 ): Promise<Blob | null> {
-  const t = findFullestFrame(masks, hidden);
+  const t = await findFullestFrame(masks, hidden);
   const image = await frame(t).catch(() => null);
   if (!image) return null;
   const picture = image instanceof ImageData ? await createImageBitmap(image) : image;
@@ -35,13 +36,19 @@ export async function makeThumbnail(
 }
 
 /** Returns the sampled frame with most object pixels. */
-function findFullestFrame(masks: MaskSource, hidden: readonly number[]): number {
+async function findFullestFrame(masks: MaskSource, hidden: readonly number[]): Promise<number> {
   const step = Math.max(1, Math.floor(masks.numFrames / MAX_SAMPLED_FRAMES));
+  const isCounted = Uint8Array.from({ length: 256 }, (_, label) => Number(label > 0 && !hidden.includes(label)));
   let [best, most] = [0, -1];
-  for (let t = 0; t < masks.numFrames; t += step) {
-    let count = 0;
-    for (const label of masks.labels(t)) if (label > 0 && !hidden.includes(label)) count += 1;
-    if (count > most) [best, most] = [t, count];
+  function* countFrames() {
+    for (let t = 0; t < masks.numFrames; t += step) {
+      const labels = masks.labels(t);
+      let count = 0;
+      for (let p = 0; p < labels.length; p += 1) count += isCounted[labels[p]];
+      if (count > most) [best, most] = [t, count];
+      yield;
+    }
   }
+  await runInSlices(countFrames());
   return best;
 }

@@ -98,6 +98,7 @@ export async function openVideo(file: File, kind: 'video' | 'images' = 'video', 
       throw new PageError('no-frames', file.name);
     },
     direct,
+    pictures: (trim, signal) => videoFrames(file, { ...direct(trim).options, signal }),
     async *frames(trim, signal) {
       const { options } = direct(trim);
       for await (const frame of videoFrames(file, { ...options, signal })) {

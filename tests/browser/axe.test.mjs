@@ -6,6 +6,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { describe, test } from 'node:test';
 import { root } from '../../scripts/tools.mjs';
+import { WIDE, fiveObjects } from './five-objects.mjs';
 import {
   CONTRAST,
   NO_CONTRAST,
@@ -14,7 +15,6 @@ import {
   openFix,
   openLook,
   openRedo,
-  openSave,
   plainFrame,
   pngFile,
   run,
@@ -64,6 +64,18 @@ async function assertFits(page, where) {
   assert.ok(excess <= 0, `${where}: ${excess} px too wide`);
 }
 
+/** Selects each radio button of a group in turn. */
+async function forEachChoice(page, name, visit) {
+  const values = await page.locator(`[name="${name}"]`).evaluateAll((all) => all.map(({ value }) => value));
+  for (const [k, value] of values.entries()) {
+    await page
+      .locator(`[name="${name}"]`)
+      .nth(k)
+      .evaluate((button) => button.click());
+    await visit(value);
+  }
+}
+
 describe('an accessibility checker finds nothing', () => {
   const site = useSite();
 
@@ -71,39 +83,42 @@ describe('an accessibility checker finds nothing', () => {
     test(look, async () => {
       // The checker is no script of the site: the policy has to let it in.
       const { page } = await site.open({ ...options, bypassCSP: true });
-      assert.deepEqual(await faultsOf(page, look, { isNew: false }), [], 'opening');
+      const visit = async (state, { isNew = true, fits = true } = {}) => {
+        assert.deepEqual(await faultsOf(page, look, { isNew }), [], state);
+        if (fits) await assertFits(page, state);
+      };
+      await visit('welcome', { isNew: false, fits: false });
       // The run may be over by now.
       await page.waitForFunction(() => ['running', 'done'].includes(document.body.dataset.phase));
-      assert.deepEqual(await faultsOf(page, look), [], 'running');
+      await visit('running', { fits: false });
       assert.equal(await ended(page), 'done');
-      assert.deepEqual(await faultsOf(page, look, { isNew: false }), [], 'done');
-      await assertFits(page, 'done');
       await screenshot(page, `axe-${look.replaceAll(' ', '-')}`);
+      await forEachChoice(page, 'view', (view) => visit(`view ${view}`, { isNew: false }));
+      await page
+        .locator('[name="view"]')
+        .first()
+        .evaluate((button) => button.click());
       await openFix(page);
-      assert.deepEqual(await faultsOf(page, look), [], 'fix');
-      await assertFits(page, 'fix');
+      await forEachChoice(page, 'tool', (tool) => visit(`fix, ${tool}`));
       await page.click('#correct-done');
       await showOnly(page);
-      await page.check('[name="view"][value="slider"]', { force: true });
-      assert.deepEqual(await faultsOf(page, look), [], 'all layers');
-      await assertFits(page, 'all layers');
+      await visit('all layers');
       await openLook(page);
-      assert.deepEqual(await faultsOf(page, look), [], 'edges and layers');
-      await assertFits(page, 'edges and layers');
+      await visit('edges and layers');
       await page.evaluate(() => (document.querySelector('#look').open = false));
       await openRedo(page);
-      assert.deepEqual(await faultsOf(page, look), [], 'redo');
-      await assertFits(page, 'redo');
+      await visit('redo');
       await page.click('#redo-close');
       await page.keyboard.press('?');
       await page.waitForSelector('#help[open]');
-      assert.deepEqual(await faultsOf(page, look), [], 'help');
-      await assertFits(page, 'help');
+      await visit('help');
       await page.click('#help-close');
-      await openSave(page);
+      await page.click('#export-open');
+      await page.waitForSelector('#export[open]');
+      await forEachChoice(page, 'export-choice', (choice) => visit(`save, ${choice}`, { isNew: false }));
+      await page.click('#export-more > summary');
       await page.click('#recipe-box > summary');
-      assert.deepEqual(await faultsOf(page, look), [], 'export');
-      await assertFits(page, 'export');
+      await visit('save, more');
       assert.equal(
         await page.evaluate(
           () => document.querySelector('#export').scrollWidth <= document.querySelector('#export').clientWidth,
@@ -111,10 +126,30 @@ describe('an accessibility checker finds nothing', () => {
         true,
       );
       await page.click('#export-close');
+      const { video, project } = await fiveObjects(page, WIDE);
+      await page.setInputFiles('#file', project);
+      await page.waitForFunction(() => globalThis.tracecutStudio.source?.name === 'five.webm');
+      assert.equal(await ended(page), 'done');
+      await page.focus('#trim-from');
+      await page.keyboard.press('ArrowRight');
+      await page.waitForSelector('#trim-run', { state: 'visible' });
+      await visit('trim');
       await run(page, [pngFile('plain.png', plainFrame(60, 40))]);
-      assert.deepEqual(await faultsOf(page, look, { isNew: false }), [], 'still image');
+      await visit('still image', { isNew: false, fits: false });
       await run(page, [{ name: 'notes.txt', mimeType: 'text/plain', buffer: Buffer.from('x') }]);
-      assert.deepEqual(await faultsOf(page, look), [], 'error');
+      await visit('error', { fits: false });
+      assert.equal(await run(page, [video]), 'done');
+      await page.waitForSelector('#projects-open', { state: 'visible' });
+      await page.click('#projects-open');
+      await page.waitForSelector('#projects[open]');
+      await visit('projects');
+      await page.click('#projects-close');
+      await run(
+        page,
+        [0, 1, 2].map((k) => pngFile(`plain${k}.png`, plainFrame(96, 64))),
+      );
+      await page.waitForSelector('#suggestions', { state: 'visible' });
+      await visit('nothing found');
     });
   }
 });

@@ -73,7 +73,13 @@ for (const [format, style] of [
       },
       { format, style },
     );
-    assert.deepEqual(info, { codec: 'opus', channels: 1, sampleRate: 48000, formats: ['webm', 'mp4'], converted: [] });
+    assert.deepEqual(info, {
+      codec: 'opus',
+      channels: 1,
+      sampleRate: 48000,
+      formats: ['webm', 'mp4', 'wav'],
+      converted: [],
+    });
     assert.equal(made.codec, 'opus');
     assert.equal(made.video.length, 20);
     // WebM says of no frame how long it lasts.
@@ -269,7 +275,7 @@ for (const [kind, channels, sampleRate] of [
         },
         { kind, channels, sampleRate, style },
       );
-      assert.deepEqual([info.formats, info.converted], [['webm', 'mp4'], ['webm']]);
+      assert.deepEqual([info.formats, info.converted], [['webm', 'mp4', 'wav'], ['webm']]);
       assert.equal(made, 'opus');
       assert.ok(ends[0] < 0.001 && Math.abs(ends[1] - 0.8) < 0.03, `from ${ends[0]} to ${ends[1]} s`);
       const wanted = before.times.filter((time) => time > 0.5 && time < 1.3).map((time) => time - 0.5);
@@ -281,4 +287,58 @@ for (const [kind, channels, sampleRate] of [
       assert.ok(after.loud > 0.3 * before.loud, `as loud as ${after.loud}, not ${before.loud}`);
     });
   }
+}
+
+for (const [kind, channels, sampleRate, fps, numFrames] of [
+  ['pcm', 1, 44100, 30000 / 1001, 20],
+  ['aac', 2, 48000, 25, 20],
+  ['pcm', 2, 48000, 30, 70],
+]) {
+  test(`images for editors have ${kind} sound as WAV, as long as ${numFrames} frames at ${fps.toFixed(2)}`, async () => {
+    const { page } = shared;
+    const made = await page.evaluate(
+      async ({ kind, channels, sampleRate, fps, numFrames }) => {
+        const { encodeImages, soundInfo } = await import('/dist/export.js');
+        const { unzipSync } = await import('/dist/vendor/zip.js');
+        const { pcm, aac, clicksOf } = globalThis.kit;
+        const clicks = [0.2, 0.63, 0.9, 1.12, 1.6];
+        const source = await (kind === 'aac' ? aac(clicks, 2) : pcm(sampleRate, channels, clicks, 2));
+        const times = Array.from({ length: numFrames }, (_, k) => 0.5 + k / fps);
+        const masks = { width: 8, height: 8, numFrames, labels: () => new Uint8Array(64), times };
+        const frames = times.map(() => new ImageData(8, 8));
+        const stream = await encodeImages(masks, frames, { format: 'editor', sound: { source, start: 0.5 } });
+        const files = unzipSync(new Uint8Array(await new Response(stream).arrayBuffer()));
+        const wav = files['sound.wav'];
+        const xml = new DOMParser().parseFromString(new TextDecoder().decode(files['timeline.xml']), 'text/xml');
+        return {
+          info: await soundInfo(source),
+          header: [...wav.subarray(0, 44)],
+          size: wav.length,
+          clicks: (await clicksOf(new Blob([wav]))).times,
+          isWellFormed: xml.querySelector('parsererror') === null,
+          tracks: xml.querySelectorAll('audio > track').length,
+          rate: xml.querySelector('audio samplerate').textContent,
+        };
+      },
+      { kind, channels, sampleRate, fps, numFrames },
+    );
+    const header = new DataView(Uint8Array.from(made.header).buffer);
+    const text = String.fromCharCode(...made.header);
+    assert.deepEqual([text.slice(0, 4), text.slice(8, 16), text.slice(36, 40)], ['RIFF', 'WAVEfmt ', 'data']);
+    const { channels: heard, sampleRate: rate } = made.info;
+    const facts = [20, 22, 34].map((at) => header.getUint16(at, true));
+    assert.deepEqual(facts, [1, heard, 16]);
+    assert.equal(header.getUint32(24, true), rate);
+    const bytes = Math.round((numFrames / fps) * rate) * heard * 2;
+    assert.deepEqual(
+      [header.getUint32(40, true), header.getUint32(4, true), made.size],
+      [bytes, bytes + 36, bytes + 44],
+    );
+    assert.deepEqual([made.isWellFormed, made.tracks, made.rate], [true, heard, String(rate)]);
+    const wanted = [0.63, 0.9, 1.12, 1.6].map((time) => time - 0.5).filter((time) => time < numFrames / fps);
+    assert.equal(made.clicks.length, wanted.length, String(made.clicks));
+    wanted.forEach((time, k) =>
+      assert.ok(Math.abs(made.clicks[k] - time) < 0.01, `${made.clicks[k]} s, not ${time} s`),
+    );
+  });
 }

@@ -1,4 +1,5 @@
-// The main path by keyboard alone, from opening a clip to a saved file; what has the focus is always seen.
+// The main path by keyboard alone, from opening a clip over a stroke of the brush to a saved video; what has the focus is
+// always seen.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -37,7 +38,7 @@ async function tabIn(page, selector, key = 'Tab') {
   assert.fail(`${selector} is out of reach`);
 }
 
-test('a clip is opened, segmented, corrected and saved by keyboard alone', async () => {
+test('a clip is opened, segmented, corrected with the brush and saved as a video by keyboard alone', async () => {
   const { page, faults } = await openSample(site);
 
   const tabTo = (...way) => tabIn(page, ...way);
@@ -51,7 +52,15 @@ test('a clip is opened, segmented, corrected and saved by keyboard alone', async
   assert.equal(await ended(page), 'done');
   await tabTo('#correct-open', 'Shift+Tab');
   await page.keyboard.press('Enter');
+  await page.waitForSelector('body[data-correcting]');
   await tabTo('#correct-object');
+  await tabTo('[name="tool"]:checked', 'Shift+Tab');
+  while ((await page.evaluate(() => document.activeElement.value)) !== 'paint') await page.keyboard.press('ArrowRight');
+  await tabTo('#canvas', 'Shift+Tab');
+  for (const key of ['ArrowLeft', 'ArrowUp', ' ', 'ArrowLeft', 'ArrowLeft', ' ']) await page.keyboard.press(key);
+  await page.waitForFunction(() => /^Applied to .*\.$/.test(document.querySelector('#correct-status').textContent));
+  const countStrokes = () => page.evaluate(() => globalThis.tracecutStudio.app.job.corrections.edits.length);
+  assert.equal(await countStrokes(), 1);
   await tabTo('#correct-done');
   await page.keyboard.press('Enter');
   await page.keyboard.press('e');
@@ -60,6 +69,7 @@ test('a clip is opened, segmented, corrected and saved by keyboard alone', async
   await tabTo('#export-run');
   const [video] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('Enter')]);
   assert.equal(video.suggestedFilename(), 'frame0-cutout.webm');
+  assert.equal(await countStrokes(), 1, 'the video has the stroke');
   await page.waitForFunction(() => /^Saved/.test(document.querySelector('#export-status').textContent));
   assert.equal(await page.evaluate(() => document.activeElement.id), 'export-run', 'its place is kept');
   await tabTo('#export-more > summary', 'Shift+Tab');

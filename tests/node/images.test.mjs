@@ -75,6 +75,82 @@ test('an archive holds the objects of each frame on nothing, and the times', asy
   assert.deepEqual(await bytesOf({}), bytes);
 });
 
+const text = (bytes) => new TextDecoder().decode(bytes);
+
+/** The elements of an XML text as `[path, content]`; fails if they are not nested. */
+function elementsOf(xml) {
+  const path = [];
+  const found = [];
+  for (const [, closing, name, attributes, content] of xml.matchAll(/<(\/?)([a-z]+)([^<>]*)>([^<]*)/gi)) {
+    if (closing) assert.equal(path.pop(), name);
+    else {
+      path.push(name);
+      found.push([path.join('/'), content.trim()]);
+      if (attributes.endsWith('/')) path.pop();
+    }
+  }
+  assert.deepEqual(path, []);
+  return found;
+}
+
+for (const [fps, timebase, ntsc] of [
+  [30, 30, 'FALSE'],
+  [30000 / 1001, 30, 'TRUE'],
+  [25, 25, 'FALSE'],
+  [24000 / 1001, 24, 'TRUE'],
+  [60000 / 1001, 60, 'TRUE'],
+]) {
+  test(`an archive for editors has one image a frame at ${fps.toFixed(2)} frames a second, and a timeline`, async () => {
+    const clip = { ...masks, times: [0, 1, 2].map((t) => 1 + t / fps), end: 1 + 3 / fps };
+    const files = unzipSync(await bytesOf({ format: 'editor' }, clip));
+    const names = [1, 2, 3].map((number) => `cutout/00000${number}.png`);
+    assert.deepEqual(Object.keys(files), [...names, 'timeline.xml', 'README.txt']);
+    names.forEach((name, t) => {
+      const chunks = pngParts(files[name]);
+      assert.deepEqual([...chunks[0].data], [0, 0, 0, WIDTH, 0, 0, 0, HEIGHT, 8, 6, 0, 0, 0]);
+      assert.deepEqual(pixelsOf(chunks[1].data, 4), wanted(t), name);
+    });
+    const xml = text(files['timeline.xml']);
+    assert.match(xml, /^<\?xml version="1.0" encoding="UTF-8"\?>\n<!DOCTYPE xmeml>\n<xmeml version="5">/);
+    const elements = elementsOf(xml);
+    const contents = (end) => new Set(elements.filter(([path]) => path.endsWith(end)).map(([, content]) => content));
+    assert.deepEqual([...contents('rate/timebase')], [String(timebase)]);
+    assert.deepEqual([...contents('rate/ntsc')], [ntsc]);
+    assert.deepEqual([...contents('duration'), ...contents('clipitem/end')], ['3', '3']);
+    assert.deepEqual([...contents('pathurl'), ...contents('alphatype')], ['./cutout/000001.png', 'straight']);
+    assert.deepEqual([...contents('width'), ...contents('height')], [String(WIDTH), String(HEIGHT)]);
+    assert.match(
+      text(files['README.txt']),
+      new RegExp(`${ntsc === 'TRUE' ? fps.toFixed(3) : fps}.* frames per second`),
+    );
+  });
+}
+
+test('images for editors repeat frames that last longer, and leave out those that are too short', async () => {
+  const archive = async (times, end) => {
+    const clip = { ...masks, times, end };
+    const files = unzipSync(await bytesOf({ format: 'editor' }, clip));
+    const images = Object.entries(files).filter(([name]) => name.endsWith('.png'));
+    const shown = images.map(([, bytes]) =>
+      [0, 1, 2].findIndex((t) => String(pixelsOf(pngParts(bytes)[1].data, 4)) === String(wanted(t))),
+    );
+    return { shown, xml: text(files['timeline.xml']), readme: text(files['README.txt']) };
+  };
+  const uneven = await archive([0, 0.04, 0.16], 0.2);
+  assert.deepEqual(uneven.shown, [0, 1, 1, 1, 2]);
+  assert.match(uneven.xml, /<timebase>25<.*<duration>5</s);
+  assert.match(uneven.readme, /repeat the one before: 2\n/);
+  const short = await archive([0, 0.01, 0.05], 0.09);
+  assert.deepEqual(short.shown, [1, 2]);
+  assert.match(short.readme, /left out: 1\n/);
+  // No editor has 12.5 frames per second.
+  assert.deepEqual((await archive([0, 0.08, 0.16], 0.24)).shown, [0, 0, 1, 1, 2, 2]);
+  // Files that store milliseconds.
+  const rounded = await archive([0, 0.033, 0.067], 0.1);
+  assert.deepEqual(rounded.shown, [0, 1, 2]);
+  assert.match(rounded.xml, /<timebase>30</);
+});
+
 test('an animation has the durations of all frames, including the last', async () => {
   const chunks = pngParts(await bytesOf({ format: 'apng' }));
   assert.deepEqual(
@@ -145,7 +221,11 @@ test('a frame is asked for when it is read, not before; who stops reading ends i
 });
 
 test('invalid input is refused, and an abort is reported', async () => {
-  await rejects(encodeImages(masks, frames(), { format: 'gif' }), 'param', /format = "gif" \(expected 'zip', 'apng'/);
+  await rejects(
+    encodeImages(masks, frames(), { format: 'gif' }),
+    'param',
+    /format = "gif" \(expected 'zip', 'apng', 'editor'/,
+  );
   await rejects(encodeImages(masks, frames(), { style: 'overlay' }), 'param', /style = "overlay"/);
   await rejects(encodeImages(masks, null), 'param', /frames = null/);
   await rejects(encodeImages({ ...masks, end: 1 }, frames()), 'data', /masks\.end = 1/);

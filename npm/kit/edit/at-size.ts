@@ -8,13 +8,20 @@ import { type FrameSource, type PixelFrame, fromImage } from '../../worker/frame
 import { yieldThread } from '../../worker/pause.js';
 import { type Mask, type MaskEdges, checkEdges, computeAlpha, growObjects, removeSpecks } from './adjust.js';
 import { prefetch } from './prefetch.js';
-import { enlargeMask } from './enlarge.js';
+import { enlargeFrame } from './enlarge.js';
 import type { WasmSource } from '../../check/options.js';
 import type { ExportProgress } from '../export/masks.js';
 import type { EncodeFrames, EncodeItem } from '../export/video.js';
 
 /** `labels` holds a label for each pixel, `alpha` the opacity of the selected objects there, 0 to 255. */
-export type MaskAtSize = { width: number; height: number; labels: Uint8Array; alpha: Uint8Array<ArrayBuffer> };
+export type MaskAtSize = {
+  width: number;
+  height: number;
+  labels: Uint8Array;
+  alpha: Uint8Array<ArrayBuffer>;
+  /** RGBA pixels of the picture, if they were requested and had to be read for the mask. */
+  picture?: Uint8Array<ArrayBuffer>;
+};
 
 /** Options of `masksAtSize`. */
 export interface MasksAtSizeOptions {
@@ -89,12 +96,16 @@ export async function scaleMask(
   selected: Uint8Array,
   { smallest, grow, feather }: Required<MaskEdges>,
   decoder?: WasmSource,
+  readsPicture = false,
 ): Promise<MaskAtSize> {
   const { width, height } = 'displayWidth' in picture ? getDisplaySize(picture) : picture;
   const clean = removeSpecks(mask, selected, smallest);
   const [only = 0] = clean.labels;
   if (clean.labels.every((label) => label === only)) {
-    const filledWith = (value: number) => new Uint8Array(width * height).fill(value);
+    const filledWith = (value: number) => {
+      const values = new Uint8Array(width * height);
+      return value > 0 ? values.fill(value) : values;
+    };
     return { width, height, labels: filledWith(only), alpha: filledWith(selected[only] ? 255 : 0) };
   }
   const [across, down] = [width / mask.width, height / mask.height];
@@ -104,13 +115,14 @@ export async function scaleMask(
     Math.min(Math.abs(mask.height - height / across), Math.abs(mask.width - width / down)) > SHAPE_TOLERANCE_PX;
   const hasPicture = across > 1 && down > 1 && !hasOtherShape;
   const objects = (label: number) => selected[label] === 1;
-  const enlarged = hasPicture ? await enlargeMask(clean, picture, { objects, decoder }) : null;
+  const enlarged = hasPicture ? await enlargeFrame(clean, picture, readsPicture, { objects, decoder }) : null;
   const isSameSize = across === 1 && down === 1;
   const labels = enlarged?.labels ?? (isSameSize ? clean.labels : scaleNearest(clean, width, height));
   // As soft as the picture, unless other edges are requested.
-  if (enlarged && grow === 0 && feather === 0) return { width, height, labels, alpha: enlarged.alpha };
+  const pixels = enlarged?.picture;
+  if (enlarged && grow === 0 && feather === 0) return { width, height, labels, alpha: enlarged.alpha, picture: pixels };
   const adjusted = growObjects({ labels, width, height }, selected, scale * grow);
-  return { ...adjusted, alpha: computeAlpha(adjusted, selected, scale * feather) };
+  return { ...adjusted, alpha: computeAlpha(adjusted, selected, scale * feather), picture: pixels };
 }
 
 /** Scales a mask by nearest neighbour. */

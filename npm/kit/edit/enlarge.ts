@@ -4,7 +4,13 @@ import { TraceCutError, checkOptions, checkSides, illegal, typeTag } from '../..
 import { type ObjectChoice, selectLabels } from '../../check/masks.js';
 import { type WasmSource, checkWorker } from '../../check/options.js';
 import { getWorkerStarter, platform } from '../../platform.js';
-import { type EnlargeTask, type EnlargedMask, type HeldImage, enlargeInThread } from '../../worker/decode.js';
+import {
+  type EnlargeTask,
+  type EnlargedFrame,
+  type EnlargedMask,
+  type HeldImage,
+  enlargeInThread,
+} from '../../worker/decode.js';
 import { type FrameSource, toRawFrame } from '../../worker/frames.js';
 import { TaskWorkers } from '../../worker/remote.js';
 import type { WorkerSource } from '../../places.js';
@@ -41,6 +47,20 @@ export async function enlargeMask(
   picture: FrameSource,
   options?: EnlargeOptions,
 ): Promise<EnlargedMask> {
+  const { width, height, labels, alpha } = await enlargeFrame(mask, picture, false, options);
+  return { width, height, labels, alpha };
+}
+
+/**
+ * Enlarges a mask as `enlargeMask` does.
+ * @param readsPicture true to return the picture's pixels too, which are read anyway
+ */
+export async function enlargeFrame(
+  mask: FrameMask,
+  picture: FrameSource,
+  readsPicture: boolean,
+  options?: EnlargeOptions,
+): Promise<EnlargedFrame> {
   const { objects, decoder, worker } = checkOptions(options ?? {}, ['objects', 'decoder', 'worker']);
   if (worker !== undefined) checkWorker(worker);
   const startWorker = getWorkerStarter(worker);
@@ -49,7 +69,7 @@ export async function enlargeMask(
   const load = () => platform.loadDecoder(decoder);
   const copying = (startWorker && copyImage(picture)) ?? toRawFrame(picture, load);
   const [raw, module] = await Promise.all([copying, load()]);
-  const task: EnlargeTask = { labels, width, picture: raw, chosen: selected, module };
+  const task: EnlargeTask = { labels, width, picture: raw, chosen: selected, readsPicture, module };
   if (!startWorker) return enlargeInThread(task);
   return workers.give(startWorker, (remote) => remote.send({ type: 'enlarge', data: task }));
 }

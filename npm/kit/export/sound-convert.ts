@@ -1,4 +1,5 @@
-// Sound that a file format cannot hold: decoded, resampled to 48 kHz and encoded as Opus, all by the browser.
+// Sound that is decoded by the browser: resampled to 48 kHz and encoded as Opus for a file format that cannot hold it as
+// it is, or left as samples.
 
 import { TraceCutError } from '../../check/errors.js';
 import type { SoundTrack } from './video-file.js';
@@ -16,7 +17,7 @@ const PREROLL_S = 0.1;
 /** Shortest gap or overlap of sounds that is closed; times in files are rounded. */
 const MIN_GAP_S = 0.005;
 
-/** Samples passed to the encoder at once: a fifth of a second. */
+/** Samples emitted at once: a fifth of a second at 48 kHz. */
 const BLOCK_SAMPLES = 9600;
 
 /** Packets in a decoder or encoder before reading waits. */
@@ -27,18 +28,27 @@ const MICROSECONDS = 1e6;
 /** Configuration of a conversion. */
 type Conversion = { decoder: AudioDecoderConfig; encoder: AudioEncoderConfig };
 
+/** Returns the decoder configuration of a track; null if this browser cannot decode it. */
+export async function findDecoder(track: InputAudioTrack): Promise<AudioDecoderConfig | null> {
+  if (typeof AudioDecoder === 'undefined') return null;
+  const config = await track.getDecoderConfig();
+  const support = config && (await AudioDecoder.isConfigSupported(config).catch(() => null));
+  return support?.supported ? config : null;
+}
+
+/** Returns the number of channels of decoded sound: more than two are mixed down. */
+export function countChannels({ numberOfChannels }: AudioDecoderConfig): 1 | 2 {
+  return numberOfChannels === 1 ? 1 : 2;
+}
+
 /** Returns the conversion of a track by this browser; null if it has none. */
 export async function findConversion(track: InputAudioTrack): Promise<Conversion | null> {
-  if (typeof AudioDecoder === 'undefined' || typeof AudioEncoder === 'undefined') return null;
-  const decoder = await track.getDecoderConfig();
-  if (!decoder) return null;
-  const numberOfChannels = decoder.numberOfChannels === 1 ? 1 : 2;
+  const decoder = await findDecoder(track);
+  if (!decoder || typeof AudioEncoder === 'undefined') return null;
+  const numberOfChannels = countChannels(decoder);
   const encoder = { codec: 'opus', sampleRate: OPUS_RATE, numberOfChannels, bitrate: BITRATES[numberOfChannels] };
-  const supported = await Promise.all([
-    AudioDecoder.isConfigSupported(decoder),
-    AudioEncoder.isConfigSupported(encoder),
-  ]).catch(() => []);
-  return supported.length > 0 && supported.every((config) => config.supported) ? { decoder, encoder } : null;
+  const support = await AudioEncoder.isConfigSupported(encoder).catch(() => null);
+  return support?.supported ? { decoder, encoder } : null;
 }
 
 /** Converts a track; `close` leaves the track's file open. */
@@ -62,14 +72,63 @@ export function convertSound(
     error: fail,
   });
   encoder.configure(conversion.encoder);
-  const stream = new SampleStream(conversion.encoder.numberOfChannels, start, end, (data) => {
-    encoder.encode(data);
-    data.close();
+  const { numberOfChannels } = conversion.encoder;
+  const decoder = decodeSound(media, track, {
+    ...{ config: conversion.decoder, channels: numberOfChannels, rate: OPUS_RATE, start, end },
+    emit: (data, numberOfFrames, first) => {
+      if (encoder.state !== 'configured') return;
+      const timestamp = Math.round((first / OPUS_RATE) * MICROSECONDS);
+      const format = { format: 'f32-planar' as const, sampleRate: OPUS_RATE, numberOfChannels };
+      const block = new AudioData({ ...format, numberOfFrames, timestamp, data });
+      encoder.encode(block);
+      block.close();
+    },
   });
+  /** Seconds of the video up to which packets were read. */
+  let readUntil = -Infinity;
+  const drain = async () => {
+    while (!failure && encoder.encodeQueueSize > MAX_QUEUED) await waitForDequeue(encoder);
+    await written;
+    if (failure) throw createFailure(failure);
+  };
+  return {
+    async write(until) {
+      while (readUntil < until) {
+        readUntil = await decoder.read();
+        if (readUntil === Infinity) await encoder.flush().catch(fail);
+        await drain();
+      }
+    },
+    close() {
+      decoder.close();
+      if (encoder.state !== 'closed') encoder.close();
+    },
+  };
+}
+
+/** Takes a block of planar samples, their number, and the number of those before it. */
+type EmitSamples = (data: Float32Array<ArrayBuffer>, count: number, first: number) => void;
+
+/** Decodes a range of a track to samples at a rate; `close` leaves the track's file open. */
+export function decodeSound(
+  media: typeof import('../../vendor/media.js'),
+  track: InputAudioTrack,
+  {
+    config,
+    channels,
+    rate,
+    start,
+    end,
+    emit,
+  }: { config: AudioDecoderConfig; channels: number; rate: number; start: number; end: number; emit: EmitSamples },
+) {
+  let failure: unknown = null;
+  const fail = (error: unknown) => void (failure ??= error);
+  const stream = new SampleStream(channels, rate, start, end, emit);
   const decoder = new AudioDecoder({
     output: (data) => {
       try {
-        if (encoder.state === 'configured') stream.push(data);
+        stream.push(data);
       } catch (error) {
         fail(error);
       } finally {
@@ -78,44 +137,33 @@ export function convertSound(
     },
     error: fail,
   });
-  decoder.configure(conversion.decoder);
-  const check = () => {
-    if (!failure) return;
-    const reason = failure instanceof Error ? failure.message : String(failure);
-    throw new TraceCutError('unsupported', `the browser could not convert the sound: ${reason}`, { cause: failure });
-  };
+  decoder.configure(config);
   const packets = readPackets(media, track, start, end);
-  /** Seconds of the video up to which packets were read. */
-  let readUntil = -Infinity;
-  const drain = async () => {
-    while (!failure && decoder.decodeQueueSize > MAX_QUEUED) await waitForDequeue(decoder);
-    while (!failure && encoder.encodeQueueSize > MAX_QUEUED) await waitForDequeue(encoder);
-    await written;
-    check();
-  };
   return {
-    async write(until) {
-      while (readUntil < until) {
-        const { value: packet } = await packets.next();
-        if (packet) {
-          readUntil = packet.timestamp - start;
-          decoder.decode(packet.toEncodedAudioChunk());
-          await drain();
-        } else {
-          readUntil = Infinity;
-          await decoder.flush().catch(fail);
-          check();
-          stream.end();
-          await encoder.flush().catch(fail);
-          await drain();
-        }
+    /** Decodes the next packet; returns its time from the start in seconds, `Infinity` if there is none. */
+    async read(): Promise<number> {
+      const { value: packet } = await packets.next();
+      if (packet) {
+        decoder.decode(packet.toEncodedAudioChunk());
+        while (!failure && decoder.decodeQueueSize > MAX_QUEUED) await waitForDequeue(decoder);
+      } else {
+        await decoder.flush().catch(fail);
       }
+      if (failure) throw createFailure(failure);
+      if (packet) return packet.timestamp - start;
+      stream.end();
+      return Infinity;
     },
     close() {
       packets.return().catch(() => {});
-      for (const codec of [decoder, encoder]) if (codec.state !== 'closed') codec.close();
+      if (decoder.state !== 'closed') decoder.close();
     },
   };
+}
+
+function createFailure(cause: unknown) {
+  const reason = cause instanceof Error ? cause.message : String(cause);
+  return new TraceCutError('unsupported', `the browser could not convert the sound: ${reason}`, { cause });
 }
 
 function waitForDequeue(codec: AudioDecoder | AudioEncoder) {
@@ -144,8 +192,8 @@ async function* readPackets(
 class SampleStream {
   #maxSamples: number;
   /** Sample rate of the source, 0 until known. */
-  rate = 0;
-  filter = createFilter(OPUS_RATE);
+  sourceRate = 0;
+  filter: Filter;
   /** Samples of the source so far, and the number of those already dropped. */
   #length = 0;
   #dropped = 0;
@@ -155,27 +203,29 @@ class SampleStream {
 
   /**
    * @param channels of the output
+   * @param rate of the output, in samples a second
    * @param start seconds
-   * @param emit takes samples at 48 kHz, from time 0 on
    */
   constructor(
     readonly channels: number,
+    readonly rate: number,
     public start: number,
     end: number,
-    readonly emit: (data: AudioData) => void,
+    readonly emit: EmitSamples,
   ) {
-    this.#maxSamples = Math.round((end - start) * OPUS_RATE);
+    this.filter = createFilter(rate, rate);
+    this.#maxSamples = Math.round((end - start) * rate);
     this.#buffered = Array.from({ length: channels }, () => new Float32Array(0));
   }
 
   push(data: AudioData) {
-    if (this.rate === 0) {
-      this.rate = data.sampleRate;
-      this.filter = createFilter(this.rate);
+    if (this.sourceRate === 0) {
+      this.sourceRate = data.sampleRate;
+      this.filter = createFilter(this.sourceRate, this.rate);
     }
-    if (data.sampleRate !== this.rate) throw new Error('its sample rate changes');
-    const gap = Math.round((data.timestamp / MICROSECONDS - this.start) * this.rate) - this.#length;
-    const isDiscontinuous = this.#length === 0 || Math.abs(gap) > MIN_GAP_S * this.rate;
+    if (data.sampleRate !== this.sourceRate) throw new Error('its sample rate changes');
+    const gap = Math.round((data.timestamp / MICROSECONDS - this.start) * this.sourceRate) - this.#length;
+    const isDiscontinuous = this.#length === 0 || Math.abs(gap) > MIN_GAP_S * this.sourceRate;
     const skipped = isDiscontinuous ? Math.max(0, -gap) : 0;
     if (skipped >= data.numberOfFrames) return;
     const planes = mixDown(data, this.channels).map((plane) => plane.subarray(skipped));
@@ -184,8 +234,8 @@ class SampleStream {
   }
 
   end() {
-    if (this.rate === 0) return;
-    this.#maxSamples = Math.min(this.#maxSamples, Math.floor((this.#length * OPUS_RATE) / this.rate));
+    if (this.sourceRate === 0) return;
+    this.#maxSamples = Math.min(this.#maxSamples, Math.floor((this.#length * this.rate) / this.sourceRate));
     // The filter reads samples after the last one.
     this.#append([], this.filter.reach);
     this.run(1);
@@ -205,8 +255,8 @@ class SampleStream {
 
   /** @param least fewest samples of a block, unless it is the last */
   run(least: number) {
-    const { rate, filter, channels } = this;
-    const ready = Math.min(this.#maxSamples, Math.floor(((this.#length - filter.reach) * OPUS_RATE) / rate));
+    const { sourceRate, rate, filter, channels } = this;
+    const ready = Math.min(this.#maxSamples, Math.floor(((this.#length - filter.reach) * rate) / sourceRate));
     for (;;) {
       const count = Math.min(BLOCK_SAMPLES, ready - this.#emitted);
       if (count <= 0 || (count < least && ready < this.#maxSamples)) return;
@@ -214,11 +264,9 @@ class SampleStream {
       this.#buffered.forEach((plane, c) =>
         filter.fill(data.subarray(c * count, (c + 1) * count), plane, this.#dropped, this.#emitted),
       );
-      const timestamp = Math.round((this.#emitted / OPUS_RATE) * MICROSECONDS);
-      const format = { format: 'f32-planar' as const, sampleRate: OPUS_RATE, numberOfChannels: channels };
-      this.emit(new AudioData({ ...format, numberOfFrames: count, timestamp, data: data }));
+      this.emit(data, count, this.#emitted);
       this.#emitted += count;
-      const consumed = Math.max(0, Math.floor((this.#emitted * rate) / OPUS_RATE) - filter.reach - this.#dropped);
+      const consumed = Math.max(0, Math.floor((this.#emitted * sourceRate) / rate) - filter.reach - this.#dropped);
       this.#buffered = this.#buffered.map((plane) => plane.slice(consumed));
       this.#dropped += consumed;
     }
@@ -228,14 +276,16 @@ class SampleStream {
 /** Zero crossings of the filter on each side: a longer filter cuts off more sharply. */
 const CROSSINGS = 24;
 
+type Filter = ReturnType<typeof createFilter>;
+
 /**
- * Creates a low-pass filter that resamples to 48 kHz: a sinc in a Hann window, sampled for each place between two
- * samples.
- * @param rate of the source
+ * Creates a low-pass filter that resamples: a sinc in a Hann window, sampled for each place between two samples.
+ * @param from rate of the source
+ * @param to rate of the output
  */
-function createFilter(rate: number) {
-  const scale = Math.min(1, OPUS_RATE / rate);
-  const reach = rate === OPUS_RATE ? 0 : Math.ceil(CROSSINGS / scale);
+function createFilter(from: number, to: number) {
+  const scale = Math.min(1, to / from);
+  const reach = from === to ? 0 : Math.ceil(CROSSINGS / scale);
   const taps = 2 * reach + 1;
   /** Weights by the remainder of the place. */
   const phases = new Map<number, Float32Array>();
@@ -243,7 +293,7 @@ function createFilter(rate: number) {
     const cached = phases.get(remainder);
     if (cached) return cached;
     const weights = new Float32Array(taps).map((_, k) => {
-      const x = (k - reach - remainder / OPUS_RATE) * scale;
+      const x = (k - reach - remainder / to) * scale;
       const window = Math.abs(x) < CROSSINGS ? 0.5 + 0.5 * Math.cos((Math.PI * x) / CROSSINGS) : 0;
       return x === 0 ? 1 : (Math.sin(Math.PI * x) / (Math.PI * x)) * window;
     });
@@ -262,12 +312,12 @@ function createFilter(rate: number) {
      */
     fill(block: Float32Array, plane: Float32Array, before: number, first: number) {
       for (let k = 0; k < block.length; k += 1) {
-        const place = (first + k) * rate;
-        const remainder = place % OPUS_RATE;
+        const place = (first + k) * from;
+        const remainder = place % to;
         const weights = getWeights(remainder);
-        const from = (place - remainder) / OPUS_RATE - reach - before;
+        const left = (place - remainder) / to - reach - before;
         let value = 0;
-        for (let i = 0; i < taps; i += 1) value += Number(weights[i]) * (plane[from + i] ?? 0);
+        for (let i = 0; i < taps; i += 1) value += Number(weights[i]) * (plane[left + i] ?? 0);
         block[k] = value;
       }
     },

@@ -14,14 +14,15 @@ export interface SoundOptions {
 }
 
 /**
- * The sound of a file: its codec, and the formats of `encodeVideo` that can hold it. Formats in `converted` get it as
- * Opus, encoded by this browser; all others get it as it is in the file.
+ * The sound of a file: its codec, and the formats that can hold it: those of `encodeVideo`, and `wav` for `encodeImages`
+ * if this browser can decode it. Formats in `converted` get it as Opus, encoded by this browser; other videos get it as
+ * it is in the file.
  */
 export type SoundInfo = {
   readonly codec: string;
   readonly channels: number;
   readonly sampleRate: number;
-  readonly formats: ('webm' | 'mp4')[];
+  readonly formats: ('webm' | 'mp4' | 'wav')[];
   readonly converted: ('webm' | 'mp4')[];
 };
 
@@ -36,19 +37,22 @@ export async function soundInfo(source: Blob | ArrayBuffer | Uint8Array): Promis
     const track = (await input.canRead()) ? await input.getPrimaryAudioTrack() : null;
     const codec = await track?.getCodec();
     if (!track || !codec) return null;
-    const formats: ('webm' | 'mp4')[] = ['webm', 'mp4'];
-    const unsupported = formats.filter(
+    const videos: ('webm' | 'mp4')[] = ['webm', 'mp4'];
+    const unsupported = videos.filter(
       (format) => !createFormat(media, format).getSupportedAudioCodecs().includes(codec),
     );
-    const isConverted =
-      unsupported.length > 0 && (await (await loadPart(import('./sound-convert.js'))).findConversion(track)) !== null;
-    const converted = isConverted ? unsupported : [];
+    const { findConversion, findDecoder } = await loadPart(import('./sound-convert.js'));
+    const isConverted = unsupported.length > 0 && (await findConversion(track)) !== null;
+    const isDecoded = (await findDecoder(track)) !== null;
     return {
       codec,
       channels: await track.getNumberOfChannels(),
       sampleRate: await track.getSampleRate(),
-      formats: formats.filter((format) => !unsupported.includes(format) || converted.includes(format)),
-      converted,
+      formats: [
+        ...videos.filter((format) => isConverted || !unsupported.includes(format)),
+        ...(isDecoded ? (['wav'] as const) : []),
+      ],
+      converted: isConverted ? unsupported : [],
     };
   } finally {
     input.dispose();

@@ -2,6 +2,7 @@
 
 import { TraceCutError, typeTag } from '../../check/errors.js';
 import { loadPart } from '../../places.js';
+import { yieldThread } from '../../worker/pause.js';
 import { type Codec, QUANTIZER, computeBitrate } from './quality.js';
 import type { Output, Quality } from '../../vendor/media.js';
 import type { SoundOptions } from './sound.js';
@@ -97,9 +98,8 @@ const MICROSECONDS = 1e6;
  * Returns the painted picture, which is opaque.
  * @param time in seconds
  */
-function toVideoFrame({ canvas, context }: Painter, time: number, duration: number): VideoFrame {
-  const { width, height } = canvas;
-  const { data } = context.getImageData(0, 0, width, height);
+function toVideoFrame(painter: Painter, time: number, duration: number): VideoFrame {
+  const { data, width, height } = painter.pixels();
   return new VideoFrame(data, {
     ...{ format: 'RGBX', codedWidth: width, codedHeight: height, colorSpace: COLOR_SPACE, transfer: [data.buffer] },
     ...createTimestamps(time, duration),
@@ -194,6 +194,8 @@ class AlphaEncoder {
     const keyFrame = this.#count % KEY_FRAME_INTERVAL === 0;
     this.#count += 1;
     encode(this.color, toVideoFrame(this.painter, time, duration), keyFrame);
+    // Large frames take the page's thread for some time.
+    await yieldThread();
     const { width, height } = this.painter.size;
     encode(
       this.alpha,
@@ -254,8 +256,9 @@ function encode(encoder: VideoEncoder, frame: VideoFrame, keyFrame: boolean) {
 
 /** Converts a grey picture to I420: brightness, then two planes of half the size for colours. */
 function toI420(values: Uint8Array, width: number, height: number) {
-  const planes = new Uint8Array(values.length + 2 * Math.ceil(width / 2) * Math.ceil(height / 2)).fill(128);
+  const planes = new Uint8Array(values.length + 2 * Math.ceil(width / 2) * Math.ceil(height / 2));
   planes.set(values);
+  planes.fill(128, values.length);
   return planes;
 }
 

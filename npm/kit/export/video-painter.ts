@@ -34,9 +34,9 @@ export class Painter {
   canvas = new OffscreenCanvas(1, 1);
   context: OffscreenCanvasRenderingContext2D;
   layer = getContext2d(new OffscreenCanvas(1, 1));
-  maskLayer: OffscreenCanvasRenderingContext2D | undefined = undefined;
   size = { width: 0, height: 0 };
-  /** Mask of the frame painted last, at the video's size. */
+  /** The frame painted last, and its mask at the video's size. */
+  picture: Picture | null = null;
   mask: MaskAtSize | null = null;
 
   constructor(
@@ -88,12 +88,14 @@ export class Painter {
     // Without a picture a mask is only scaled.
     const frame = picture ?? { ...size, data: empty };
     const mask = { labels: readLabels(masks, t), width: masks.width, height: masks.height };
-    return scaleMask(mask, frame, plan.selected, plan.edges, plan.decoder);
+    return scaleMask(mask, frame, plan.selected, plan.edges, plan.decoder, plan.alpha);
   }
 
   paint(picture: Picture | null, mask: MaskAtSize, t: number) {
     const { context, plan } = this;
-    this.mask = mask;
+    Object.assign(this, { picture, mask });
+    // Its pixels and its transparency are encoded apart.
+    if (plan.alpha) return;
     context.globalCompositeOperation = 'source-over';
     if (plan.style === 'alpha') this.#paintAlpha(mask);
     else if (plan.style === 'masks' || !picture) this.#paintMasks(t);
@@ -144,52 +146,42 @@ export class Painter {
 
   #paintCutout(picture: Picture, mask: MaskAtSize) {
     const { layer, context, plan } = this;
-    this.#paintMask(mask, plan.alpha ? MARGIN_PX : 0);
+    this.#paintMask(mask);
     layer.globalCompositeOperation = 'source-in';
     layer.drawImage(picture, 0, 0);
-    drawBackdrop(context, picture, this.size, plan.alpha ? BLACK : plan.background);
+    drawBackdrop(context, picture, this.size, plan.background);
     context.drawImage(layer.canvas, 0, 0);
   }
 
-  /**
-   * Paints the objects white on a clear layer.
-   * @param margin extra width on all sides, in pixels
-   */
-  #paintMask({ alpha, width, height }: MaskAtSize, margin: number) {
+  /** Paints the objects white on a clear layer. */
+  #paintMask({ alpha, width, height }: MaskAtSize) {
     // One clear pixel where there is no object.
     const box = findBox(alpha, width, height) ?? { x: 0, y: 0, width: 1, height: 1 };
     const picture = new ImageData(box.width, box.height);
     const pixels = new Uint32Array(picture.data.buffer);
-    // Alpha is the last of the four bytes: the highest one on the little-endian machines that browsers run on.
-    // With a margin it marks all pixels whose colours are needed, also those that are nearly clear.
-    const full = margin > 0;
     for (let y = 0, p = 0; y < box.height; y += 1) {
       const row = (box.y + y) * width + box.x;
       for (let index = row; index < row + box.width; index += 1, p += 1)
-        pixels[p] = 0xffffff + 0x1000000 * (full && alpha[index] ? 255 : Number(alpha[index]));
+        pixels[p] = 0xffffff + 0x1000000 * Number(alpha[index]);
     }
-    this.#paintWithMargin(picture, margin, box);
+    const { layer } = this;
+    layer.globalCompositeOperation = 'source-over';
+    layer.clearRect(0, 0, width, height);
+    layer.putImageData(picture, box.x, box.y);
   }
 
-  /**
-   * Paints a picture on a clear layer.
-   * @param picture at most as large as the frame
-   * @param margin extra width on all sides, in pixels
-   * @param place in the frame
-   */
-  #paintWithMargin(picture: ImageData, margin: number, { x, y }: { x: number; y: number }) {
-    const { layer, size } = this;
-    const { width, height } = picture;
-    const shape = (this.maskLayer ??= getContext2d(new OffscreenCanvas(size.width, size.height)));
-    shape.putImageData(picture, 0, 0);
-    layer.globalCompositeOperation = 'source-over';
-    layer.clearRect(0, 0, size.width, size.height);
-    const drawAt = (dx: number, dy: number) =>
-      layer.drawImage(shape.canvas, 0, 0, width, height, x + dx, y + dy, width, height);
-    const steps = margin > 0 ? [-margin, 0, margin] : [];
-    for (const dy of steps) for (const dx of steps) drawAt(dx, dy);
-    // The objects' own colours cover the colours of their margin.
-    drawAt(0, 0);
+  /** Returns the pixels of the frame painted last; transparent ones are black unless an object is near. */
+  pixels(): ImageData {
+    const { width, height } = this.canvas;
+    const { mask, plan, context, picture } = this;
+    if (!plan.alpha || !mask || !picture) return context.getImageData(0, 0, width, height);
+    const box = findBox(mask.alpha, width, height);
+    if (!box) return createBlack(width, height);
+    if (!mask.picture) context.drawImage(picture, 0, 0);
+    const pixels = mask.picture
+      ? new ImageData(new Uint8ClampedArray(mask.picture.buffer), width, height)
+      : context.getImageData(0, 0, width, height);
+    return blackenAround(pixels, box, mask.alpha);
   }
 
   /** Returns the opacity of each pixel of the frame painted last, 0 to 255. */
@@ -209,4 +201,52 @@ export class Painter {
     const { selected, labels } = this.plan;
     return { ...labels, objects: (label: number) => selected[label] === 1 };
   }
+}
+
+/** Alpha is the last of the four bytes: the highest one on the little-endian machines that browsers run on. */
+const OPAQUE_BLACK = 0xff000000;
+
+type ObjectBox = NonNullable<ReturnType<typeof findBox>>;
+
+function createBlack(width: number, height: number): ImageData {
+  const picture = new ImageData(width, height);
+  new Uint32Array(picture.data.buffer).fill(OPAQUE_BLACK);
+  return picture;
+}
+
+/**
+ * Makes all pixels black that are farther than `MARGIN_PX` from objects, across or down.
+ * @param box around the objects
+ * @param alpha opacity of the objects
+ * @returns the same picture
+ */
+function blackenAround(picture: ImageData, box: ObjectBox, alpha: Uint8Array): ImageData {
+  const { width, height } = picture;
+  const pixels = new Uint32Array(picture.data.buffer);
+  const [left, right] = [Math.max(0, box.x - MARGIN_PX), Math.min(width, box.x + box.width + MARGIN_PX)];
+  const [top, bottom] = [Math.max(0, box.y - MARGIN_PX), Math.min(height, box.y + box.height + MARGIN_PX)];
+  /** Number of pixels of objects in each column, within the margin of the row. */
+  const counts = new Uint8Array(width + MARGIN_PX);
+  const addRow = (y: number, change: number) => {
+    if (y < top || y >= bottom) return;
+    for (let x = left, p = y * width + left; x < right; x += 1, p += 1) if (alpha[p]) counts[x]! += change;
+  };
+  for (let y = top; y < top + MARGIN_PX; y += 1) addRow(y, 1);
+  pixels.fill(OPAQUE_BLACK, 0, top * width);
+  for (let y = top; y < bottom; y += 1) {
+    addRow(y + MARGIN_PX, 1);
+    addRow(y - MARGIN_PX - 1, -1);
+    const row = y * width;
+    pixels.fill(OPAQUE_BLACK, row, row + left);
+    /** Column of the last object: the margin before the first counts too. */
+    let last = -Infinity;
+    for (let x = left; x < left + MARGIN_PX; x += 1) if (counts[x]) last = x;
+    for (let x = left; x < right; x += 1) {
+      if (counts[x + MARGIN_PX]) last = x + MARGIN_PX;
+      if (x - last > MARGIN_PX) pixels[row + x] = OPAQUE_BLACK;
+    }
+    pixels.fill(OPAQUE_BLACK, row + right, row + width);
+  }
+  pixels.fill(OPAQUE_BLACK, bottom * width);
+  return picture;
 }

@@ -174,7 +174,7 @@ export class ExportDialog {
       maskStyle: this.viewer.maskStyle(side),
       quality,
       edges: maskEdges(this.store.state.edges, source.masks),
-      sound: (format: 'webm' | 'mp4') => this.options.soundFor(format),
+      sound: (format) => this.options.soundFor(format),
       objects: (object: number) => object > 0 && this.selection.has(object),
     };
   }

@@ -72,7 +72,7 @@ export class ExportOptions {
   }
 
   /** Returns the options of the soundtrack; null for none. */
-  soundFor(format: 'webm' | 'mp4'): SoundOptions | null {
+  soundFor(format: SoundInfo['formats'][number]): SoundOptions | null {
     const { source, sound, withSound } = this;
     if (!source?.source.file || !source.masks.times || !withSound.checked || !sound?.formats.includes(format))
       return null;

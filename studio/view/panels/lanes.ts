@@ -60,8 +60,11 @@ export class Lanes {
     const { numFrames } = timeline;
     if (!presence) return;
     const density = devicePixelRatio || 1;
-    for (const { canvas, object } of this.strips) {
-      const { clientWidth: width, clientHeight: height } = canvas;
+    // All are measured before one is changed, as each change needs a new layout.
+    const lanes = this.strips.map(({ canvas, object }) => {
+      return { canvas, object, width: canvas.clientWidth, height: canvas.clientHeight };
+    });
+    for (const { canvas, object, width, height } of lanes) {
       if (width === 0) continue;
       canvas.width = Math.round(width * density);
       canvas.height = Math.round(height * density);

@@ -165,7 +165,7 @@ function singleFrame(subject: Subject): Subject {
       shots: [{ first: 0, last: 0 }],
     },
     async *frames() {
-      yield await read;
+      yield { frame: await read, time: null };
     },
     sound: () => null,
   };
