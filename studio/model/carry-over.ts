@@ -53,6 +53,12 @@ async function applyEdit(edit: Edit, old: MaskEditor, from: ClipJob, to: ClipJob
   const mapping = new ResultMapping(old, from.trim, to);
   if (edit.kind === 'merge') return join(corrections, match, edit.into, edit.others);
   if (edit.kind === 'paint') return repaint(edit, to, match, mapping);
+  if (edit.kind === 'interpolate') {
+    const [from, last] = [mapping.frame(edit.from), mapping.frame(edit.to - 1)];
+    if (from === null || last === null) return false;
+    await corrections.interpolate({ from, to: last + 1 }, { sides: edit.sides });
+    return true;
+  }
   if (edit.kind === 'split') {
     const label = match.newLabelOf(edit.label);
     const at = edit.at && mapping.at(edit.at);
@@ -238,6 +244,7 @@ function describeEdit(edit: Edit): string {
     if (edit.label > 0) return `splitting ${objectName(edit.label)}`;
     return edit.at ? `the object added in frame ${edit.at.t + 1}` : 'a new object';
   }
+  if (edit.kind === 'interpolate') return `masks from beside frames ${edit.from + 1} to ${edit.to}`;
   if (edit.kind !== 'paint') {
     const frame = (edit.strokes[0]?.t ?? 0) + 1;
     return edit.kind === 'apart' ? `split strokes in frame ${frame}` : `join strokes in frame ${frame}`;

@@ -71,6 +71,8 @@ export class ClipJob extends Job {
   /** Session of a clip that fits into one window. */
   session: Session | null = null;
   outputs: Result | undefined = undefined;
+  /** How well the masks of each frame agree with those of nearby frames, 0 to 1, NaN if unknown; null before a run. */
+  agreement: Float32Array | null = null;
   /** True if the masks contain corrections of an earlier visit. */
   hasEarlierCorrections = false;
 
@@ -194,6 +196,9 @@ export class ClipJob extends Job {
     this.isStreaming ||= !isLast;
     this.pendingMasks = this.addMasks(window);
     await runInSlices(this.pendingMasks);
+    const { frames } = await window.agreement();
+    const settled = frames.subarray(window.settled.from, window.settled.to);
+    this.agreement = Float32Array.from([...(window.index > 0 ? (this.agreement ?? []) : []), ...settled]);
     if (!isLast && !this.stopped) this.onWindow();
   }
 
@@ -224,7 +229,7 @@ export class ClipJob extends Job {
 
   get shown(): JobView {
     const { outputs, presence, session, corrections } = this;
-    const result = corrections.applyTo(outputs ? toMaskResult(outputs, this.masks) : this.masksAsResult());
+    const result = corrections.applyTo(outputs ? toMaskResult(outputs, this.agreement) : this.masksAsResult());
     if (!outputs || !session)
       return {
         ...{ result, presence, numbers: this.numbers, headline: countObjects, frameData: {} },
@@ -275,7 +280,7 @@ export class ClipJob extends Job {
         return masks.toTracksDat();
       },
       doubts: masks?.doubts ?? [],
-      agreement: agreementOf(masks),
+      agreement: this.agreement,
     };
   }
 
@@ -287,7 +292,7 @@ export class ClipJob extends Job {
   }
 }
 
-function toMaskResult(outputs: Result, masks: VideoResult | null): ShownResult {
+function toMaskResult(outputs: Result, agreement: Float32Array | null): ShownResult {
   const { width, height, numFrames, trajectories, clusters } = outputs;
   const objectOf = clusters.object!;
   const label = Uint8Array.from(clusters.label, (cluster) => objectOf[cluster]);
@@ -297,12 +302,6 @@ function toMaskResult(outputs: Result, masks: VideoResult | null): ShownResult {
     labels: (t) => outputs.labels(t),
     toTracksDat: () => outputs.toTracksDat(),
     doubts: outputs.doubts ?? [],
-    agreement: agreementOf(outputs) ?? agreementOf(masks),
+    agreement,
   };
-}
-
-/** Returns the agreement of each frame; null if a result has none. In results of sessions the name is a method's. */
-function agreementOf(result: object | null): Float32Array | null {
-  const { agreement } = (result ?? {}) as { agreement?: unknown };
-  return agreement instanceof Float32Array ? agreement : null;
 }
