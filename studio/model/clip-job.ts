@@ -71,7 +71,7 @@ export class ClipJob extends Job {
   /** Session of a clip that fits into one window. */
   session: Session | null = null;
   outputs: Result | undefined = undefined;
-  /** How well the masks of each frame agree with those of nearby frames, 0 to 1, NaN if unknown; null before a run. */
+  /** How well the masks of each frame agree with those of nearby frames, 0 to 1, NaN if unknown; null in windows. */
   agreement: Float32Array | null = null;
   /** True if the masks contain corrections of an earlier visit. */
   hasEarlierCorrections = false;
@@ -117,7 +117,7 @@ export class ClipJob extends Job {
     Object.assign(this, await untilAborted(this.completion, signal), { isStreaming: false });
   }
 
-  async segment(): Promise<{ masks: VideoResult | null; outputs?: Result }> {
+  async segment(): Promise<Pick<ClipJob, 'masks' | 'outputs' | 'agreement'>> {
     const { options, inWindows, abort } = this;
     const direct = this.source.direct?.(this.trim);
     const video = segmentVideo(direct?.source ?? this.frames(), {
@@ -143,7 +143,10 @@ export class ClipJob extends Job {
       });
     if (this.windows > 1 || abort.signal.aborted) video.session?.close();
     else this.session = video.session;
-    return { masks, outputs: await this.session?.run() };
+    const outputs = await this.session?.run();
+    // Windows of a longer clip are gone by now.
+    const agreement = outputs ? (await outputs.agreement()).frames : null;
+    return { masks, outputs, agreement };
   }
 
   /** Yields the frames of sources that the package cannot read directly. */
@@ -196,9 +199,6 @@ export class ClipJob extends Job {
     this.isStreaming ||= !isLast;
     this.pendingMasks = this.addMasks(window);
     await runInSlices(this.pendingMasks);
-    const { frames } = await window.agreement();
-    const settled = frames.subarray(window.settled.from, window.settled.to);
-    this.agreement = Float32Array.from([...(window.index > 0 ? (this.agreement ?? []) : []), ...settled]);
     if (!isLast && !this.stopped) this.onWindow();
   }
 

@@ -105,15 +105,12 @@ test('a place without a frame before or after it in its shot says so', () => {
   assert.deepEqual(obstacles(12, 16), ['There is no frame after these.', '']);
 });
 
-test('how sure the masks are is that of the result; it is null if no frame has it', async () => {
+test('how sure the masks are is the agreement of each frame, which a clip in windows lacks', async () => {
   const { store } = await openSampleWork();
-  assert.equal(store.state.agreement, null);
-  const agreement = Float32Array.from({ length: 16 }, (_, t) => t / 16);
-  Object.defineProperty(store.state.job.result, 'agreement', { value: agreement, configurable: true });
-  showCorrected(store);
-  assert.equal(store.state.agreement, agreement);
-  // In a session's result the name is a method's.
-  Object.defineProperty(store.state.job.result, 'agreement', { value: async () => [] });
+  const { agreement, timeline, job } = store.state;
+  assert.equal(agreement.length, timeline.numFrames);
+  assert.ok(agreement.every((value) => Number.isNaN(value) || (value >= 0 && value <= 1)));
+  job.agreement = null;
   showCorrected(store);
   assert.equal(store.state.agreement, null);
 });
