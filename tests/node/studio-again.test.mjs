@@ -26,7 +26,7 @@ async function opened(frames = movingFrames(16, [96, 64])) {
       const stroke = { t, points: [...at(from), ...at(to)], radius: 0.06 * width };
       const painted = await corrections.paint({ label: label ?? corrections.newLabel(), stroke });
       if (carries) await corrections.carry(painted, new AbortController().signal, () => {});
-      showCorrected(store, painted.frames);
+      showCorrected(store);
     },
   };
 }

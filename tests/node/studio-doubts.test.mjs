@@ -11,7 +11,8 @@ import {
   showNextDoubt,
 } from '../../build/model/doubts.js';
 import { showCorrected } from '../../build/model/show-result.js';
-import { openModel, openSampleWork } from './studio.mjs';
+import { movingFrames } from '../moving.mjs';
+import { CLIP, openModel, openSampleWork } from './studio.mjs';
 
 const DOUBTS = [
   { from: 0, to: 3 },
@@ -105,11 +106,12 @@ test('a place without a frame before or after it in its shot says so', () => {
   assert.deepEqual(obstacles(12, 16), ['There is no frame after these.', '']);
 });
 
-test('how sure the masks are is the agreement of each frame, which a clip in windows lacks', async () => {
-  const { store } = await openSampleWork();
+test('how sure the masks are is the agreement of each frame of a run', async () => {
+  const { app, store } = await openModel(movingFrames(16, [96, 64]));
+  await app.openFiles([CLIP]);
   const { agreement, timeline, job } = store.state;
   assert.equal(agreement.length, timeline.numFrames);
-  assert.ok(agreement.every((value) => Number.isNaN(value) || (value >= 0 && value <= 1)));
+  assert.deepEqual(agreement, (await job.outputs.agreement()).frames);
   job.agreement = null;
   showCorrected(store);
   assert.equal(store.state.agreement, null);
