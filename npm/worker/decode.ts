@@ -76,8 +76,8 @@ export async function enlargeInThread(task: EnlargeTask): Promise<EnlargedFrame>
   const pixels = await readPixels(task.picture);
   const call = () => enlarge(labels, width, pixels.data, pixels.width, pixels.height, chosen);
   const [large, alpha] = await callDecoder(module, call, 'the mask cannot be enlarged');
-  const picture = task.readsPicture ? pixels.data : undefined;
-  return { width: pixels.width, height: pixels.height, labels: large, alpha, picture };
+  const picture = task.readsPicture ? { picture: pixels.data } : {};
+  return { width: pixels.width, height: pixels.height, labels: large, alpha, ...picture };
 }
 
 async function readPixels(picture: EnlargeTask['picture']) {

@@ -151,6 +151,8 @@ function seen(boxes, pan = 0) {
       x: places.map(([x]) => x),
       y: places.map(([, y]) => y),
     },
+    spans: boxes.map(({ until = numFrames - 1 }, k) => ({ object: k + 1, first: 0, last: until })),
+    cuts: [],
     scene: { x: Array.from({ length: numFrames }, (_, t) => pan * t), y: new Array(numFrames).fill(0) },
   };
 }
