@@ -207,7 +207,7 @@ function modules() {
 /** What a module imports, statically or not, as written. */
 function importsOf(text) {
   const code = text.replace(/\/\*[^]*?\*\/|^\s*\/\/.*$/gm, '');
-  return [...code.matchAll(/(?<!['.\w])(?:from|import)\s*\(?\s*['"]([^'"]+)['"]/g)].map(([, specifier]) => specifier);
+  return [...code.matchAll(/(?<!['".\w])(?:from|import)\s*\(?\s*['"]([^'"]+)['"]/g)].map(([, specifier]) => specifier);
 }
 
 /** A module of these contents, bundled by a project that has installed the package. */
