@@ -265,7 +265,9 @@ export class Brush {
    */
   showRange(edit: Edit, isWhole = false) {
     const { first, last } = rangeOf(edit);
-    const frame = isWhole ? `frame ${first + 1} only: the picture changes too much` : `frame ${first + 1}`;
+    const frame = isWhole
+      ? `frame ${first + 1} only: others are not sure; drag the ends of its range`
+      : `frame ${first + 1}`;
     this.host.showStatus(`Applied to ${first === last ? frame : `frames ${first + 1}–${last + 1}`}.`);
   }
 }

@@ -56,7 +56,8 @@ async function applyEdit(edit: Edit, old: MaskEditor, from: ClipJob, to: ClipJob
   if (edit.kind === 'interpolate') {
     const [from, last] = [mapping.frame(edit.from), mapping.frame(edit.to - 1)];
     if (from === null || last === null) return false;
-    await corrections.interpolate({ from, to: last + 1 }, { sides: edit.sides });
+    const { signal } = new AbortController();
+    await corrections.interpolate({ from, to: last + 1 }, { sides: edit.sides, signal, onFrame: () => {} });
     return true;
   }
   if (edit.kind === 'split') {

@@ -117,7 +117,7 @@ export class ClipJob extends Job {
     Object.assign(this, await untilAborted(this.completion, signal), { isStreaming: false });
   }
 
-  async segment(): Promise<Pick<ClipJob, 'masks' | 'outputs' | 'agreement'>> {
+  async segment(): Promise<{ masks: VideoResult | null; outputs?: Result; agreement?: Float32Array | null }> {
     const { options, inWindows, abort } = this;
     const direct = this.source.direct?.(this.trim);
     const video = segmentVideo(direct?.source ?? this.frames(), {
@@ -146,7 +146,7 @@ export class ClipJob extends Job {
     const outputs = await this.session?.run();
     // Windows of a longer clip are gone by now.
     const agreement = outputs ? (await outputs.agreement()).frames : null;
-    return { masks, outputs, agreement };
+    return { masks, agreement, ...(outputs ? { outputs } : {}) };
   }
 
   /** Yields the frames of sources that the package cannot read directly. */

@@ -57,8 +57,9 @@ test('a place takes the masks of its neighbours, in one step of undo; a strip sh
   const width = (await scrub.boundingBox()).width;
   // The library's work is not this test's: a frame gets the mask of the first one.
   await page.evaluate(() => {
-    const { corrections, masks } = globalThis.tracecutStudio.app.job;
-    Object.defineProperty(masks, 'agreement', { value: Float32Array.of(1, 0.9, 0.3, NaN, 0.8, 1, 1, 1) });
+    const { job } = globalThis.tracecutStudio.app;
+    const { corrections } = job;
+    job.agreement = Float32Array.of(1, 0.9, 0.3, NaN, 0.8, 1, 1, 1);
     const editor = corrections.openEditor;
     editor.interpolate = async ({ from }, { signal, onFrame }) => {
       onFrame({ t: from });

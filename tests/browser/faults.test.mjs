@@ -78,6 +78,8 @@ describe('faults around the page', { timeout: 300_000 }, () => {
 
   test('a part that fails to load on first use is reported, and the result stays', async () => {
     const { page } = await openSample(site);
+    // The parts that the result needs by itself are there.
+    await page.waitForSelector('#certainty', { state: 'visible' });
     await page.context().route('**/view/*.js', (route) => route.abort());
     const found = await page.evaluate(() => [...globalThis.tracecutStudio.result.labels(3)].join(''));
     await page.keyboard.press('e');
