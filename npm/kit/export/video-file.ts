@@ -86,11 +86,8 @@ function createOpaqueEncoder(
   return { add, finish: async () => {}, close: () => {} };
 }
 
-/**
- * Colours of the frames to encode. Encoders convert them to BT.709 in limited range, which cameras write and editors expect;
- * frames of a canvas would become full range.
- */
-const COLOR_SPACE: VideoColorSpaceInit = { primaries: 'bt709', transfer: 'bt709', matrix: 'rgb', fullRange: false };
+/** Colours of the frames to encode, which cameras write and editors expect. */
+const COLOR_SPACE: VideoColorSpaceInit = { primaries: 'bt709', transfer: 'bt709', matrix: 'bt709', fullRange: false };
 
 const MICROSECONDS = 1e6;
 
@@ -99,9 +96,10 @@ const MICROSECONDS = 1e6;
  * @param time in seconds
  */
 function toVideoFrame(painter: Painter, time: number, duration: number): VideoFrame {
-  const { data, width, height } = painter.pixels();
+  const picture = painter.pixels();
+  const [data, { width, height }] = [convertToI420(picture), picture];
   return new VideoFrame(data, {
-    ...{ format: 'RGBX', codedWidth: width, codedHeight: height, colorSpace: COLOR_SPACE, transfer: [data.buffer] },
+    ...{ format: 'I420', codedWidth: width, codedHeight: height, colorSpace: COLOR_SPACE, transfer: [data.buffer] },
     ...createTimestamps(time, duration),
   });
 }
@@ -199,7 +197,7 @@ class AlphaEncoder {
     const { width, height } = this.painter.size;
     encode(
       this.alpha,
-      new VideoFrame(toI420(this.painter.alpha(), width, height), {
+      new VideoFrame(convertGreyToI420(this.painter.alpha(), width, height), {
         ...createTimestamps(time, duration),
         format: 'I420',
         codedWidth: width,
@@ -254,11 +252,42 @@ function encode(encoder: VideoEncoder, frame: VideoFrame, keyFrame: boolean) {
   }
 }
 
-/** Converts a grey picture to I420: brightness, then two planes of half the size for colours. */
-function toI420(values: Uint8Array, width: number, height: number) {
-  const planes = new Uint8Array(values.length + 2 * Math.ceil(width / 2) * Math.ceil(height / 2));
+/** Allocates the planes of I420: brightness, then two of half the size for colours, which are grey. */
+function createI420(width: number, height: number): Uint8Array<ArrayBuffer> {
+  const size = width * height;
+  const planes = new Uint8Array(size + 2 * Math.ceil(width / 2) * Math.ceil(height / 2));
+  return planes.fill(128, size);
+}
+
+function convertGreyToI420(values: Uint8Array, width: number, height: number) {
+  const planes = createI420(width, height);
   planes.set(values);
-  planes.fill(128, values.length);
+  return planes;
+}
+
+/**
+ * Converts an opaque picture to I420 as BT.709 in limited range (Rec. ITU-R BT.709-6, 3 and 4), in fixed point of 16 bits.
+ * Browsers convert too, but to colours of their own choice.
+ */
+function convertToI420({ data, width, height }: ImageData): Uint8Array<ArrayBuffer> {
+  const planes = createI420(width, height);
+  for (let p = 0, q = 0; p < width * height; p += 1, q += 4)
+    planes[p] = (11966 * data[q]! + 40254 * data[q + 1]! + 4064 * data[q + 2]! + 16.5 * 65536) >> 16;
+  const size = Math.ceil(width / 2) * Math.ceil(height / 2);
+  let at = width * height;
+  for (let y = 0; y < height; y += 2) {
+    const below = y + 1 < height ? 4 * width : 0;
+    for (let x = 0; x < width; x += 2, at += 1) {
+      const q = 4 * (y * width + x);
+      const right = x + 1 < width ? 4 : 0;
+      // Sums of four pixels: 18 bits are shifted out.
+      const red = data[q]! + data[q + right]! + data[q + below]! + data[q + below + right]!;
+      const green = data[q + 1]! + data[q + right + 1]! + data[q + below + 1]! + data[q + below + right + 1]!;
+      const blue = data[q + 2]! + data[q + right + 2]! + data[q + below + 2]! + data[q + below + right + 2]!;
+      planes[at] = (28785 * blue - 6596 * red - 22189 * green + 128.5 * 2 ** 18) >> 18;
+      planes[at + size] = (28785 * red - 26145 * green - 2640 * blue + 128.5 * 2 ** 18) >> 18;
+    }
+  }
   return planes;
 }
 
