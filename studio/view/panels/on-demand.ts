@@ -10,9 +10,12 @@ const PROBE = './favicon.svg';
 /** Shortest time between two warm-ups, in milliseconds: shorter than idle workers live. */
 const WARM_UP_INTERVAL_MS = 4000;
 
+const OFFLINE = 'You’re offline. Try again when you’re connected.';
+const NOT_LOADED = 'A part of the page didn’t load. Reload the page to try again.';
+
 /**
  * Returns a function that loads a dialog and opens it. Without a network it shows a notice, and the next call tries
- * again. The network is tested before the import, as some browsers never repeat a failed import.
+ * again. The network is tested before the import, as some browsers never repeat a failed import until the page is reloaded.
  * @param isWanted returns true if the user waits for it
  * @returns `prepare` loads it without opening; resolves to undefined on failure
  */
@@ -22,14 +25,21 @@ function onDemand(
   isWanted: () => boolean = () => true,
 ): (() => Promise<void>) & { prepare: () => Promise<unknown> } {
   let loading: Promise<{ open: () => void }> | undefined;
-  const prepare = () => (loading ??= fetch(PROBE, { cache: 'no-store' }).then(importDialog));
+  let isOffline = false;
+  const load = async () => {
+    isOffline = true;
+    await fetch(PROBE, { cache: 'no-store' });
+    isOffline = false;
+    return importDialog();
+  };
+  const prepare = () => (loading ??= load());
   const open = async () => {
     try {
       await prepare();
     } catch {
       loading = undefined;
       if (!isWanted()) return;
-      store.set({ notice: 'You’re offline. Try again when you’re connected.' });
+      store.set({ notice: isOffline ? OFFLINE : NOT_LOADED });
     }
     (await loading)?.open();
   };
