@@ -1,5 +1,6 @@
-// `node benches/fixes.mjs FOLDER...`: whether a fix of one frame helps in the others. Each folder is a clip with true masks:
-// frames in `frames/` or `JPEGImages/`, masks in `masks/` or `Annotations/` (255 for objects, 128 for pixels that are not scored). Needs ffmpeg. Options:
+// `node benches/fixes.mjs FOLDER...`: measures the effect of a fix of one frame on the others. Each folder is a clip with true
+// masks: frames in `frames/` or `JPEGImages/`, masks in `masks/` or `Annotations/` (255 for objects, 128 for pixels that are not
+// scored). Needs ffmpeg and a built package. Options:
 //   --frames N    only the first N frames (50)
 //   --fixes N     frames of each clip that are fixed, evenly spaced (4)
 //   --cache DIR   keeps masks and flow there, for another run
@@ -34,10 +35,6 @@ const MAX_SIDE = 480;
 const MIN_ERROR_SHARE = 0.001;
 /** Half the side of the square that a part must contain; thinner parts are slivers along borders. */
 const SLIVER_RADIUS_PX = 2;
-
-/**
- * @typedef {{width: number, height: number, frames: Uint8Array[], truth: (Uint8Array | null)[]}} Clip
- */
 
 /** Reads a clip: RGBA frames, and for each the true mask, 0, 128 or 255, or null. */
 function readClip(/** @type {string} */ folder) {
@@ -108,7 +105,6 @@ function keepFlow(engine) {
       const size = width * height;
       return { width, height, u: Float32Array.from(values.slice(0, size)), v: Float32Array.from(values.slice(size)) };
     },
-    superpixels: (...args) => engine.superpixels(...args),
   };
 }
 
@@ -213,17 +209,7 @@ for (const folder of folders) {
         if (now.every((label, p) => label > 0 === old[p] > 0)) continue;
         gains.push({ s, gain: overlap(now, truth[s]) - overlap(old, truth[s]) });
       }
-      const own = overlap(editor.labels(t), truth[t]) - overlap(mask, truth[t]);
-      rows.push({ name, kind, t, own, area: region.filter(Boolean).length / size, range, gains, seconds });
-
-      console.log(
-        name,
-        kind,
-        t,
-        own.toFixed(3),
-        range,
-        gains.map(({ s, gain }) => `${s}:${(1000 * gain).toFixed(0)}`).join(' '),
-      );
+      rows.push({ name, kind, t, range, gains, seconds });
     }
   }
 }

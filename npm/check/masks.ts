@@ -45,6 +45,11 @@ export function checkMasks(masks: MaskSource) {
   checkWholeNumber('data', 'masks.numFrames', masks.numFrames, 1, MAX_FRAMES);
 }
 
+/** Returns the first and the last frame of the shot of frame `t`; of the clip, if its shots are unknown. */
+export function findShot({ shots, numFrames }: MaskSource, t: number): { first: number; last: number } {
+  return shots?.find(({ first, last }) => first <= t && t <= last) ?? { first: 0, last: numFrames - 1 };
+}
+
 /** Returns the number of the first frame in the clip. */
 export function getFirstFrame({ firstFrame = 0 }: MaskSource): number {
   return checkWholeNumber('data', 'masks.firstFrame', firstFrame, 0, MAX_FRAMES);

@@ -241,7 +241,7 @@ export class Brush {
     // Another correction came in between.
     if (!isCurrent() || !corrector || corrector.edits.at(-1) !== edit) return;
     try {
-      const removed = await corrector.trim(edit, { first, last });
+      const removed = corrector.trim(edit, { first, last });
       this.setFix(edit, false);
       if (removed.length > 0) host.showFrames(removed);
       const now = rangeOf(edit);
@@ -266,7 +266,7 @@ export class Brush {
   showRange(edit: Edit, isWhole = false) {
     const { first, last } = rangeOf(edit);
     const frame = isWhole
-      ? `frame ${first + 1} only: others are not sure; drag the ends of its range`
+      ? `frame ${first + 1} only: other frames are uncertain; drag the ends of the range to add some`
       : `frame ${first + 1}`;
     this.host.showStatus(`Applied to ${first === last ? frame : `frames ${first + 1}–${last + 1}`}.`);
   }

@@ -116,9 +116,9 @@ export class Corrections {
    * Removes a painted edit from the frames outside of a range.
    * @returns these frames
    */
-  async trim(edit: Edit, range: { first: number; last: number }): Promise<number[]> {
+  trim(edit: Edit, range: { first: number; last: number }): number[] {
     const before = framesOf(edit);
-    await this.openEditor.trim(edit, range);
+    this.openEditor.trim(edit, range);
     const frames = new Set(framesOf(edit));
     return before.filter((t) => !frames.has(t));
   }
@@ -218,12 +218,6 @@ export class Corrections {
     return this.applyStep((editor) => editor.together(strokes));
   }
 
-  /** Returns the first and the last frame of the shot of a frame. */
-  shotOf(t: number): { first: number; last: number } {
-    const { numFrames, shots } = this.openEditor;
-    return shots?.find((shot) => t <= shot.last) ?? { first: 0, last: numFrames - 1 };
-  }
-
   /** Returns the features of a frame, computed once. */
   frameFeatures(t: number): Promise<FrameFeatures> {
     const features = this.features.get(t) ?? this.computeFeatures(t);
@@ -237,7 +231,7 @@ export class Corrections {
   async computeFeatures(t: number): Promise<FrameFeatures> {
     const engine = await this.imageEngine();
     // Motion to the next frame, or from the previous one at the end of a shot.
-    const { first, last } = this.shotOf(t);
+    const { first, last } = this.openEditor.shotOf(t);
     const neighbourFrame = t < last ? t + 1 : Math.max(first, t - 1);
     const [picture, neighbour] = [await this.pixels(t), await this.pixels(neighbourFrame)];
     return { superpixels: await engine.superpixels(picture), picture, flow: await engine.flow(picture, neighbour) };

@@ -1,7 +1,7 @@
 // The places to check: ranges of frames whose masks may be wrong (`doubts` of a result).
 
 import { showCorrected } from './show-result.js';
-import { type State, type Store, clampFrame } from './store.js';
+import { type State, type Store, clampFrame, shotOf } from './store.js';
 import type { FrameRange } from './library.js';
 
 /** Repairs of a doubt: with the masks of both neighbours, or onward from the frame before. */
@@ -34,14 +34,6 @@ function removeDoubt(store: Store, { from }: FrameRange) {
   store.set({ doubts: doubts.filter((doubt) => doubt.from !== from), fine: new Set([...fine, from]) });
 }
 
-/** Returns the shot of a frame. */
-function shotOf({ timeline: { cuts, numFrames } }: Pick<State, 'timeline'>, frame: number): FrameRange {
-  return {
-    from: Math.max(0, ...cuts.filter((cut) => cut <= frame)),
-    to: Math.min(numFrames, ...cuts.filter((cut) => cut > frame)),
-  };
-}
-
 /** Returns why a doubt cannot be repaired; empty if it can. */
 export function describeObstacle(state: Pick<State, 'timeline'>, doubt: FrameRange, repair: Repair): string {
   const shot = shotOf(state, doubt.from);
@@ -67,7 +59,8 @@ export async function repairDoubt(
   if (visit !== store.state.visit) return null;
   removeDoubt(store, doubt);
   showCorrected(store, frames);
-  return range;
+  // A repair ends early where it is no longer sure.
+  return frames ? { from: Math.min(...frames), to: Math.max(...frames) + 1 } : range;
 }
 
 /** Returns `3 places to check`; empty without any. */

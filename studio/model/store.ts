@@ -208,6 +208,14 @@ export function errorPatch(error: unknown): Partial<State> {
   return { ...phasePatch('error', 'Nothing to show', ''), announcement: '', error };
 }
 
+/** Returns the shot of a frame. */
+export function shotOf({ timeline: { cuts, numFrames } }: Pick<State, 'timeline'>, frame: number): FrameRange {
+  return {
+    from: Math.max(0, ...cuts.filter((cut) => cut <= frame)),
+    to: Math.min(numFrames, ...cuts.filter((cut) => cut > frame)),
+  };
+}
+
 export function clampFrame({ timeline }: Pick<State, 'timeline'>, frame: number): number {
   return Math.max(0, Math.min(timeline.numFrames - 1, frame));
 }

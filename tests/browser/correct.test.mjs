@@ -297,7 +297,10 @@ describe('a result is corrected', () => {
     await use('paint');
     await page.selectOption('#correct-object', '2');
     // The plain background there looks like that around it: nothing speaks for the paint in other frames.
-    assert.match(await paint(14, 21, 28, 24), /^Applied to frame 13 only: .* drag the ends of its range[.]$/);
+    assert.match(
+      await paint(14, 21, 28, 24),
+      /^Applied to frame 13 only: .* drag the ends of the range to add some[.]$/,
+    );
     const extend = async (name, key) => {
       await page.getByRole('slider', { name }).focus();
       for (let k = 0; k < 3; k += 1) {

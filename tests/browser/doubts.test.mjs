@@ -7,17 +7,19 @@ import { accessibilityFaults, openSample, screenshot, text, useSite } from './su
 
 const site = useSite({ sample: 'tiny' });
 
-test('places to check are marked, shown one after the other, and gone when they are fine', async () => {
+/** Opens a project with places to check. */
+async function openDoubts(...doubts) {
   const { page, faults } = await openSample(site, { bypassCSP: true });
-  const doubts = [
-    { from: 1, to: 4 },
-    { from: 6, to: 8 },
-  ];
   await page.setInputFiles('#file', [(await fiveObjects(page, { ...WIDE, doubts })).project]);
   await page.waitForFunction(
     () => globalThis.tracecutStudio.source?.name === 'five.webm' && document.body.dataset.state === 'done',
   );
   await page.waitForSelector('#doubts', { state: 'visible' });
+  return { page, faults };
+}
+
+test('places to check are marked, shown one after the other, and gone when they are fine', async () => {
+  const { page, faults } = await openDoubts({ from: 1, to: 4 }, { from: 6, to: 8 });
   const frame = () => page.evaluate(() => globalThis.tracecutStudio.app.timeline.frame);
   assert.equal(await text(page, '#doubt-next'), '2 places to check');
   const marks = await page
@@ -41,16 +43,7 @@ test('places to check are marked, shown one after the other, and gone when they 
 });
 
 test('a place takes the masks of its neighbours, in one step of undo; a strip shows how sure the masks are', async () => {
-  const { page, faults } = await openSample(site, { bypassCSP: true });
-  const doubts = [
-    { from: 2, to: 4 },
-    { from: 6, to: 8 },
-  ];
-  await page.setInputFiles('#file', [(await fiveObjects(page, { ...WIDE, doubts })).project]);
-  await page.waitForFunction(
-    () => globalThis.tracecutStudio.source?.name === 'five.webm' && document.body.dataset.state === 'done',
-  );
-  await page.waitForSelector('#doubts', { state: 'visible' });
+  const { page, faults } = await openDoubts({ from: 2, to: 4 }, { from: 6, to: 8 });
   const mask = (t) => page.evaluate((at) => globalThis.tracecutStudio.app.segmentation.mask(at).join(''), t);
   const before = await mask(2);
   const scrub = page.locator('#scrub');

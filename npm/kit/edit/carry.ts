@@ -7,13 +7,12 @@
 // together. Regions do not grow: what is not joined to the painted pixels through time is never changed.
 
 import { TraceCutError, checkNumber, checkWholeNumber, illegal } from '../../check/errors.js';
+import { findShot } from '../../check/masks.js';
 import { decodeRuns, encodeRuns } from '../../session/runs.js';
 import { type ImageEngine, createImageEngine } from '../../stages/image.js';
 import type { FlowField } from '../../session/engine.js';
+import { type Picture, type Size, checkPicture, createPlaces, findPixel, readColours, readFlow } from './motion.js';
 import type { Edit, MaskEditor, Paint, Part } from './editor.js';
-
-/** The pixels of a frame: RGBA bytes, row by row. */
-export type Picture = { data: Uint8Array | Uint8ClampedArray; width: number; height: number };
 
 /** Limits on carrying an edit. */
 export interface CarryOptions {
@@ -21,7 +20,7 @@ export interface CarryOptions {
   first?: number;
   /** Last frame that it may reach; the last of the shot, or of the clip, if not given. */
   last?: number;
-  /** Least evidence for the pixels that it changes in a frame, 0 to 1; .75 if not given, and 0 reaches all frames. */
+  /** Least evidence for the pixels that it changes in a frame, 0 to 1; .75 if not given, and 0 goes on until nothing is left. */
   minEvidence?: number;
   /** Aborts the work: the promise rejects with its reason. */
   signal?: AbortSignal;
@@ -32,9 +31,7 @@ export interface CarryOptions {
 /** The first and the last frame that have the edit. */
 export type CarryRange = { first: number; last: number };
 
-export type FlowBetween = (from: Picture, to: Picture) => Promise<FlowField>;
-
-// All chosen on eight clips (docs/results.md), of which the evidence decides most.
+// All chosen by their effect on clips (docs/results.md), of which the least evidence decides most.
 
 /** Least evidence for the pixels that an edit changes in a frame. */
 const DEFAULT_MIN_EVIDENCE = 0.75;
@@ -100,18 +97,21 @@ async function* followRegion(
   editor: MaskEditor,
   engine: ImageEngine,
 ) {
-  const painted = decodeRuns(paint.parts.get(start)!.region);
-  const paintedArea = countInside(painted);
-  const colourSides = new ColourSides(editor, edit, paint);
+  const { label, over } = paint;
+  const pixels = decodeRuns(paint.parts.get(start)!.region);
+  const paintedArea = countInside(pixels);
   let before = checkPicture(await picture(start), start);
-  colourSides.setPainted(before, start);
-  let region = startRegion(painted, editor);
+  const painted = readSide(before, editor.labels(start), label, editor);
+  let region: FollowedRegion = { pixels, ...createPlaces(editor) };
   for (let t = start + step; t >= first && t <= last; t += step) {
     signal?.throwIfAborted();
     const now = checkPicture(await picture(t), t);
     const [back, forth] = [await engine.flow(now, before), await engine.flow(before, now)];
     signal?.throwIfAborted();
-    const next = moveRegion(region, { back, forth }, colourSides.at(now, t));
+    const labels = editor.labels(t, edit);
+    const isChanged = labels.map((found) => Number(found !== label && (!over || over.includes(found))));
+    const present = readSide(now, labels, label, editor);
+    const next = moveRegion(region, { back, forth }, { painted, present, isChanged });
     const area = countInside(next.pixels);
     const isLost = area < MIN_KEPT_AREA * countInside(region.pixels) || area < MIN_AREA_SHARE * paintedArea;
     const evidence = isLost ? 0 : next.evidence;
@@ -131,23 +131,14 @@ function checkCarry(
   if (start === undefined) throw illegal('param', 'edit', edit, 'an edit that paints');
   if (!editor.edits.includes(edit)) throw new TraceCutError('state', 'only a painted edit in force can be carried');
   // Beyond a cut there is another scene.
-  const shot = editor.shots?.find(({ first, last }) => first <= start && start <= last);
-  const { picture, first = shot?.first ?? 0, last = shot?.last ?? editor.numFrames - 1 } = options;
+  const shot = findShot(editor, start);
+  const { picture, first = shot.first, last = shot.last } = options;
   const { minEvidence = DEFAULT_MIN_EVIDENCE } = options;
   checkWholeNumber('param', 'first', first, 0, start);
   checkWholeNumber('param', 'last', last, start, editor.numFrames - 1);
   checkNumber('minEvidence', minEvidence, 0, 1);
   return { start, picture, first, last, minEvidence, signal: options.signal, onFrame: options.onFrame };
 }
-
-export function checkPicture(picture: Picture, t: number): Picture {
-  const { data, width, height } = picture ?? {};
-  if (!data || data.length !== 4 * width * height)
-    throw new TraceCutError('data', `picture(${t}) is no {data, width, height} of RGBA bytes`);
-  return picture;
-}
-
-type Size = { width: number; height: number };
 
 /** A region in a frame, and for the pixels in and around it the place in the painted frame that they come from. */
 type FollowedRegion = { pixels: Uint8Array; x: Float32Array; y: Float32Array };
@@ -158,39 +149,10 @@ type Side = Size & { colours: Float32Array; isInside: Uint8Array };
 /** What pixels of a frame are compared with, and 1 for those that the edit would change. */
 type Comparison = { painted: Side; present: Side; isChanged: Uint8Array };
 
-/** Reads the frames that the colours of a region are compared with. */
-class ColourSides {
-  painted: Side | null = null;
-
-  constructor(
-    readonly editor: MaskEditor,
-    readonly edit: Edit,
-    readonly paint: Paint,
-  ) {}
-
-  setPainted(picture: Picture, t: number) {
-    this.painted = this.readSide(picture, this.editor.labels(t));
-  }
-
-  at(picture: Picture, t: number): Comparison {
-    const { editor, edit, paint } = this;
-    const { label, over } = paint;
-    const labels = editor.labels(t, edit);
-    const isChanged = labels.map((found) => Number(found !== label && (!over || over.includes(found))));
-    return { painted: this.painted!, present: this.readSide(picture, labels), isChanged };
-  }
-
-  readSide(picture: Picture, labels: Uint8Array): Side {
-    const { width, height } = this.editor;
-    const isInside = labels.map((label) => Number(label === this.paint.label));
-    return { width, height, colours: readColours(picture, this.editor), isInside };
-  }
-}
-
-function startRegion(pixels: Uint8Array, { width, height }: Size): FollowedRegion {
-  const x = Float32Array.from({ length: width * height }, (_, p) => p % width);
-  const y = Float32Array.from({ length: width * height }, (_, p) => Math.floor(p / width));
-  return { pixels, x, y };
+/** @param labels of the frame */
+function readSide(picture: Picture, labels: Uint8Array, label: number, { width, height }: Size): Side {
+  const isInside = labels.map((found) => Number(found === label));
+  return { width, height, colours: readColours(picture, { width, height }), isInside };
 }
 
 /**
@@ -243,7 +205,7 @@ function scorePixels(
     const [forthU, forthV] = readFlow(forth, px, py, present);
     const error = (u + forthU) ** 2 + (v + forthV) ** 2;
     isConsistent[p] = Number(error <= 0.01 * (u * u + v * v + forthU * forthU + forthV * forthV) + 0.5);
-    const place = 2 * interpolate(region.pixels, width, height, px, py) - 1;
+    const place = 2 * sampleMask(region.pixels, present, px, py) - 1;
     scores[p] = Number(isConsistent[p]) * place;
     // Pixels outside of the region have no colours: it would grow into what looks alike.
     if (place <= 0) continue;
@@ -339,39 +301,6 @@ function compareColours({ colours: a }: Side, p: number, { colours: b }: Side, q
   return (Math.abs(a[i]! - b[j]!) + Math.abs(a[i + 1]! - b[j + 1]!) + Math.abs(a[i + 2]! - b[j + 2]!)) / 3;
 }
 
-/** Returns the flow at a place of the masks, in their pixels. */
-export function readFlow(flow: FlowField, x: number, y: number, { width, height }: Size): [number, number] {
-  const [sx, sy] = [flow.width / width, flow.height / height];
-  const column = Math.max(0, Math.min(flow.width - 1, Math.floor((x + 0.5) * sx)));
-  const row = Math.max(0, Math.min(flow.height - 1, Math.floor((y + 0.5) * sy)));
-  const f = row * flow.width + column;
-  return [Number(flow.u[f]) / sx, Number(flow.v[f]) / sy];
-}
-
-/** Returns the pixel at a place; -1 beyond the frame. */
-export function findPixel(x: number, y: number, { width, height }: Size): number {
-  const [column, row] = [Math.round(x), Math.round(y)];
-  return column < 0 || row < 0 || column >= width || row >= height ? -1 : row * width + column;
-}
-
-/** Returns the colours of a picture at the size of the masks: of each pixel the mean over nine pixels of the picture. */
-export function readColours({ data, width: w, height: h }: Picture, { width, height }: Size): Float32Array {
-  const colours = new Float32Array(3 * width * height);
-  for (let p = 0; p < width * height; p += 1) {
-    const x = Math.floor((((p % width) + 0.5) * w) / width);
-    const y = Math.floor(((Math.floor(p / width) + 0.5) * h) / height);
-    let count = 0;
-    for (let j = Math.max(0, y - 1); j <= Math.min(h - 1, y + 1); j += 1) {
-      for (let i = Math.max(0, x - 1); i <= Math.min(w - 1, x + 1); i += 1) {
-        for (let c = 0; c < 3; c += 1) colours[3 * p + c]! += Number(data[4 * (j * w + i) + c]);
-        count += 1;
-      }
-    }
-    for (let c = 0; c < 3; c += 1) colours[3 * p + c]! /= count;
-  }
-  return colours;
-}
-
 /** Returns 1 for the pixels at most `radius` columns and rows from a pixel of the region. */
 function dilate(pixels: Uint8Array, { width }: Size, radius: number): Uint8Array {
   const rows = new Uint8Array(pixels.length);
@@ -393,7 +322,7 @@ function countInside(pixels: Uint8Array): number {
 }
 
 /** Interpolates the mask at a place between pixels, 0 to 1; it is 0 beyond the frame. */
-function interpolate(pixels: Uint8Array, width: number, height: number, x: number, y: number) {
+function sampleMask(pixels: Uint8Array, { width, height }: Size, x: number, y: number) {
   const [left, top] = [Math.floor(x), Math.floor(y)];
   if (left < -1 || top < -1 || left >= width || top >= height) return 0;
   const [ax, ay] = [x - left, y - top];

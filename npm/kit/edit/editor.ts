@@ -2,7 +2,7 @@
 // redo. A session applies corrections to its own masks; all other steps are edits over masks that do not change.
 
 import { TraceCutError, checkOptions, checkWholeNumber, illegal, isPlainObject } from '../../check/errors.js';
-import { MAX_LABEL, type MaskSource, checkMasks, readLabels } from '../../check/masks.js';
+import { MAX_LABEL, type MaskSource, checkMasks, findShot, readLabels } from '../../check/masks.js';
 import { loadPart } from '../../places.js';
 import { type Place, type Stroke, toMerge, toSplit, toStrokes } from '../../session/inputs.js';
 import { getTrajectories } from '../../session/report.js';
@@ -12,8 +12,9 @@ import type { WasmSource } from '../../check/options.js';
 import type { Session } from '../../session/session.js';
 import type { ImageEngine } from '../../stages/image.js';
 import type { ClipTrajectories, VideoResult } from '../../video/result.js';
-import type { CarryOptions, CarryRange, Picture } from './carry.js';
+import type { CarryOptions, CarryRange } from './carry.js';
 import type { InterpolateOptions } from './interpolate.js';
+import type { Picture } from './motion.js';
 
 /** Options of an editor. */
 export interface EditOptions {
@@ -145,6 +146,12 @@ export class MaskEditor {
       applyEdit(edit, t, labels);
     }
     return labels;
+  }
+
+  /** Returns the first and the last frame of the shot of frame `t`. */
+  shotOf(t: number): { first: number; last: number } {
+    checkWholeNumber('param', 't', t, 0, this.numFrames - 1);
+    return findShot(this, t);
   }
 
   /**

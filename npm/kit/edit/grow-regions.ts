@@ -4,7 +4,7 @@ import { TraceCutError, checkWholeNumber, illegal } from '../../check/errors.js'
 import { type Runs as Region, encodeRuns } from '../../session/runs.js';
 import type { FlowField } from '../../session/engine.js';
 import type { Superpixels } from '../../stages/image.js';
-import type { Picture } from './carry.js';
+import type { Picture } from './motion.js';
 
 /** Features of a frame: its superpixels, its pixels, and its flow to a neighbouring frame, all of one size. */
 export interface FrameFeatures {

@@ -3,7 +3,7 @@
 import { TraceCutError, checkWholeNumber, illegal } from '../../check/errors.js';
 import { encodeRuns } from '../../session/runs.js';
 import { type ImageEngine, createImageEngine } from '../../stages/image.js';
-import { type Picture, checkPicture, findPixel, readColours, readFlow } from './carry.js';
+import { type Picture, checkPicture, findPixel, readColours, readFlow } from './motion.js';
 import type { MaskEditor, Paint } from './editor.js';
 
 /** Options of interpolated masks. */
@@ -64,13 +64,12 @@ export async function interpolate(
   }
 }
 
-function checkRange({ numFrames, shots }: MaskEditor, { from, to }: { from: number; to: number }, sides: string) {
+function checkRange(editor: MaskEditor, { from, to }: { from: number; to: number }, sides: string) {
   if (sides !== 'before' && sides !== 'both') throw illegal('param', 'sides', sides, "'before' or 'both'");
-  const shot = shots?.find(({ first, last }) => first < from && from <= last) ?? { first: 0, last: numFrames - 1 };
-  if (shots && !shots.some(({ first, last }) => first < from && from <= last))
-    throw illegal('param', 'from', from, 'a frame with another before it in its shot');
-  checkWholeNumber('param', 'from', from, shot.first + 1, shot.last);
-  checkWholeNumber('param', 'to', to, from + 1, sides === 'both' ? shot.last : shot.last + 1);
+  checkWholeNumber('param', 'from', from, 1, editor.numFrames - 1);
+  const { first, last } = editor.shotOf(from);
+  if (from === first) throw illegal('param', 'from', from, 'a frame with another before it in its shot');
+  checkWholeNumber('param', 'to', to, from + 1, sides === 'both' ? last : last + 1);
 }
 
 /** Moves a mask to the next frame. */

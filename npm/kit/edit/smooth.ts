@@ -1,12 +1,20 @@
 // Reduces the flicker of masks: each pixel gets the label that most neighbouring frames give to its past and future places.
 // The vote follows the flow: fast objects are elsewhere in the next frame, and a vote at the same place would erase them.
 
-import { TraceCutError, checkWholeNumber, illegal, isPlainObject } from '../../check/errors.js';
-import { MAX_LABEL, type MaskSource, checkMasks, getTimes, readLabels } from '../../check/masks.js';
+import { checkWholeNumber, illegal, isPlainObject } from '../../check/errors.js';
+import { MAX_LABEL, type MaskSource, checkMasks, findShot, getTimes, readLabels } from '../../check/masks.js';
 import { type Runs, decodeRuns, encodeRuns } from '../../session/runs.js';
 import { type ImageEngine, createImageEngine } from '../../stages/image.js';
 import type { FlowField } from '../../session/engine.js';
-import type { FlowBetween, Picture } from './carry.js';
+import {
+  type FlowBetween,
+  type Picture,
+  type Size,
+  checkPicture,
+  createPlaces,
+  findPixel,
+  readFlow,
+} from './motion.js';
 
 /** Options of smoothing. */
 export interface SmoothMasksOptions {
@@ -112,14 +120,12 @@ class Neighbours {
   /** Yields for each neighbouring frame the label of each pixel of frame `t` there, `NO_VOTE` outside of the frame. */
   async *votes(t: number): AsyncGenerator<Int16Array, void, undefined> {
     const { masks, reach } = this;
-    const { width, height, numFrames } = masks;
-    const shot = masks.shots?.find(({ first, last }) => first <= t && t <= last);
-    const [first, last] = [shot?.first ?? 0, shot?.last ?? numFrames - 1];
+    const { first, last } = findShot(masks, t);
     for (const step of [1, -1]) {
-      const places = createPlaces(width, height);
+      const places = createPlaces(masks);
       for (let k = t; Math.abs(k + step - t) <= reach && k + step >= first && k + step <= last; k += step) {
-        follow(places, await this.getFlow(k, k + step), this.masks);
-        yield readVotes(places, readLabels(masks, k + step), width, height);
+        follow(places, await this.getFlow(k, k + step), masks);
+        yield readVotes(places, readLabels(masks, k + step), masks);
       }
     }
   }
@@ -134,10 +140,7 @@ class Neighbours {
   }
 
   async getPicture(t: number) {
-    const picture = await (this.#pictures.get(t) ?? this.picture(t));
-    const { data, width, height } = picture ?? {};
-    if (!data || data.length !== 4 * width * height)
-      throw new TraceCutError('data', `picture(${t}) is no {data, width, height} of RGBA bytes`);
+    const picture = checkPicture(await (this.#pictures.get(t) ?? this.picture(t)), t);
     remember(this.#pictures, t, picture, 2 * this.reach + 1);
     return picture;
   }
@@ -150,42 +153,21 @@ function remember<K, V>(map: Map<K, V>, key: K, value: V, most: number) {
   if (map.size > most) map.delete(map.keys().next().value!);
 }
 
-/** Returns the place of each pixel. */
-function createPlaces(width: number, height: number) {
-  const [x, y] = [new Float32Array(width * height), new Float32Array(width * height)];
-  for (let p = 0; p < x.length; p += 1) [x[p], y[p]] = [p % width, Math.floor(p / width)];
-  return { x, y };
-}
-
 /** Moves places along the flow to the next frame; those outside of the frame stay. */
-function follow(
-  { x, y }: { x: Float32Array; y: Float32Array },
-  flow: FlowField,
-  { width, height }: { width: number; height: number },
-) {
-  const [sx, sy] = [flow.width / width, flow.height / height];
+function follow({ x, y }: ReturnType<typeof createPlaces>, flow: FlowField, size: Size) {
   for (let p = 0; p < x.length; p += 1) {
     const [px, py] = [Number(x[p]), Number(y[p])];
-    if (isOutside(px, py, width, height)) continue;
-    const fx = Math.min(flow.width - 1, Math.floor((Math.max(0, px) + 0.5) * sx));
-    const fy = Math.min(flow.height - 1, Math.floor((Math.max(0, py) + 0.5) * sy));
-    const f = fy * flow.width + fx;
-    x[p] = px + Number(flow.u[f]) / sx;
-    y[p] = py + Number(flow.v[f]) / sy;
+    if (findPixel(px, py, size) < 0) continue;
+    const [u, v] = readFlow(flow, px, py, size);
+    [x[p], y[p]] = [px + u, py + v];
   }
 }
 
-function isOutside(x: number, y: number, width: number, height: number) {
-  return !(x >= -0.5 && y >= -0.5 && x < width - 0.5 && y < height - 0.5);
-}
-
-function readVotes({ x, y }: { x: Float32Array; y: Float32Array }, labels: Uint8Array, width: number, height: number) {
+function readVotes({ x, y }: ReturnType<typeof createPlaces>, labels: Uint8Array, size: Size) {
   const votes = new Int16Array(x.length);
   for (let p = 0; p < x.length; p += 1) {
-    const [px, py] = [Number(x[p]), Number(y[p])];
-    votes[p] = isOutside(px, py, width, height)
-      ? NO_VOTE
-      : Number(labels[Math.floor(py + 0.5) * width + Math.floor(px + 0.5)]);
+    const q = findPixel(Number(x[p]), Number(y[p]), size);
+    votes[p] = q < 0 ? NO_VOTE : Number(labels[q]);
   }
   return votes;
 }

@@ -1,6 +1,7 @@
 // The sound of a file as WAV: 16-bit samples at the rate of the file, of an exact length.
 
 import { TraceCutError } from '../../check/errors.js';
+import { loadPart } from '../../places.js';
 import { countChannels, decodeSound, findDecoder } from './sound-convert.js';
 import { openInput } from './video-file.js';
 import type { SoundOptions } from './sound.js';
@@ -23,7 +24,7 @@ export type Wav = {
  * @param seconds length of the file, which ends in silence if the sound is shorter
  */
 export async function openWav({ source, start }: Required<SoundOptions>, seconds: number): Promise<Wav | null> {
-  const media = await import('../../vendor/media.js');
+  const media = await loadPart(import('../../vendor/media.js'));
   const input = openInput(media, source);
   const close = () => input.dispose();
   try {

@@ -66,7 +66,7 @@ export class Correction {
       isOn: () => this.isOpen && this.tool === 'pick' && !this.busy,
       join: (into, other) => this.join(into, [other], `${objectName(other)} joined with ${objectName(into)}`),
     });
-    new FixRange(store, this.brush, () => this.corrector);
+    new FixRange(store, this.brush);
     this.strokes = new Strokes(viewer, () => this.update(), {
       radius: () => byId<HTMLInputElement>('brush-size').valueAsNumber / 2,
       paint: (stroke, tool) => this.brush.stroke(stroke, tool),

@@ -4,9 +4,8 @@
 import { byId } from '../dom.js';
 import { formatFrameTime } from '../../model/messages.js';
 import { objectColor } from '../../model/palette.js';
-import { type Fix, type State, clampFrame } from '../../model/store.js';
+import { type Fix, type State, clampFrame, shotOf } from '../../model/store.js';
 import type { Brush } from '../../model/brush.js';
-import type { Corrections } from '../../model/corrections.js';
 import type { Page } from '../page.js';
 
 type Range = { first: number; last: number };
@@ -21,7 +20,6 @@ export class FixRange {
   constructor(
     readonly store: Page['store'],
     readonly brush: Pick<Brush, 'moveEnds'>,
-    readonly corrector: () => Corrections | null,
   ) {
     for (const handle of [this.first, this.last]) {
       handle.addEventListener('input', () => this.moveHandle(handle));
@@ -64,9 +62,8 @@ export class FixRange {
   /** Shows the frame of a moving handle. The painted frame stays inside, and the range inside of the shot. */
   moveHandle(handle: HTMLInputElement) {
     const { fix } = this.store.state;
-    const shot = fix && this.corrector()?.shotOf(fix.t);
-    if (!fix || !shot) return;
-    const range = this.rangeIn(fix, shot);
+    if (!fix) return;
+    const range = this.rangeOf(fix);
     this.wanted = range;
     this.showHandles(range);
     this.showBar(range);
@@ -74,11 +71,12 @@ export class FixRange {
     this.store.set({ isPlaying: false, frame });
   }
 
-  /** Returns the range of the handles. */
-  rangeIn({ t }: Fix, shot: Range): Range {
+  /** Returns the range of the handles, around the painted frame and in its shot. */
+  rangeOf({ t }: Fix): Range {
+    const { from, to } = shotOf(this.store.state, t);
     return {
-      first: Math.max(shot.first, Math.min(t, Number(this.first.value))),
-      last: Math.min(shot.last, Math.max(t, Number(this.last.value))),
+      first: Math.max(from, Math.min(t, Number(this.first.value))),
+      last: Math.min(to - 1, Math.max(t, Number(this.last.value))),
     };
   }
 
