@@ -37,7 +37,7 @@ export class Candidates {
 
   constructor(readonly host: Host) {
     host.store.watch(['frame', 'isPlaying'], () => void this.prepare());
-    // The outline is that of the pixels which would change.
+    // Only pixels that would change are outlined.
     host.store.watch(['analysis'], () => this.aim && this.outlined && void this.grow(this.aim, this.outlined));
   }
 
@@ -48,7 +48,7 @@ export class Candidates {
     void this.prepare();
   }
 
-  /** Computes the features of the frame on screen; if it changes meanwhile, those of the new one next. */
+  /** Computes the features of the frame on screen, and of the next one if it changes meanwhile. */
   prepare(): Promise<void> {
     if (!this.isWatching) return Promise.resolve();
     this.preparing ??= this.prepareFrames();

@@ -1,10 +1,11 @@
-// Carries an edit of one frame to others, outward from there, as long as it is sure of the pixels that it changes.
+// Carries an edit of one frame to the frames before and after it, as long as flow and colours support the pixels that it
+// changes.
 //
-// From frame to frame, each pixel looks back along the optical flow. Three things tell whether it belongs to the region: most
-// of the place that it came from does; the flow from there leads back; its colour is rather that of the painted side, in the
-// painted frame around the place that it comes from, than that of the other side. Colours of the present masks around the
-// region only count against it: these masks may have the very error that is corrected. Pixels of similar colour decide
-// together. Regions do not grow: what is not joined to the painted pixels through time is never changed.
+// Each pixel of the next frame is traced back along the optical flow. It belongs to the region if it comes from the region,
+// passes the forward-backward check, and looks more like the painted side than like the other side, in the painted frame
+// around its origin. The colours around it in the present frame can only reject it: the masks there may have the error that
+// is corrected. Scores are averaged over pixels of similar colour. Regions do not grow, so an edit never changes pixels that
+// are not joined to the painted ones through time.
 
 import { TraceCutError, checkNumber, checkWholeNumber, illegal } from '../../check/errors.js';
 import { findShot } from '../../check/masks.js';
@@ -42,15 +43,15 @@ const PAINTED_RADIUS_PX = 8;
 const PRESENT_RADIUS_PX = 12;
 /** Difference of colours, the mean of red, green and blue of 255, by which evidence grows by 1. */
 const COLOUR_SCALE = 8;
-/** Evidence of colours is limited to this; that of the place is 1. */
+/** Largest evidence of colours; the evidence of a place is at most 1. */
 const MAX_COLOUR_EVIDENCE = 2;
-/** A pixel that differs by more from all colours of its side is none of them. */
+/** Largest difference from the colours of the painted side; pixels beyond it are outside. */
 const MAX_COLOUR_DIFFERENCE = 30;
 /** Radius in which pixels of similar colour decide together. */
 const SMOOTHING_RADIUS_PX = 2;
-/** A region that keeps less of its area from one frame to the next is lost, */
+/** Least share of its area that a region keeps from one frame to the next, */
 const MIN_KEPT_AREA = 0.5;
-/** and so is one that has less of the painted area. */
+/** and of the painted area; with less it is lost. */
 const MIN_AREA_SHARE = 0.25;
 
 /** Carries the regions that an edit paints to the frames before and after it, as parts of the same edit. */

@@ -298,8 +298,8 @@ export class MaskEditor {
   }
 
   /**
-   * Replaces the masks of a range of frames by those of the frame before it and the frame after it, moved along the
-   * optical flow; the nearer one has more weight. One step.
+   * Replaces the masks of a range of frames by the masks of the frames before and after it, moved along the optical
+   * flow; the nearer frame has more weight. One step.
    * @param range.from 0 to `numFrames - 1`, and not the first frame of a shot
    * @param range.to one after the last frame, in the same shot
    * @param options.sides `before` takes only the frame before, and ends where objects no longer look like those in it

@@ -1,4 +1,4 @@
-// Masks of a range of frames from those of the frame before it and the frame after it, moved along the optical flow.
+// Interpolates the masks of a range of frames from the frames before and after it, along the optical flow.
 
 import { TraceCutError, checkWholeNumber, illegal } from '../../check/errors.js';
 import { encodeRuns } from '../../session/runs.js';
