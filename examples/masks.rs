@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let mut session = Session::new(Params::default())?;
     if input == "-" {
-        let scene = Scene::sample(256, 144, 10, 1);
+        let scene = Scene::sample((256, 144), 10, 1);
         for t in 0..scene.num_frames() {
             session.push_frame(scene.frame(t))?;
         }

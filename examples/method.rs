@@ -16,40 +16,38 @@ use tracecut::cut::{CutInput, appearance_log_odds, gabriel_cut, paint};
 use tracecut::discontinuity::{discontinuities, neighborhoods};
 use tracecut::discretize::{EvidenceInput, discretize};
 use tracecut::embedding::embed;
-use tracecut::flow::{CompactFlow, FlowPyramid, flow_between, local_flow_variation};
+use tracecut::flow::{CompactFlow, FlowPyramid, flow_between};
 use tracecut::image::{Frame, Plane};
 use tracecut::mask::{Observations, classify_clusters, cluster_penalties, number_objects, refine};
-use tracecut::saliency::{SaliencyMaps, context_saliency, sample_map, trajectory_saliency};
+use tracecut::saliency::{SaliencyMaps, context_saliency, trajectory_saliency};
 use tracecut::superpixel::superpixels_of;
-use tracecut::trajectory::{Tracker, structure};
+use tracecut::trajectory::Tracker;
 
 /// Returns a label for every pixel of at least two frames of equal size.
 fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut::Error> {
     // Lengths are stated for large frames, counts of trajectories for a grid step of 8 pixels there.
     let (width, height) = (frames[0].width(), frames[0].height());
     let size = (width, height);
-    let (params, seed) = (params.for_size(size), params.clip.seed);
+    let (vote_radius, seed) = (params.vote_radius(size), params.clip.seed);
+    let params = params.for_size(size);
+    let spacing = params.trajectory.grid_step;
 
     // 2.1 Trajectories: points that follow the optical flow from frame to frame; denser ones are for the masks.
     let mut tracker = Tracker::new(size, &params.trajectory);
     let mut denser = Tracker::new(size, &params.trajectory.for_masks());
     let mut flows = Vec::new();
     for pair in frames.windows(2) {
-        let structure = structure(&pair[0].luma());
-        let [from, to] = [&pair[0], &pair[1]].map(|frame| FlowPyramid::from_frame(frame, params.flow.max_side));
+        let [from, to] = [&pair[0], &pair[1]].map(|frame| FlowPyramid::reduced(frame, params.flow.max_side));
         let forward = flow_between(&from, &to, &params.flow).at_size(width, height);
         let backward = flow_between(&to, &from, &params.flow).at_size(width, height);
-        let variation = local_flow_variation(&forward);
-        for tracker in [&mut tracker, &mut denser] {
-            tracker.seed(&structure);
-            tracker.follow(&forward, &backward, &variation);
-        }
+        tracker.track(&pair[0], &forward, &backward);
+        denser.track(&pair[0], &forward, &backward);
         flows.push(CompactFlow::new(&forward));
     }
     let (tracks, denser) = (tracker.finish(), denser.finish());
 
     // 2.1 The embedding: affinities A of motion, eigenvectors V of the normalised A.
-    let mut a = affinities(&tracks, params.spacing(), &params.affinity, seed)?;
+    let mut a = affinities(&tracks, spacing, &params.affinity, seed)?;
     let mut v = embed(&a, &params.embedding, seed);
 
     // 2.2 Discontinuities d of the embedding between Delaunay neighbours.
@@ -58,17 +56,13 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
     // 3. Saliency: what the flow around a point does not do, averaged over what is near in the embedding.
     let mut maps = SaliencyMaps::new(&params.saliency);
     flows.iter().for_each(|flow| maps.add_flow(&flow.unpack(1.0, 1.0)));
-    let (mut of_points, mut of_denser) = (vec![-1.0; tracks.x.len()], vec![-1.0; denser.x.len()]);
-    for (t, flow) in flows.iter().enumerate() {
-        let map = maps.map(t, &flow.unpack(1.0, 1.0));
-        sample_map(&map, &tracks, t, &mut of_points);
-        sample_map(&map, &denser, t, &mut of_denser);
-    }
-    let alone = trajectory_saliency(&tracks, &of_points);
+    let map = |(t, flow): (usize, &CompactFlow)| maps.map(t, &flow.unpack(1.0, 1.0));
+    let of_frames: Vec<_> = flows.iter().enumerate().map(map).collect();
+    let alone = trajectory_saliency(&tracks, &of_frames);
     let foreground = context_saliency(alone, &v, &d, &params.saliency).foreground;
 
     // 3. Connectedness: pieces of the foreground keep trajectories apart, which changes A, V and d.
-    let (longest, fewest) = (params.connectedness.max_edge * params.spacing(), params.connectedness.min_component);
+    let (longest, fewest) = (params.connectedness.max_edge * spacing, params.connectedness.min_component);
     let pieces = components(&tracks, &d.neighborhoods, &foreground, longest, fewest as usize);
     let separation = Separation::new(&tracks, &pieces, &params.connectedness);
     if let Some((kept, _)) = constrain(&a, &tracks, &separation, &foreground, &params.connectedness) {
@@ -93,10 +87,10 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
     let observations = Observations {
         clustered: &input,
         denser: &denser,
-        saliency: &trajectory_saliency(&denser, &of_denser),
+        saliency: &trajectory_saliency(&denser, &of_frames),
         saliency_threshold: params.saliency.threshold,
         max_edge: longest,
-        vote_radius: params.vote_radius(),
+        vote_radius,
     };
     let classes = classify_clusters(&background, &clusters, &observations);
     let objects = number_objects(&tracks, &classes.clusters, &classes.is_object).of_cluster;

@@ -7,7 +7,7 @@ import { parseArgs } from 'node:util';
 import { ensureOwnTool, ensureRust, fail, output, ownTool, root, run } from './tools.mjs';
 
 /** Maximum number of public items, as each is a promise. Lower it when there are fewer. */
-const MAX_ITEMS = 266;
+const MAX_ITEMS = 200;
 
 /** The counted items: those with a heading in the documentation. Trait methods have none. */
 const ITEM = /^(?:#\[\w+\] )*pub (?:const |async )*(mod|struct|enum|union|trait|fn|const|static|type|macro) ([\w:]+)/;

@@ -23,13 +23,18 @@
 //!
 //! # How to use it
 //!
+//! ```toml
+//! [dependencies]
+//! tracecut = "0.1"
+//! ```
+//!
 //! [`Session`] runs the whole method; [`Session::step`] runs it in small steps, for progress bars and cancelling.
 //!
 //! ```
 //! use tracecut::synth::Scene;
 //! use tracecut::{Params, Session};
 //!
-//! let scene = Scene::sample(96, 54, 4, 1);
+//! let scene = Scene::sample((96, 54), 4, 1);
 //! let mut session = Session::new(Params::default())?;
 //! for t in 0..scene.num_frames() {
 //!     session.push_frame(scene.frame(t))?; // or push_rgba, push_encoded
@@ -40,7 +45,36 @@
 //! # Ok::<(), tracecut::Error>(())
 //! ```
 //!
-//! Every parameter is a field of [`Params`], with its meaning, range and source.
+//! A clip of any length runs window by window, in the memory of one window:
+//!
+//! ```
+//! use tracecut::synth::Scene;
+//! use tracecut::{Error, Params, Windows};
+//!
+//! let scene = Scene::sample((96, 54), 20, 1);
+//! let frames = (0..20).map(|t| Ok::<_, Error>(scene.frame(t))); // or from a decoder, with its own errors
+//! let mut windows = Windows::new(Params::fast(), frames)?.with_window(12, 4)?.with_threads(2);
+//! while let Some(window) = windows.next_window(|progress| eprintln!("{}", progress.stage)) {
+//!     let window = window?;
+//!     for t in window.settled {
+//!         let mask = windows.session().labels(t)?;
+//!         println!("frame {}: {} pixels", window.first_frame + t, mask.data().iter().filter(|&&label| label > 0).count());
+//!     }
+//! }
+//! # Ok::<(), Error>(())
+//! ```
+//!
+//! Every parameter is a field of [`Params`], with its meaning, range and source. Change fields, set them by name
+//! ([`Params::set`]), or read them from JSON; errors name the field and its range:
+//!
+//! ```
+//! use tracecut::{Params, Session};
+//!
+//! let mut params = Params::default();
+//! params.trajectory.grid_step = 0.5;
+//! let error = Session::new(params).unwrap_err();
+//! assert_eq!(error.to_string(), "trajectory.grid_step = 0.5 (expected a number, 2..=64)");
+//! ```
 //!
 //! # The stages
 //!
@@ -57,15 +91,16 @@
 //! | saliency | [`saliency`] | [`SaliencyMaps`](saliency::SaliencyMaps), [`context_saliency`](saliency::context_saliency) | 3 | flow, embedding → [`Saliency`](saliency::Saliency) |
 //! | connectedness | [`connectedness`] | [`components`](connectedness::components), [`constrain`](connectedness::constrain) | 3 | foreground, A → A without affinities between separate components |
 //! | clusters | [`discretize`] | [`discretize`](discretize::discretize) | 2.3 | embedding, d → [`Clusters`](discretize::Clusters) |
-//! | superpixels | [`contour`], [`superpixel`] | [`boundary_map`](contour::boundary_map), [`gabriel_superpixels`](superpixel::gabriel_superpixels) | 4.1 | a frame → [`Superpixels`](superpixel::Superpixels) |
-//! | objects | [`background`], [`mask`] | [`Background`](background::Background), [`classify_clusters`](mask::classify_clusters) | | frames, flow, labelled trajectories → which clusters are objects, evidence for each superpixel |
+//! | superpixels | [`contour`], [`superpixel`] | [`boundary_map`](contour::boundary_map), [`superpixels_of`](superpixel::superpixels_of) | 4.1 | a frame → [`Superpixels`](superpixel::Superpixels) |
+//! | objects | | | | frames, flow, labelled trajectories → which clusters are objects, evidence for each superpixel |
 //! | cut | [`cut`] | [`gabriel_cut`](cut::gabriel_cut) | 4.2 | superpixels, labelled trajectories, evidence → [`CutLabels`](cut::CutLabels) |
 //! | masks | [`mask`] | [`refine`](mask::refine) | | cut, frames → a mask for each frame |
 //!
 //! Further modules: [`still`] finds discontinuities in single images; [`correction`] has the user's corrections; [`synth`]
-//! renders clips with known masks and flow; [`image`], [`sparse`] and [`params`] are shared by all of these.
+//! renders clips with known masks and flow; [`image`] and [`sparse`] are shared by all of these.
 //!
-//! `examples/method.rs` has the whole method from top to bottom, with the sections of the paper.
+//! `examples/method.rs` has the whole method from top to bottom, with the sections of the paper. It also calls what is not
+//! documented here, because it is not in the paper and may change in any release, such as the stage *objects*.
 //!
 //! Results are the same bytes for the same frames, parameters and target, on any number of threads. The library uses no
 //! clock, opens no files and keeps no global state; it starts threads only in [`Session::run_on`].
@@ -76,7 +111,7 @@ mod dense;
 mod figure;
 pub mod mask;
 mod motion;
-pub mod session;
+mod session;
 pub mod still;
 pub mod synth;
 #[doc(hidden)]
@@ -84,22 +119,30 @@ pub mod tracks;
 #[cfg(all(target_arch = "wasm32", feature = "wasm"))]
 pub mod wasm;
 
-// Paths leave the folders out, inside and outside the crate, except in `session`.
+// Paths leave the folders out, inside and outside the crate, except inside in `session`.
 use base::{delaunay, error, grid, order};
-pub use base::{image, params, sparse};
+pub use base::{image, sparse};
 #[doc(hidden)]
-pub use base::{rng, sets};
+pub use base::{params, rng, sets};
 pub use dense::{contour, cut, superpixel};
-pub use figure::{background, connectedness, discretize, saliency};
 #[doc(hidden)]
-pub use figure::{camera, evidence};
+pub use figure::{background, camera, evidence};
 use figure::{classify, objects};
+pub use figure::{connectedness, discretize, saliency};
 pub use motion::{affinity, discontinuity, embedding, flow, trajectory};
 
+pub use background::BackgroundParams;
 pub use error::Error;
+pub use params::ParamValue;
 #[cfg(not(target_arch = "wasm32"))]
-pub use session::{Checkpoint, Window, Windows};
-pub use session::{Explanation, LabelSource, Params, Progress, Session, Stage, Step};
+#[doc(hidden)] // For `bench ablate`.
+pub use session::Forks;
+#[cfg(any(not(target_arch = "wasm32"), feature = "wasm"))]
+pub use session::Window;
+pub use session::explanation;
+#[cfg(not(target_arch = "wasm32"))]
+pub use session::{Checkpoint, Windows};
+pub use session::{ClipParams, Params, Progress, Session, ShotParams, Stage, Step};
 
 /// The README's Rust, tested with the examples in comments.
 #[cfg(doctest)]

@@ -28,7 +28,7 @@ use tracecut::flow::{FlowParams, FlowPyramid, FlowScratch, flow_between, flow_be
 use tracecut::image::{Frame, Plane, gaussian_blur};
 use tracecut::mask::refine;
 use tracecut::rng::{Rng, mix};
-use tracecut::saliency::{SaliencyMaps, context_saliency, sample_map, trajectory_saliency};
+use tracecut::saliency::{SaliencyMaps, context_saliency, trajectory_saliency};
 use tracecut::sparse::SymCsr;
 use tracecut::superpixel::{gabriel_superpixels, superpixels_of};
 use tracecut::synth::Scene;
@@ -78,8 +78,8 @@ fn time_flow() {
     println!("{:>9}  {:>10}  {:>8}  {:>9}", "size", "pyramid ms", "field ms", "error px");
     for (width, height) in [(320, 180), (480, 270), (640, 360), (640, 480), (854, 480)] {
         let [from, to] = noise_frames(width, height);
-        let (pyramid_ms, from) = least(12, || FlowPyramid::new(&from));
-        let to = FlowPyramid::new(&to);
+        let (pyramid_ms, from) = least(12, || FlowPyramid::from_luma(&from));
+        let to = FlowPyramid::from_luma(&to);
         let mut scratch = FlowScratch::default();
         let (field_ms, flow) = least(12, || flow_between_with(&from, &to, &params, &mut scratch));
         let inside =
@@ -300,7 +300,8 @@ fn time_eigen(files: &[String]) {
             println!("{path}");
         }
         let solve = |tolerance| {
-            let params = EmbeddingParams { min_dimensions: K, ..EmbeddingParams::default() };
+            let mut params = EmbeddingParams::default();
+            params.min_dimensions = K;
             let embedding = embed_with_tolerance(tolerance, &a, &params, 0);
             (embedding.info, embedding.eigenvalues)
         };
@@ -324,13 +325,13 @@ fn time_stages() {
 fn figures(size: (usize, usize)) -> Vec<(&'static str, f64)> {
     let params = Params::default().for_size(size);
     let seed = params.clip.seed;
-    let scene = Scene::sample(size.0, size.1, FRAMES, 1);
+    let scene = Scene::sample((size.0, size.1), FRAMES, 1);
     let frames: Vec<Frame> = (0..FRAMES).map(|t| scene.frame(t)).collect();
     let mut times = Vec::new();
     let mut time = |name, run: &mut dyn FnMut()| times.push((name, least(5, run).0));
 
     let lumas: Vec<_> = frames.iter().map(Frame::luma).collect();
-    let pyramids: Vec<_> = lumas.iter().map(FlowPyramid::new).collect();
+    let pyramids: Vec<_> = lumas.iter().map(FlowPyramid::from_luma).collect();
     let between = |a: usize, b: usize| flow_between(&pyramids[a], &pyramids[b], &params.flow);
     let flows: Vec<_> = (1..FRAMES).map(|t| (between(t - 1, t), between(t, t - 1))).collect();
     let seeds = structure(&lumas[0]);
@@ -349,7 +350,9 @@ fn figures(size: (usize, usize)) -> Vec<(&'static str, f64)> {
     time("tracks of masks, the clip", &mut || drop(track(&params.trajectory.for_masks())));
     let tracks = track(&params.trajectory);
 
-    let related = || affinities(&tracks, params.spacing(), &params.affinity, seed).expect("the scene has trajectories");
+    let related = || {
+        affinities(&tracks, params.trajectory.grid_step, &params.affinity, seed).expect("the scene has trajectories")
+    };
     time("affinities, the clip", &mut || drop(related()));
     let a = related();
     time("embedding, the clip", &mut || drop(embed(&a, &params.embedding, seed)));
@@ -367,16 +370,13 @@ fn figures(size: (usize, usize)) -> Vec<(&'static str, f64)> {
     time("camera motion, the clip", &mut || drop(estimate_motion()));
     let maps = estimate_motion();
     time("saliency map, a frame", &mut || drop(maps.map(0, &flows[0].0)));
-    let mut of_points = vec![-1.0; tracks.x.len()];
-    flows
-        .iter()
-        .enumerate()
-        .for_each(|(t, (forward, _))| sample_map(&maps.map(t, forward), &tracks, t, &mut of_points));
-    let point_saliency = trajectory_saliency(&tracks, &of_points);
+    let of_frames: Vec<_> = flows.iter().enumerate().map(|(t, (forward, _))| maps.map(t, forward)).collect();
+    let point_saliency = trajectory_saliency(&tracks, &of_frames);
     let stands_out = || context_saliency(point_saliency.clone(), &v, &d, &params.saliency).foreground;
     time("saliency in context", &mut || drop(stands_out()));
     let foreground = stands_out();
-    let (longest, fewest) = (params.connectedness.max_edge * params.spacing(), params.connectedness.min_component);
+    let (longest, fewest) =
+        (params.connectedness.max_edge * params.trajectory.grid_step, params.connectedness.min_component);
     let evidence = EvidenceInput::new(&tracks, &d, &params.affinity, Some(&maps), None);
     let pieces = || components(&tracks, &d.neighborhoods, &foreground, longest, fewest as usize);
     time("components, the clip", &mut || drop(Separation::new(&tracks, &pieces(), &params.connectedness)));

@@ -15,8 +15,8 @@ use cache::{Cache, Key, Score};
 use clap::Args;
 use ledger::{Choice, Effect, markdown, read_choices};
 use std::path::PathBuf;
+use tracecut::Forks;
 use tracecut::image::Plane;
-use tracecut::session::Forks;
 use tracecut::{Params, Session};
 use tracecut_cli::failure::{Failure, Result, print, write};
 
@@ -81,7 +81,7 @@ fn variants(choices: &[Choice], params: &Params, args: &AblateArgs) -> Result<Ve
     let is_selected = |c: &Choice| args.rules.is_empty() || args.rules.iter().any(|text| c.name.contains(text));
     let mut variants = vec![Some(("all in force".to_owned(), params.clone()))];
     for choice in choices {
-        let takes_away = !choice.without.0.is_empty() && is_selected(choice);
+        let takes_away = !choice.without.is_empty() && is_selected(choice);
         let without = || Ok::<_, Failure>((format!("without {}", choice.name), choice.params(params)?));
         variants.push(takes_away.then(without).transpose()?);
     }

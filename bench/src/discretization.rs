@@ -10,7 +10,7 @@ use plotters::prelude::*;
 use serde::Serialize;
 use std::path::PathBuf;
 use tracecut::connectedness::ConnectednessMode;
-use tracecut::discretize::DiscretizeMethod::{self, KMeans, Rotation, RotationEvidence, RotationMerge};
+use tracecut::discretize::DiscretizeMethod::{self, KMeans, Rotation, RotationMerge};
 use tracecut::discretize::{CountRule, DiscretizeParams, cluster_count};
 use tracecut::embedding::Embedding;
 use tracecut::{Params, Session};
@@ -83,22 +83,24 @@ impl Outcome {
     /// K by `rule` at `threshold`, at least 1.
     fn count(&self, rule: CountRule, threshold: f64) -> usize {
         let count = match rule {
-            CountRule::Eigenvalues => self.eigenvalues.iter().filter(|&&l| l >= threshold).count(),
             CountRule::Gap => {
                 let dimensions = self.eigenvalues.len();
                 let embedding = Embedding { dimensions, eigenvalues: self.eigenvalues.clone(), ..Embedding::default() };
-                let params = DiscretizeParams { count: rule, min_gap: threshold, ..DiscretizeParams::default() };
+                let mut params = DiscretizeParams::default();
+                params.count = rule;
+                params.min_gap = threshold;
                 cluster_count(&embedding, &params)
             }
+            _ => self.eigenvalues.iter().filter(|&&l| l >= threshold).count(),
         };
         count.clamp(1, self.rotation.len().max(1))
     }
 
     fn errors(&self, method: DiscretizeMethod, count: usize) -> Errors {
         let of_count = match method {
-            RotationMerge | RotationEvidence => &self.rotation_merge,
             KMeans => &self.k_means,
             Rotation => &self.rotation,
+            _ => &self.rotation_merge,
         };
         of_count.get(count - 1).copied().unwrap_or_default()
     }

@@ -71,7 +71,7 @@ fn run_pair(folder: &Path, params: &Params, repeat: u32) -> Result<(f64, f64)> {
     let mut field = FlowField::default();
     for _ in 0..repeat {
         let clock = Clock::start();
-        field = flow_between(&FlowPyramid::new(&from), &FlowPyramid::new(&to), &params.flow);
+        field = flow_between(&FlowPyramid::from_luma(&from), &FlowPyramid::from_luma(&to), &params.flow);
         fastest = fastest.min(1000.0 * clock.seconds().best());
     }
     let error = end_point_error(&field, &truth).map_err(|e| Failure::about(folder.display(), e))?;

@@ -265,10 +265,10 @@ fn run_windows(excerpt: &Excerpt, params: &Params, seed: u32, window: usize) -> 
     let mut params = params.clone();
     params.clip.seed = seed;
     let frames = excerpt.frames().collect::<Result<Vec<ClipFrame>>>()?;
-    let (clock, count) = (Clock::start(), frames.len());
+    let clock = Clock::start();
     let frames = frames.into_iter().map(|frame| Ok::<_, Failure>(frame.frame));
     let overlap = Window::overlap(window);
-    let mut windows = Windows::new(params, frames)?.with_window(window, overlap)?.with_length(count);
+    let mut windows = Windows::new(params, frames)?.with_window(window, overlap)?;
     let mut masks = Vec::new();
     while let Some(found) = windows.next_window(|_| ()) {
         for t in found?.settled {

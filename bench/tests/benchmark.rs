@@ -62,7 +62,7 @@ fn middlebury_error_stays_below_a_third_of_a_pixel() {
     let names = ["Dimetrodon", "Grove2", "Grove3", "Hydrangea", "RubberWhale", "Urban2", "Urban3", "Venus"];
     let error = |name: &str| {
         let read = |file: &str| std::fs::read(folder.join(name).join(file)).unwrap();
-        let pyramid = |file: &str| FlowPyramid::new(&Frame::decode(&read(file)).unwrap().luma());
+        let pyramid = |file: &str| FlowPyramid::new(&Frame::decode(&read(file)).unwrap());
         let found = flow_between(&pyramid("frame10.png"), &pyramid("frame11.png"), &FlowParams::default());
         flow::end_point_error(&found, &flow::FlowTruth::from_flo(&read("flow10.flo")).unwrap()).unwrap()
     };

@@ -36,7 +36,7 @@ pub(crate) fn check(width: usize, height: usize, max_pixels: usize) -> std::resu
             what: "pixels in a frame",
             actual: width * height,
             limit: max_pixels,
-            name: "clip.maxPixels",
+            name: "clip.max_pixels".to_owned(),
         });
     }
     Ok(())

@@ -8,8 +8,8 @@ use crate::settings::Settings;
 use clap::Args;
 use std::cmp::Ordering;
 use std::path::PathBuf;
-use tracecut::session::SuperpixelLink;
-use tracecut::{Explanation, LabelSource, Session};
+use tracecut::Session;
+use tracecut::explanation::{Explanation, LabelSource, SuperpixelLink};
 
 /// Number of links that are listed one by one, the strongest first; chosen by eye.
 const MAX_LINKS: usize = 8;
@@ -47,7 +47,7 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<()> {
     });
     let (session, _) = run_frames(frames, input.num_frames(), params, threads, &Log::plain())?;
     for &[t, x, y] in &args.at {
-        let explanation = session.explain(t, x, y).map_err(|e| Failure::usage(e.to_string()))?;
+        let explanation = session.explain(t, (x, y)).map_err(|e| Failure::usage(e.to_string()))?;
         print(describe(&session, [t, x, y], &explanation))?;
     }
     damage.map_or(Ok(()), Err)

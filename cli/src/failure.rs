@@ -99,7 +99,7 @@ impl From<tracecut::Error> for Failure {
             tracecut::Error::State { .. } => Kind::Other,
             _ => Kind::Input,
         };
-        Self::of_kind(kind, error.to_string())
+        Self::of_kind(kind, error.in_camel_case().to_string())
     }
 }
 

@@ -154,7 +154,7 @@ impl Checks {
     /// Computes all checks and calls `report` with each.
     pub(crate) fn run(&self, mut report: impl FnMut(Check) -> Result<()>) -> Result<()> {
         let ClipSize { width, height, num_frames } = CLIP;
-        let scene = Scene::sample(width, height, num_frames, SEEDS[0]);
+        let scene = Scene::sample((width, height), num_frames, SEEDS[0]);
         let frames: Vec<Frame> = (0..num_frames).map(|t| scene.frame(t)).collect();
         image_checks(&frames).into_iter().try_for_each(&mut report)?;
         let session = self.run_session(&frames)?;
@@ -174,7 +174,7 @@ impl Checks {
     fn window_check(&self) -> Result<Check> {
         let ClipSize { width, height, num_frames } = SHOT;
         let frames = SEEDS.into_iter().flat_map(|seed| {
-            let scene = Scene::sample(width, height, num_frames, seed);
+            let scene = Scene::sample((width, height), num_frames, seed);
             (0..num_frames).map(move |t| Ok::<_, Error>(scene.frame(t)))
         });
         let windows = Windows::new(Params::default(), frames)?.with_window(WINDOW, OVERLAP)?;
@@ -195,8 +195,7 @@ impl Checks {
 /// Hashes results of single images.
 fn image_checks(frames: &[Frame]) -> Vec<Check> {
     let params = Params::default();
-    let pyramid = |frame: &Frame| FlowPyramid::new(&frame.luma());
-    let flow = flow_between(&pyramid(&frames[0]), &pyramid(&frames[1]), &params.flow);
+    let flow = flow_between(&FlowPyramid::new(&frames[0]), &FlowPyramid::new(&frames[1]), &params.flow);
     let map = boundary_map(&frames[0]);
     let cells = superpixels_of(&frames[0], None, &params.contour, &params.superpixel);
     let still = image_discontinuities(&frames[0], &params.still, params.clip.seed);

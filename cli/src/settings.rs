@@ -2,9 +2,10 @@
 
 use crate::failure::{Failure, Result, print, read_text};
 use clap::Args;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use tracecut::Params;
-use tracecut::params::{ParamTree, ParamValue};
+use tracecut::params::ParamValue;
 
 #[derive(Args, Debug)]
 pub struct Settings {
@@ -32,7 +33,7 @@ impl Settings {
 
 /// Applies the JSON of file `path` to `params`.
 pub(crate) fn apply(params: &mut Params, path: &Path, json: &str) -> Result<()> {
-    let tree: ParamTree = serde_json::from_str(json)
+    let tree: BTreeMap<String, ParamValue> = serde_json::from_str(json)
         .map_err(|e| Failure::usage(format!("is not a JSON object of parameters: {e}")).with_subject(path.display()))?;
     params.apply(&tree).map_err(|e| Failure::from(e).with_subject(path.display()))
 }

@@ -194,7 +194,7 @@ impl<'a> ClipRun<'a> {
         }
         let overlap = Window::overlap(self.window);
         let windows = Windows::new(self.recipe.params.clone(), reader)?.with_window(self.window, overlap)?;
-        let windows = windows.with_threads(self.threads).with_look_ahead();
+        let windows = windows.with_threads(self.threads);
         let mut windows = match saved_run {
             Some(run) => windows.resume(run.checkpoint)?,
             None => windows,

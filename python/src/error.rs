@@ -1,6 +1,5 @@
 //! What goes wrong: an error of the library, or an exception of Python on its way through.
 
-use crate::names::snake;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -53,17 +52,9 @@ impl From<Failure> for PyErr {
 fn exception(py: Python<'_>, error: &Error) -> PyErr {
     static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
     let exception =
-        CLASS.import(py, "tracecut._errors", "TraceCutError").and_then(|c| c.call1((error.code(), message(error))));
+        CLASS.import(py, "tracecut._errors", "TraceCutError").and_then(|c| c.call1((error.code(), error.to_string())));
     match exception {
         Ok(value) => PyErr::from_value(value),
         Err(_) => PyRuntimeError::new_err(error.to_string()),
     }
-}
-
-/// Returns the message with the Python names of parameters.
-fn message(error: &Error) -> String {
-    let Error::Param { name, value, expected } = error else { return error.to_string() };
-    // Only names of parameters differ in Python.
-    let expected = if expected.starts_with("a known parameter") { snake(expected) } else { expected.clone() };
-    format!("{} = {value} (expected {expected})", snake(name))
 }

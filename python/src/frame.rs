@@ -45,7 +45,7 @@ fn check(width: usize, height: usize, limit: usize) -> std::result::Result<(), E
     }
     let actual = width * height;
     if actual > limit {
-        return Err(Error::TooLarge { what: "pixels in a frame", actual, limit, name: "clip.maxPixels" });
+        return Err(Error::TooLarge { what: "pixels in a frame", actual, limit, name: "clip.max_pixels".to_owned() });
     }
     Ok(())
 }

@@ -74,10 +74,7 @@ pub(crate) fn flow<'py>(
             tracecut::Error::FrameSizeChanged { index: 1, expected: size(&first), actual: size(&second) }.into()
         );
     }
-    let field = py.detach(|| {
-        let pyramid = |frame: &tracecut::image::Frame| FlowPyramid::new(&frame.luma());
-        flow_between(&pyramid(&first), &pyramid(&second), &params.flow)
-    });
+    let field = py.detach(|| flow_between(&FlowPyramid::new(&first), &FlowPyramid::new(&second), &params.flow));
     Ok(arrays::flow(py, field))
 }
 

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
 use std::collections::BTreeMap;
 use tracecut::Params;
-use tracecut::params::{ParamTree, ParamValue};
+use tracecut::params::ParamValue;
 
 /// The default parameters changed by `options`, such as `{"flow": {"patch_stride": 5}}` or `{"flow.patch_stride": 5}`.
 pub(crate) fn params_from(options: &Bound<'_, PyDict>) -> Result<Params> {
@@ -15,12 +15,12 @@ pub(crate) fn params_from(options: &Bound<'_, PyDict>) -> Result<Params> {
     Ok(params)
 }
 
-fn tree(options: &Bound<'_, PyDict>) -> Result<ParamTree> {
+fn tree(options: &Bound<'_, PyDict>) -> Result<BTreeMap<String, ParamValue>> {
     let mut entries = BTreeMap::new();
     for (name, value) in options {
         entries.insert(camel(&name.str()?.to_string_lossy()), value_of(&value)?);
     }
-    Ok(ParamTree(entries))
+    Ok(entries)
 }
 
 fn value_of(value: &Bound<'_, PyAny>) -> Result<ParamValue> {
@@ -37,7 +37,7 @@ fn value_of(value: &Bound<'_, PyAny>) -> Result<ParamValue> {
     if value.get_type().name()?.to_string_lossy().starts_with("bool") {
         return Ok(ParamValue::Bool(value.is_truthy()?));
     }
-    Ok(value.extract().map_or(ParamValue::Other(serde::de::IgnoredAny), ParamValue::Number))
+    Ok(value.extract().map_or(ParamValue::Null, ParamValue::Number))
 }
 
 /// Name, meaning, kind, least, greatest and default value, choices.

@@ -72,16 +72,23 @@ pub(crate) struct Frames {
     pub(crate) iterator: Py<PyAny>,
     pub(crate) sources: Sources,
     pub(crate) params: Params,
+    /// Number of frames to come, if known.
+    pub(crate) remaining: Option<usize>,
 }
 
 impl Iterator for Frames {
     type Item = Result<Frame>;
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        (self.remaining.unwrap_or(0), self.remaining)
+    }
 
     fn next(&mut self) -> Option<Self::Item> {
         let frame = Python::attach(|py| {
             let mut frames = self.iterator.bind(py).try_iter().ok()?;
             Some(frames.next()?.map_err(Failure::from).and_then(|array| image_from(&array, &self.params)))
         })?;
+        self.remaining = self.remaining.map(|remaining| remaining.saturating_sub(1));
         if let Ok(frame) = &frame {
             self.sources.push(frame);
         }

@@ -37,7 +37,7 @@ impl Scene {
                 return Err(Failure::data(format!("{name} = {value} (expected a whole number, 1..={high})")));
             }
         }
-        Ok(Self(make(width, height, frames, seed)))
+        Ok(Self(make((width, height), frames, seed)))
     }
 
     fn num_frames(&self) -> usize {

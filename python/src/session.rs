@@ -9,7 +9,6 @@ use crate::why::explanation;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tracecut::connectedness::NO_COMPONENT;
 use tracecut::correction::{Correction, Stroke};
 use tracecut::discretize::DiscretizeMethod;
 use tracecut::mask::{Agreement, ObjectRow, enlarge, object_rows, object_table};
@@ -258,7 +257,7 @@ impl Session {
         &self,
         py: Python<'py>,
     ) -> Result<Option<(Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<i32>>)>> {
-        let number = |&component: &u32| if component == NO_COMPONENT { -1 } else { component as i32 };
+        let number = |component: &Option<u32>| component.map_or(-1, |number| number as i32);
         self.read(|session| {
             Ok(session.components().map(|c| (copy(py, &c.count), list(py, c.of_point.iter().map(number).collect()))))
         })
@@ -291,7 +290,7 @@ impl Session {
     }
 
     fn explain<'py>(&self, py: Python<'py>, t: usize, x: usize, y: usize) -> Result<Bound<'py, PyDict>> {
-        explanation(py, &self.compute(py, |session| session.explain(t, x, y))?)
+        explanation(py, &self.compute(py, |session| session.explain(t, (x, y)))?)
     }
 
     fn superpixels<'py>(&self, py: Python<'py>, t: usize) -> Result<Bound<'py, PyDict>> {

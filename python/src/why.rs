@@ -3,8 +3,7 @@
 use crate::error::Result;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tracecut::session::{LabelCost, SuperpixelLink, Voter};
-use tracecut::{Explanation, LabelSource};
+use tracecut::explanation::{Explanation, LabelCost, LabelSource, SuperpixelLink, Voter};
 
 /// The fields of `tracecut.Explanation` by their names; of lists of classes the fields in order.
 pub(crate) fn explanation<'py>(py: Python<'py>, why: &Explanation) -> Result<Bound<'py, PyDict>> {

@@ -33,14 +33,9 @@ impl Windows {
     ) -> Result<Self> {
         let params = params_from(params)?;
         let sources = Sources::new(params.clip.max_side as usize);
-        let frames = Frames { iterator, sources: sources.clone(), params: params.clone() };
+        let frames = Frames { iterator, sources: sources.clone(), params: params.clone(), remaining: length };
         let overlap = overlap.unwrap_or_else(|| tracecut::Window::overlap(window));
         let windows = tracecut::Windows::new(params, frames)?.with_window(window, overlap)?.with_threads(threads);
-        let windows = match length {
-            Some(frames) => windows.with_length(frames),
-            // Frames that come one by one give what the same frames in a list do.
-            None => windows.with_look_ahead(),
-        };
         Ok(Self { run: Shared::new(Run::Windows(Box::new(windows), usize::MAX)), sources, listener })
     }
 

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// Longest accepted side of a frame, in pixels: twice the width of an 8K frame, rounded up to a power of two.
 pub const MAX_SIDE: usize = 16_384;
-/// Largest accepted number of pixels of one frame unless `clip.maxPixels` sets another: twice an 8K frame.
+/// Largest accepted number of pixels of one frame unless `clip.max_pixels` sets another: twice an 8K frame.
 pub const MAX_PIXELS: usize = 1 << 26;
 
 /// The errors of this crate, grouped by cause: the input, a parameter, or the order of calls.
@@ -28,8 +28,8 @@ pub enum Error {
         actual: usize,
         /// The largest number allowed.
         limit: usize,
-        /// The parameter that sets this limit.
-        name: &'static str,
+        /// The field that sets this limit, e.g. `clip.max_pixels`.
+        name: String,
     },
     /// A frame's byte count does not match its size.
     FrameBytes {
@@ -61,7 +61,7 @@ pub enum Error {
     },
     /// A parameter is unknown, of the wrong type, or out of range.
     Param {
-        /// Its dotted name, e.g. `flow.patchStride`.
+        /// Its field, e.g. `flow.patch_stride`.
         name: String,
         /// The value given.
         value: String,
@@ -82,9 +82,25 @@ pub enum Error {
 
 impl Error {
     /// Returns [`Error::TooLarge`] if `actual` exceeds the `limit` that the parameter `name` sets.
-    pub(crate) fn check_limit(actual: usize, limit: u32, what: &'static str, name: &'static str) -> Result<(), Self> {
+    pub(crate) fn check_limit(actual: usize, limit: u32, what: &'static str, field: &str) -> Result<(), Self> {
         let limit = limit as usize;
-        if actual > limit { Err(Self::TooLarge { what, actual, limit, name }) } else { Ok(()) }
+        if actual <= limit {
+            return Ok(());
+        }
+        Err(Self::TooLarge { what, actual, limit, name: shown_name(field) })
+    }
+
+    /// Returns the error with the JSON names of parameters.
+    #[doc(hidden)] // For the command line.
+    #[must_use]
+    pub fn in_camel_case(mut self) -> Self {
+        if let Self::TooLarge { name, .. } | Self::Param { name, .. } = &mut self {
+            *name = camel_case(name);
+        }
+        if let Self::Param { expected, .. } = &mut self {
+            *expected = camel_case(expected);
+        }
+        self
     }
 
     /// Returns an [`Error::State`] with this reason.
@@ -112,6 +128,23 @@ impl Error {
 pub(crate) fn check_size(width: usize, height: usize) -> Result<(), Error> {
     let legal = 1..=MAX_SIDE;
     if legal.contains(&width) && legal.contains(&height) { Ok(()) } else { Err(Error::FrameSize { width, height }) }
+}
+
+/// Returns the name that an error gives to the field `section.name_of_field`: the field itself, and in the wasm module for
+/// JavaScript the name that its users set.
+pub(crate) fn shown_name(field: &str) -> String {
+    if cfg!(all(target_arch = "wasm32", feature = "wasm")) { camel_case(field) } else { field.to_owned() }
+}
+
+pub(crate) fn camel_case(snake_case: &str) -> String {
+    let mut parts = snake_case.split('_');
+    let mut name = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let mut letters = part.chars();
+        name.extend(letters.next().map(|c| c.to_ascii_uppercase()));
+        name.push_str(letters.as_str());
+    }
+    name
 }
 
 impl fmt::Display for Error {

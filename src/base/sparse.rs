@@ -45,6 +45,7 @@ impl SymCsr {
     }
 
     /// Returns the number of rows.
+    #[doc(hidden)] // For benchmarks and tests.
     pub fn len(&self) -> usize {
         self.offset.len().saturating_sub(1)
     }

@@ -34,8 +34,8 @@ pub struct Classification {
     pub clusters: Clusters,
     /// `true` for each cluster that is an object.
     pub is_object: Vec<bool>,
-    /// The cluster of each of the denser trajectories, [`UNKNOWN`] or
-    /// [`OUTLIER`].
+    /// The cluster of each of the denser trajectories, `u32::MAX` if it is unknown, or
+    /// `u32::MAX - 1` if it moves unlike all around it.
     pub label: Vec<u32>,
     /// Log-odds against the cluster of each clustered trajectory, at least 0; empty if all are certain.
     pub penalties: Vec<f32>,

@@ -35,6 +35,7 @@ pub struct Objects {
 
 impl Objects {
     /// Returns the labels of all objects, lowest first.
+    #[doc(hidden)] // For the command line and the Python package.
     pub fn labels(&self) -> Vec<u8> {
         (1..=255).filter(|label| self.of_cluster.contains(label)).collect()
     }

@@ -12,8 +12,11 @@ mod prompts;
 mod refine;
 mod table;
 
+#[doc(hidden)] // For `examples/method.rs`.
 pub use crate::classify::{Classification, Observations, classify_clusters, cluster_penalties};
-pub use crate::objects::{Objects, number_objects};
+pub use crate::objects::Objects;
+#[doc(hidden)] // For `examples/method.rs`.
+pub use crate::objects::number_objects;
 pub use agreement::Agreement;
 pub(crate) use agreement::agreement;
 #[doc(hidden)] // For the command line, and the packages for Python and JavaScript.
@@ -24,4 +27,5 @@ pub use enlarge::{EnlargedMask, enlarge};
 pub use prompts::{Prompt, Prompts};
 pub(crate) use refine::refine_since;
 pub use refine::{RefineParams, refine};
+#[doc(hidden)] // For the command line, and the packages for Python and JavaScript.
 pub use table::{ObjectRow, object_rows, object_table};

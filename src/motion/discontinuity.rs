@@ -47,6 +47,7 @@ pub struct Neighborhoods {
 
 impl Neighborhoods {
     /// Returns the Delaunay edges of `frame`, as indices into `pairs`.
+    #[doc(hidden)] // For benchmarks.
     pub fn frame(&self, frame: usize) -> &[u32] {
         &self.frame_edges[self.frame_offset[frame] as usize..self.frame_offset[frame + 1] as usize]
     }
@@ -156,7 +157,9 @@ fn alive_by_frame(tracks: &Trajectories) -> Vec<Vec<u32>> {
 /// let pairs = (0..15_u32).flat_map(|i| (i + 1..15).map(move |j| (i, j)));
 /// let alike = pairs.filter(|&(i, j)| digits[i as usize] == digits[j as usize]);
 /// let a = SymCsr::from_upper(15, &alike.map(|(i, j)| (i, j, 1.0)).collect::<Vec<_>>());
-/// let params = EmbeddingParams { min_component: 2, min_dimensions: 1, ..EmbeddingParams::default() };
+/// let mut params = EmbeddingParams::default();
+/// params.min_component = 2;
+/// params.min_dimensions = 1;
 /// let embedding = embed(&a, &params, 0);
 /// let result = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
 /// for (&(i, j), &d) in result.neighborhoods.pairs.iter().zip(&result.d) {

@@ -15,18 +15,12 @@ mod read;
 mod run;
 mod window;
 
-pub use crate::background::BackgroundParams;
-pub use base::{ClipParams, Params, Progress, ScaledParams, Stage, Step};
+pub use base::{ClipParams, Params, Progress, Stage, Step};
 #[cfg(not(target_arch = "wasm32"))]
-#[doc(hidden)] // For `bench ablate`.
-pub use drive::Forks;
-#[cfg(not(target_arch = "wasm32"))]
-pub use drive::{Checkpoint, Windows};
+pub use drive::{Checkpoint, Forks, Windows};
 #[cfg(feature = "wasm")]
 pub(crate) use jobs::{Job, JobId, JobResult};
-pub use read::{
-    Affinity, Evidence, Explanation, LabelCost, LabelFlip, LabelSource, ObjectBorder, SuperpixelLink, Voter,
-};
+pub use read::explanation;
 pub use run::Session;
 pub use window::ShotParams;
 #[cfg(any(not(target_arch = "wasm32"), feature = "wasm"))]

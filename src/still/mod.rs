@@ -94,7 +94,8 @@ pub struct ImageDiscontinuities {
 ///
 /// let rgb = (0..40 * 30).flat_map(|p| if p % 40 < 20 { [60; 3] } else { [180; 3] }).collect();
 /// let frame = Frame::from_rgb(rgb, 40, 30)?;
-/// let params = StillParams { dimensions: 4, ..StillParams::default() };
+/// let mut params = StillParams::default();
+/// params.dimensions = 4;
 /// let boundaries = image_discontinuities(&frame, &params, 0);
 /// let row = boundaries.d.strength.row(15);
 /// let strongest = (0..40).max_by(|&a, &b| row[a].total_cmp(&row[b]));

@@ -29,7 +29,8 @@ impl Scene {
     /// frame at all times. Objects: 1 the left player, 2 the right one.
     ///
     /// This is the case of the paper's Figure 7: two objects with the same motion, each of which moves unevenly.
-    pub fn entangled(width: usize, height: usize, num_frames: usize, seed: u64) -> Self {
+    #[doc(hidden)] // For tests and benchmarks.
+    pub fn entangled((width, height): (usize, usize), num_frames: usize, seed: u64) -> Self {
         let mut scene = Self::new(width, height, num_frames);
         let hall = Hall::new(&scene, seed);
         hall.add_backdrop(&mut scene);

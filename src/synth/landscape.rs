@@ -32,7 +32,7 @@ impl Scene {
     /// Motions scale with the frame. At 480 × 270 the background moves by 1 to 2 px per frame, objects by 1.5 to 4 px per
     /// frame against it. The clip can have any number of frames: motions that would leave the frame swing back in 360 frames.
     /// `seed` changes the textures, the hills and the trees, not the motions of objects.
-    pub fn sample(width: usize, height: usize, num_frames: usize, seed: u64) -> Self {
+    pub fn sample((width, height): (usize, usize), num_frames: usize, seed: u64) -> Self {
         let mut scene = Self::new(width, height, num_frames);
         let board = Board::new(&scene, seed);
         board.add_backdrop(&mut scene);
@@ -55,7 +55,8 @@ impl Scene {
 
     /// Creates a scene of two hikers who touch and walk alike for the first half of the clip; then the second one falls
     /// behind. Objects: 1 the front one, 2 the one behind.
-    pub fn two_walkers(width: usize, height: usize, num_frames: usize, seed: u64) -> Self {
+    #[doc(hidden)] // For tests and benchmarks.
+    pub fn two_walkers((width, height): (usize, usize), num_frames: usize, seed: u64) -> Self {
         let mut scene = Self::new(width, height, num_frames);
         let board = Board::new(&scene, seed);
         board.add_backdrop(&mut scene);

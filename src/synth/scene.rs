@@ -57,6 +57,7 @@ impl Scene {
     }
 
     /// Returns the number of objects without the background, which is the largest value of masks.
+    #[doc(hidden)] // For tests and benchmarks.
     pub fn num_objects(&self) -> usize {
         self.layers.iter().map(|l| usize::from(l.label)).max().unwrap_or(0)
     }

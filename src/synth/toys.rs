@@ -38,7 +38,8 @@ impl Scene {
     }
 
     /// Creates a scene of a disc on a textured plane, without motion. Object 1 is the disc.
-    pub fn still(width: usize, height: usize, num_frames: usize, seed: u64) -> Self {
+    #[doc(hidden)] // For tests and benchmarks.
+    pub fn still((width, height): (usize, usize), num_frames: usize, seed: u64) -> Self {
         let mut scene = Self::new(width, height, num_frames);
         let (right, bottom) = (scene.size().0 as f32, scene.size().1 as f32);
         let centre = (0.5 * right, 0.5 * bottom);

@@ -1,12 +1,12 @@
 //! Conversion between JavaScript values and the types of the core.
 
-use crate::connectedness::{Components, NO_COMPONENT};
+use crate::connectedness::Components;
 use crate::contour::BoundaryMap;
 use crate::discretize::Clusters;
 use crate::flow::FlowField;
 use crate::image::Plane;
 use crate::mask::{Agreement, Objects};
-use crate::params::{ParamTree, ParamValue};
+use crate::params::ParamValue;
 use crate::saliency::Saliency;
 use crate::still::ImageDiscontinuities;
 use crate::superpixel::{Edge, EdgeKind, SuperpixelBorder, Superpixels};
@@ -17,6 +17,7 @@ use js_sys::{
 };
 use serde::Serialize;
 use serde_wasm_bindgen::Serializer;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use wasm_bindgen::prelude::*;
 
@@ -47,7 +48,7 @@ pub(super) fn to_params(options: JsValue) -> Result<Params, Error> {
 }
 
 /// Reads the properties of an object and of the objects in it. Written by hand, since `serde` would add several KiB to the wasm file.
-fn tree(value: &JsValue) -> Option<ParamTree> {
+fn tree(value: &JsValue) -> Option<BTreeMap<String, ParamValue>> {
     let object = value.dyn_ref::<Object>().filter(|_| !Array::is_array(value))?;
     let list = Object::entries(object);
     let entries = list.iter().map(|entry| {
@@ -60,11 +61,11 @@ fn tree(value: &JsValue) -> Option<ParamTree> {
         } else if let Some(truth) = value.as_bool() {
             ParamValue::Bool(truth)
         } else {
-            tree(&value).map_or(ParamValue::Other(serde::de::IgnoredAny), ParamValue::Section)
+            tree(&value).map_or(ParamValue::Null, ParamValue::Section)
         };
         (entry.get(0).as_string().unwrap_or_default(), parsed)
     });
-    Some(ParamTree(entries.collect()))
+    Some(entries.collect())
 }
 
 /// Returns a plain object with these properties.
@@ -202,9 +203,9 @@ pub(super) fn saliency(s: &Saliency) -> JsValue {
     ])
 }
 
-/// `{count, ofPoint}`; -1 stands for [`NO_COMPONENT`].
+/// `{count, ofPoint}`; -1 stands for none.
 pub(super) fn components(c: &Components) -> JsValue {
-    let number = |&component: &u32| if component == NO_COMPONENT { -1 } else { component as i32 };
+    let number = |component: &Option<u32>| component.map_or(-1, |number| number as i32);
     let of_point: Vec<i32> = c.of_point.iter().map(number).collect();
     object([("count", uint32_array(&c.count)), ("ofPoint", Int32Array::from(of_point.as_slice()).into())])
 }

@@ -39,7 +39,7 @@ impl JsSession {
     #[wasm_bindgen(js_name = flowOf)]
     pub fn flow_of(&self, from: &[u8], to: &[u8], width: usize, height: usize) -> Result<JsValue, JsValue> {
         let params = &self.params_in_force().flow;
-        let pyramid = |rgba: &[u8]| self.image(rgba, width, height).map(|f| FlowPyramid::new(&f.luma()));
+        let pyramid = |rgba: &[u8]| self.image(rgba, width, height).map(|f| FlowPyramid::new(&f));
         let (from, to) = (pyramid(from)?, pyramid(to)?);
         Ok(convert::flow(&flow_between(&from, &to, params)))
     }

@@ -277,7 +277,7 @@ impl JsSession {
 
     /// Explains the label of pixel `x`, `y` of frame `t`: an `Explanation` of `npm/session/result.ts`.
     pub fn explain(&self, t: usize, x: usize, y: usize) -> Result<JsValue, JsValue> {
-        let explanation = self.session.explain(t, x, y).map_err(|e| convert::to_js_error(&e))?;
+        let explanation = self.session.explain(t, (x, y)).map_err(|e| convert::to_js_error(&e))?;
         convert::to_js(&explanation)
     }
 

@@ -14,7 +14,7 @@ impl JsScene {
     /// Creates a clip of `frames` frames of `width` × `height` pixels; another `seed` gives other textures.
     #[wasm_bindgen(constructor)]
     pub fn new(width: usize, height: usize, frames: usize, seed: u32) -> JsScene {
-        Self(Scene::sample(width, height, frames, u64::from(seed)))
+        Self(Scene::sample((width, height), frames, u64::from(seed)))
     }
 
     /// `{data, width, height}` of frame `t`: RGBA, opaque.

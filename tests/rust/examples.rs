@@ -27,7 +27,7 @@ fn frames_of(scene: &Scene) -> Vec<Frame> {
 
 /// A textured square that crosses the view of a camera that stands still.
 fn still_camera_clip() -> Vec<Frame> {
-    let [background, object] = [3, 8].map(|seed| Scene::still(192, 144, 1, seed).frame(0));
+    let [background, object] = [3, 8].map(|seed| Scene::still((192, 144), 1, seed).frame(0));
     let frame = |t: usize| {
         let mut rgb = background.rgb().to_vec();
         for (y, x) in (50..100).flat_map(|y| (10..60).map(move |x| (y, x))) {
@@ -81,7 +81,7 @@ fn masks_of_the_made_clip_show_its_three_objects() {
 #[test]
 fn masks_of_a_folder_of_images_are_those_of_its_frames() {
     let (frames, out) = (folder("example-frames"), folder("example-masks"));
-    write_frames(&frames_of(&Scene::sample(256, 144, 10, 1)), &frames);
+    write_frames(&frames_of(&Scene::sample((256, 144), 10, 1)), &frames);
     fs::write(frames.join("notes.txt"), "not a frame").unwrap();
     let output = masks(frames.to_str().unwrap(), &out);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -119,8 +119,8 @@ fn run_session(clip: &[Frame], params: Params) -> (Session, u32) {
 fn the_method_top_to_bottom_gives_the_masks_of_the_session() {
     // Where the foreground keeps some apart, that takes a second embedding: three steps in place of one.
     let clips = [
-        ("sample", frames_of(&Scene::sample(240, 136, 10, 1)), false, 3),
-        ("players", frames_of(&Scene::entangled(288, 192, 24, 3)), false, 3),
+        ("sample", frames_of(&Scene::sample((240, 136), 10, 1)), false, 3),
+        ("players", frames_of(&Scene::entangled((288, 192), 24, 3)), false, 3),
         ("still-camera", still_camera_clip(), true, 1),
     ];
     for (name, clip, is_still, connectedness_steps) in clips {
@@ -146,7 +146,7 @@ fn the_method_top_to_bottom_gives_the_masks_of_the_session() {
 #[test]
 fn the_method_says_which_frames_it_takes() {
     let frames = folder("example-method-one");
-    write_frames(&frames_of(&Scene::sample(32, 24, 1, 3)), &frames);
+    write_frames(&frames_of(&Scene::sample((32, 24), 1, 3)), &frames);
     let output = run("method", &[&frames]);
     assert!(!output.status.success() && String::from_utf8_lossy(&output.stderr).contains("at least two frames"));
 }

@@ -18,7 +18,7 @@ fn agrees(name: &str) {
     let golden: Value = serde_json::from_str(&fs::read_to_string(&file).unwrap()).unwrap();
     let setting = |key: &str| golden["scene"][key].as_u64().unwrap();
     let frames = setting("frames") as usize;
-    let scene = Scene::sample(setting("width") as usize, setting("height") as usize, frames, setting("seed"));
+    let scene = Scene::sample((setting("width") as usize, setting("height") as usize), frames, setting("seed"));
     let mut session = Session::new(Params::default()).unwrap();
     for t in 0..frames {
         session.push_frame(scene.frame(t)).unwrap();
@@ -75,7 +75,7 @@ fn windows_have_the_masks_of_the_package() {
     let number = |value: &Value, key: &str| value[key].as_u64().unwrap() as usize;
     let frames = golden["scene"]["shots"].as_array().unwrap().iter().flat_map(|shot| {
         let (width, height, frames) = (number(shot, "width"), number(shot, "height"), number(shot, "frames"));
-        let scene = Scene::sample(width, height, frames, number(shot, "seed") as u64);
+        let scene = Scene::sample((width, height), frames, number(shot, "seed") as u64);
         (0..frames).map(move |t| Ok::<_, Error>(scene.frame(t)))
     });
     let (window, overlap) = (number(&golden["scene"], "window"), number(&golden["scene"], "overlap"));

@@ -1,7 +1,8 @@
 //! What is larger than a parameter allows is refused with its figure, and the session goes on.
 
+use std::collections::BTreeMap;
 use tracecut::image::Frame;
-use tracecut::params::{ParamTree, ParamValue};
+use tracecut::params::ParamValue;
 use tracecut::trajectory::Trajectories;
 use tracecut::{Error, Params, Session, Step};
 
@@ -109,7 +110,7 @@ fn a_file_is_refused_by_its_header() {
 
 #[test]
 fn limits_are_parameters_with_ranges() {
-    let tree: ParamTree = serde_json::from_str(r#"{"clip": {"maxPixels": 0}}"#).unwrap();
+    let tree: BTreeMap<String, ParamValue> = serde_json::from_str(r#"{"clip": {"maxPixels": 0}}"#).unwrap();
     let error = Params::default().apply(&tree).unwrap_err();
     assert_eq!(error.to_string(), "clip.maxPixels = 0 (expected a whole number, 1..=268435456)");
     // 8K is ordinary.

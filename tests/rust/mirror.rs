@@ -36,7 +36,7 @@ fn mean(values: impl Iterator<Item = f32>) -> f64 {
 #[test]
 fn boundaries_of_a_mirrored_image_are_mirrored() {
     for seed in 0..4 {
-        let frame = Scene::sample(SIZE.0, SIZE.1, 2, seed).frame(0);
+        let frame = Scene::sample((SIZE.0, SIZE.1), 2, seed).frame(0);
         let (found, other) = (boundary_map(&frame).pb, boundary_map(&mirror(&frame)).pb);
         let far = found.data().iter().zip(mirrored(&other).data()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(far < 1e-5, "seed {seed}: {far}");
@@ -46,10 +46,10 @@ fn boundaries_of_a_mirrored_image_are_mirrored() {
 #[test]
 fn flow_of_a_mirrored_pair_is_mirrored() {
     for seed in 0..4 {
-        let scene = Scene::sample(SIZE.0, SIZE.1, 2, seed);
+        let scene = Scene::sample((SIZE.0, SIZE.1), 2, seed);
         let params = FlowParams::default();
         let flow = |from: &Frame, to: &Frame| {
-            let [from, to] = [from, to].map(|frame| FlowPyramid::new(&frame.luma()));
+            let [from, to] = [from, to].map(FlowPyramid::new);
             flow_between(&from, &to, &params)
         };
         let (a, b) = (scene.frame(0), scene.frame(1));
@@ -65,7 +65,7 @@ fn flow_of_a_mirrored_pair_is_mirrored() {
 #[test]
 fn masks_of_a_mirrored_clip_are_mirrored() {
     for seed in 0..2 {
-        let scene = Scene::sample(SIZE.0, SIZE.1, 10, seed);
+        let scene = Scene::sample((SIZE.0, SIZE.1), 10, seed);
         let masks = |change: &dyn Fn(&Frame) -> Frame| -> Vec<Plane<u8>> {
             let mut session = Session::new(Params::default()).unwrap();
             (0..10).for_each(|t| session.push_frame(change(&scene.frame(t))).unwrap());

@@ -135,14 +135,14 @@ fn planes_again(max_dimensions: u32) -> Session {
 
 #[test]
 fn objects_of_the_sample_scene_get_their_own_labels() {
-    let clip = Clip::new(&Scene::sample(480, 270, 20, 1));
+    let clip = Clip::new(&Scene::sample((480, 270), 20, 1));
     let found = Match::new(&clip.run(Params::default()), &clip.masks);
     found.assert_found(&[0.97, 0.95, 0.95, 0.7]);
 }
 
 #[test]
 fn a_still_video_yields_one_label() {
-    let clip = Clip::new(&Scene::still(160, 120, 8, 1));
+    let clip = Clip::new(&Scene::still((160, 120), 8, 1));
     let session = clip.run(Params::default());
     let clusters = session.clusters().unwrap();
     assert!(clusters.label.len() > 100, "{} trajectories", clusters.label.len());
@@ -222,7 +222,7 @@ fn outside_trajectories_give_the_same_clusters_as_our_own() {
 
 #[test]
 fn mirrored_reversed_and_relit_clips_keep_the_partition() {
-    let clip = Clip::new(&Scene::sample(240, 135, 12, 3));
+    let clip = Clip::new(&Scene::sample((240, 135), 12, 3));
     let params = with_step(4.0);
     for (name, clip) in [
         ("plain", clip.clone()),
@@ -265,7 +265,7 @@ fn degenerate_clips_end_in_a_result() {
 /// Two players who move alike and touch for a while (the paper's Figure 7): the players that each cluster holds at
 /// least a tenth of.
 fn players_by_cluster(mode: ConnectednessMode, seed: u64) -> Vec<Vec<usize>> {
-    let clip = Clip::new(&Scene::entangled(320, 240, 40, seed));
+    let clip = Clip::new(&Scene::entangled((320, 240), 40, seed));
     let mut params = Params::default();
     params.connectedness.mode = mode;
     params.clip.dense = false;
@@ -317,7 +317,7 @@ fn foreground_shares(session: &Session, masks: &[Plane<u8>]) -> Vec<f64> {
 
 #[test]
 fn objects_of_the_sample_scene_are_the_foreground_though_the_camera_pans() {
-    let clip = Clip::new(&Scene::sample(480, 270, 20, 1));
+    let clip = Clip::new(&Scene::sample((480, 270), 20, 1));
     let mut params = Params::default();
     params.clip.dense = false;
     let shares = foreground_shares(&clip.run(params), &clip.masks);

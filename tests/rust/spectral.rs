@@ -312,12 +312,14 @@ fn w_hat(e: &Embedding, i: usize, j: usize) -> f64 {
 }
 
 fn params(dimensions: u32) -> EmbeddingParams {
-    EmbeddingParams {
-        min_dimensions: dimensions,
-        max_dimensions: dimensions,
-        min_component: 1,
-        ..EmbeddingParams::default()
-    }
+    with(|params| (params.min_dimensions, params.max_dimensions, params.min_component) = (dimensions, dimensions, 1))
+}
+
+/// The default parameters changed by `change`.
+fn with(change: impl FnOnce(&mut EmbeddingParams)) -> EmbeddingParams {
+    let mut params = EmbeddingParams::default();
+    change(&mut params);
+    params
 }
 
 #[test]
@@ -416,14 +418,14 @@ fn small_components_and_lone_trajectories_are_left_out() {
     let mut upper = random_graph(300, 8, 4);
     upper.extend(random_graph(20, 8, 4).into_iter().map(|(i, j, w)| (i + 301, j + 301, w)));
     let a = SymCsr::from_upper(323, &upper);
-    let e = embed(&a, &EmbeddingParams { min_component: 50, ..EmbeddingParams::default() }, 0);
+    let e = embed(&a, &with(|params| params.min_component = 50), 0);
     for i in 0..323 {
         assert_eq!(e.embedded[i], i < 300, "{i}");
         let row = &e.vectors[i * e.dimensions..(i + 1) * e.dimensions];
         assert_eq!(row.iter().any(|&x| x != 0.0), i < 300, "{i}");
     }
     assert!(e.eigenvalues[1] < 0.99, "{:?}", e.eigenvalues);
-    let both = embed(&a, &EmbeddingParams { min_component: 20, ..EmbeddingParams::default() }, 0);
+    let both = embed(&a, &with(|params| params.min_component = 20), 0);
     assert_eq!(both.embedded.iter().filter(|&&b| b).count(), 320);
     assert!((both.eigenvalues[1] - 1.0).abs() < 1e-7, "{:?}", both.eigenvalues);
 }
@@ -435,7 +437,8 @@ fn where_every_component_is_small_the_largest_are_embedded() {
     for t in [0, 3, 6] {
         upper.extend([(t, t + 1, 1.0), (t, t + 2, 1.0), (t + 1, t + 2, 1.0)]);
     }
-    let params = EmbeddingParams { min_component: 50, ..EmbeddingParams::default() };
+    let mut params = EmbeddingParams::default();
+    params.min_component = 50;
     let e = embed(&SymCsr::from_upper(12, &upper), &params, 0);
     assert_eq!(e.embedded, [true, true, true, true, true, true, true, true, true, false, false, false]);
     assert_eq!(e.dimensions, 8);
@@ -465,7 +468,7 @@ fn the_number_of_dimensions_follows_the_eigenvalues_within_its_bounds() {
     let a = SymCsr::from_upper(720, &upper);
     let dimensions = |p: EmbeddingParams| embed(&a, &p, 0).dimensions;
     assert_eq!(dimensions(EmbeddingParams::default()), 12);
-    assert_eq!(dimensions(EmbeddingParams { max_dimensions: 10, ..EmbeddingParams::default() }), 10);
-    assert_eq!(dimensions(EmbeddingParams { min_dimensions: 14, ..EmbeddingParams::default() }), 14);
-    assert_eq!(dimensions(EmbeddingParams { min_eigenvalue: 1.0, ..EmbeddingParams::default() }), 8);
+    assert_eq!(dimensions(with(|params| params.max_dimensions = 10)), 10);
+    assert_eq!(dimensions(with(|params| params.min_dimensions = 14)), 14);
+    assert_eq!(dimensions(with(|params| params.min_eigenvalue = 1.0)), 8);
 }

@@ -49,7 +49,7 @@ fn fnv(bytes: impl IntoIterator<Item = u8>) -> u64 {
 
 #[test]
 fn each_object_of_the_sample_has_its_size_in_every_frame() {
-    let scene = Scene::sample(384, 216, 30, 1);
+    let scene = Scene::sample((384, 216), 30, 1);
     assert_eq!((scene.num_objects(), scene.num_frames(), scene.size()), (3, 30, (384, 216)));
     for t in [0, 10, 20, 29] {
         let [background, balloon, van, hiker] = shares(&scene.mask(t));
@@ -63,9 +63,9 @@ fn each_object_of_the_sample_has_its_size_in_every_frame() {
 #[test]
 fn true_flow_brings_the_next_frame_back() {
     for scene in [
-        Scene::sample(384, 216, 3, 1),
-        Scene::two_walkers(480, 270, 3, 2),
-        Scene::entangled(320, 240, 3, 4),
+        Scene::sample((384, 216), 3, 1),
+        Scene::two_walkers((480, 270), 3, 2),
+        Scene::entangled((320, 240), 3, 4),
         Scene::two_planes(160, 120, 3, (-0.6, 0.3), (1.7, -0.4), 3),
     ] {
         let (error, share) = warping_error(&scene, 1, &scene.flow(1));
@@ -77,7 +77,7 @@ fn true_flow_brings_the_next_frame_back() {
 
 #[test]
 fn motions_are_as_strong_as_documented() {
-    let (scene, t) = (Scene::sample(480, 270, 30, 1), 15);
+    let (scene, t) = (Scene::sample((480, 270), 30, 1), 15);
     let (flow, mask) = (scene.flow(t), scene.mask(t));
     let mut mean = [(0.0, 0.0, 0.0); 4];
     for (i, &label) in mask.data().iter().enumerate() {
@@ -106,7 +106,7 @@ fn planes_move_by_exactly_what_was_asked() {
 
 #[test]
 fn a_still_scene_does_not_change() {
-    let scene = Scene::still(64, 48, 4, 1);
+    let scene = Scene::still((64, 48), 4, 1);
     assert_eq!(scene.frame(0), scene.frame(3));
     assert_eq!(scene.flow(1), no_flow((64, 48)));
     assert!(shares(&scene.mask(0))[1] > 0.1);
@@ -114,7 +114,7 @@ fn a_still_scene_does_not_change() {
 
 #[test]
 fn walkers_touch_at_first_and_part_later() {
-    let scene = Scene::two_walkers(480, 270, 40, 1);
+    let scene = Scene::two_walkers((480, 270), 40, 1);
     let gap = |t| {
         let mask = scene.mask(t);
         let of = |label| mask.data().iter().enumerate().filter(move |&(_, &l)| l == label).map(|(i, _)| i % 480);
@@ -138,7 +138,7 @@ fn trunk_motion(scene: &Scene, t: usize, label: u8, rows: usize) -> [f32; 2] {
 
 #[test]
 fn players_move_alike_and_are_apart_before_and_after_they_touch() {
-    let scene = Scene::entangled(320, 240, 40, 1);
+    let scene = Scene::entangled((320, 240), 40, 1);
     assert_eq!(scene.num_objects(), 2);
     let gap = |t| {
         let mask = scene.mask(t);
@@ -160,15 +160,15 @@ fn players_move_alike_and_are_apart_before_and_after_they_touch() {
     assert!(shares[1] > 0.05 && shares[2] > 0.05, "{shares:?}");
 }
 
-/// Of frames 0 and 5 of `Scene::sample(96, 54, 6, 1)`. It changes when the scene is redrawn, and never otherwise.
+/// Of frames 0 and 5 of `Scene::sample((96, 54), 6, 1)`. It changes when the scene is redrawn, and never otherwise.
 const HASH: u64 = 0xdf82_5e06_fd78_03a0;
 
 /// Golden files hold the bytes of the wasm build to those of native code.
 #[test]
 fn frames_never_change() {
-    let scene = Scene::sample(96, 54, 6, 1);
-    assert_eq!(scene.frame(4), Scene::sample(96, 54, 6, 1).frame(4));
-    assert_ne!(scene.frame(4), Scene::sample(96, 54, 6, 2).frame(4));
+    let scene = Scene::sample((96, 54), 6, 1);
+    assert_eq!(scene.frame(4), Scene::sample((96, 54), 6, 1).frame(4));
+    assert_ne!(scene.frame(4), Scene::sample((96, 54), 6, 2).frame(4));
     let bytes = [0, 5].into_iter().flat_map(|t| scene.frame(t).rgb().to_vec());
     let hash = fnv(bytes);
     assert_eq!(hash, HASH, "hash of frames 0 and 5: {hash:#018x}");
@@ -178,11 +178,11 @@ fn frames_never_change() {
 fn odd_sizes_and_lengths_are_scenes_too() {
     for (width, height, frames) in [(1, 1, 3), (17, 3, 2), (3, 200, 2), (300, 2, 1), (40, 30, 0), (0, 0, 1)] {
         for scene in [
-            Scene::sample(width, height, frames, 1),
-            Scene::two_walkers(width, height, frames, 1),
-            Scene::entangled(width, height, frames, 1),
+            Scene::sample((width, height), frames, 1),
+            Scene::two_walkers((width, height), frames, 1),
+            Scene::entangled((width, height), frames, 1),
             Scene::two_planes(width, height, frames, (2.0, 0.0), (-2.0, 0.0), 1),
-            Scene::still(width, height, frames, 1),
+            Scene::still((width, height), frames, 1),
         ] {
             assert_eq!(scene.size(), (width.max(1), height.max(1)));
             for t in [0, 1, 1000] {

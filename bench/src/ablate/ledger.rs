@@ -2,10 +2,11 @@
 
 use crate::measures::estimate::Estimate;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 use tracecut::Params;
-use tracecut::params::{ParamTree, ParamValue};
+use tracecut::params::{ParamValue, flatten};
 use tracecut_cli::failure::{Failure, Result, read};
 
 /// One rule or constant.
@@ -19,7 +20,7 @@ pub(super) struct Choice {
     pub(super) why: String,
     /// The settings that take it away; none where no setting does.
     #[serde(default)]
-    pub(super) without: ParamTree,
+    pub(super) without: BTreeMap<String, ParamValue>,
 }
 
 /// Reads the table, and makes sure that every choice can be taken away.
@@ -37,7 +38,7 @@ impl Choice {
     pub(super) fn params(&self, params: &Params) -> Result<Params> {
         let mut without = params.clone();
         without.apply(&self.without).map_err(|e| Failure::about(&self.name, e))?;
-        if !self.without.0.is_empty() && without == Params::default() {
+        if !self.without.is_empty() && without == Params::default() {
             return Err(Failure::about(&self.name, "its settings are the defaults: they take nothing away"));
         }
         Ok(without)
@@ -45,7 +46,7 @@ impl Choice {
 
     /// Our values of what these settings change.
     pub(super) fn ours(&self) -> String {
-        let values = self.without.flatten().into_iter().map(|(name, _)| format!("`{name}` {}", default_of(&name)));
+        let values = flatten(&self.without).into_iter().map(|(name, _)| format!("`{name}` {}", default_of(&name)));
         let values: Vec<String> = values.collect();
         if values.is_empty() { "in force always".to_owned() } else { values.join(", ") }
     }
@@ -56,7 +57,7 @@ impl Choice {
             ParamValue::Text(text) => text.clone(),
             other => other.to_string(),
         };
-        let settings = self.without.flatten().into_iter().map(|(name, value)| format!("--set {name}={}", plain(value)));
+        let settings = flatten(&self.without).into_iter().map(|(name, value)| format!("--set {name}={}", plain(value)));
         settings.collect::<Vec<_>>().join(" ")
     }
 }
@@ -202,7 +203,7 @@ mod tests {
         let choices = read_choices(&path).unwrap();
         assert!(choices.len() > 20, "{} choices", choices.len());
         for choice in &choices {
-            for (name, value) in choice.without.flatten() {
+            for (name, value) in flatten(&choice.without) {
                 let mut params = Params::default();
                 params.set(&name, value).unwrap();
                 assert_ne!(params, Params::default(), "{}: {name} has this value by default", choice.name);

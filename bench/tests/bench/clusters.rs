@@ -70,7 +70,7 @@ fn write_players(folder: &Path, scene: &Scene) {
 fn entangled_players_are_run_and_scored_with_and_without_connectedness() {
     let root = folder("figment");
     // An odd width: rows of packed masks end within a byte.
-    write_players(&root.join("players"), &Scene::entangled(241, 180, 29, 1));
+    write_players(&root.join("players"), &Scene::entangled((241, 180), 29, 1));
     let step = ["--set", "trajectory.gridStep=6"];
     let (table, report) = scored("figment", &root, &step);
     for line in ["players ", "    without connectedness ", "mean, with connectedness ", "mean, without "] {

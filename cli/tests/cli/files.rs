@@ -104,7 +104,7 @@ fn a_long_clip_is_taken_in_windows_with_the_labels_of_the_library() {
         tracecut::image::Frame::from_rgb(rgb(SIZE.0, SIZE.1, &of), SIZE.0 as usize, SIZE.1 as usize)
     };
     let windows = tracecut::Windows::new(tracecut::Params::default(), (0..LONG).map(grey)).unwrap();
-    let mut windows = windows.with_window(12, 10).unwrap().with_length(LONG as usize);
+    let mut windows = windows.with_window(12, 10).unwrap();
     let (mut t, mut objects) = (0, std::collections::BTreeSet::new());
     while let Some(window) = windows.next_window(|_| ()) {
         let window = window.unwrap();

@@ -214,7 +214,7 @@ fn explain_says_in_numbers_what_the_library_does_and_refuses_what_is_not_there()
     let asked = |at: &str| tracecut(["explain", input.to_str().unwrap(), "--at", at]);
     let output = asked("4,50,45");
     assert_done(&output);
-    let (words, why) = (text(&output.stdout), session(FRAMES).explain(4, 50, 45).unwrap());
+    let (words, why) = (text(&output.stdout), session(FRAMES).explain(4, (50, 45)).unwrap());
     assert!(words.starts_with(&format!("frame 4, pixel 50,45: object {}", why.label)), "{words}");
     for cost in &why.costs {
         let sum = format!("{:.4}", cost.total);

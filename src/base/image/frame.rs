@@ -78,6 +78,7 @@ impl Frame {
     }
 
     /// Computes the brightness in `0.0..=255.0` (weights of ITU-R BT.601).
+    #[doc(hidden)] // For benchmarks.
     pub fn luma(&self) -> Plane<f32> {
         let data = self
             .rgb

@@ -13,6 +13,7 @@ pub(crate) use self::{
     lab::lab,
     runs::Runs,
 };
+#[doc(hidden)] // For the command line, the Python package and benchmarks.
 pub use crate::error::{MAX_PIXELS, MAX_SIDE};
 #[doc(hidden)]
 pub use filter::{gaussian_blur, sample_bilinear};

@@ -55,6 +55,7 @@ impl<T: Copy> Plane<T> {
     }
 
     /// Returns all values mutably, row by row.
+    #[doc(hidden)] // For benchmarks.
     pub fn data_mut(&mut self) -> &mut [T] {
         &mut self.data
     }

@@ -1,23 +1,27 @@
 //! Declaration of parameters, their listing, setting by name and checking.
 //!
-//! Each stage owns a plain struct of public numbers, declared once through [`params!`](crate::params) with name,
+//! Each stage owns a plain struct of public numbers, declared once through `params!` with name,
 //! meaning, default and legal range. From that one declaration come `Default`, the JSON form (camelCase, the same in
 //! JSON files, on the command line and in JavaScript), the check of ranges and the refusal of unknown names. The tree
-//! of all stages' parameters is [`Params`](crate::Params).
+//! of all stages' parameters is [`Params`](crate::Params). Errors have the names of fields, and in JavaScript those of JSON.
 
 mod value;
 
+pub use value::ParamValue;
 #[doc(hidden)]
-pub use value::Choice;
-pub use value::{ParamTree, ParamValue};
+pub use value::{Choice, flatten};
 
 use crate::Error;
+use crate::error::{camel_case, shown_name};
 use value::Number;
 
 /// One parameter: name, meaning, legal range and value.
+#[doc(hidden)] // For the command line, the Python package and `bench ablate`.
 pub struct ParamField<'a> {
     /// Section and name in camelCase, e.g. `flow.patchStride`.
     pub name: String,
+    /// The field: section and name in `snake_case`.
+    field: String,
     /// Meaning, unit and source. Empty in the wasm module for JavaScript, whose package gets it from the build.
     pub doc: &'static str,
     /// Smallest legal value.
@@ -86,7 +90,17 @@ impl ParamField<'_> {
             "integer" => format!("a whole number, {min}..={max}"),
             _ => format!("a number, {min}..={max}"),
         };
-        Error::Param { name: self.name.clone(), value, expected }
+        Error::Param { name: self.shown_name(), value, expected }
+    }
+
+    /// True if this is the parameter's name in JSON, or its field.
+    pub(crate) fn is_called(&self, name: &str) -> bool {
+        self.name == name || self.field == name
+    }
+
+    /// Returns the name for errors.
+    pub(crate) fn shown_name(&self) -> String {
+        shown_name(&self.field)
     }
 }
 
@@ -107,6 +121,7 @@ macro_rules! params {
         $(#[$meta])*
         #[derive(Debug, Clone, PartialEq, serde::Serialize)]
         #[serde(rename_all = "camelCase")]
+        #[non_exhaustive]
         pub struct $group {
             $($(#[doc = $doc])* pub $field: $type,)*
         }
@@ -145,18 +160,7 @@ impl<'a> ParamField<'a> {
         expert: bool,
         value: &'a mut N,
     ) -> Self {
-        let name = if section.is_empty() { camel_case(field) } else { format!("{section}.{}", camel_case(field)) };
-        Self { name, doc, min, max, expert, value }
+        let field = if section.is_empty() { field.to_owned() } else { format!("{section}.{field}") };
+        Self { name: camel_case(&field), field, doc, min, max, expert, value }
     }
-}
-
-fn camel_case(snake_case: &str) -> String {
-    let mut parts = snake_case.split('_');
-    let mut name = parts.next().unwrap_or_default().to_owned();
-    for part in parts {
-        let mut letters = part.chars();
-        name.extend(letters.next().map(|c| c.to_ascii_uppercase()));
-        name.push_str(letters.as_str());
-    }
-    name
 }

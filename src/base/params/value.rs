@@ -7,17 +7,20 @@ use std::fmt;
 /// A value given by the caller.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(untagged)]
+#[non_exhaustive]
 pub enum ParamValue {
+    /// `null` or `undefined`; illegal.
+    Null,
     /// A boolean.
     Bool(bool),
     /// Any number.
     Number(f64),
     /// Any text: the name of a preset or of a choice; illegal for other parameters.
     Text(String),
-    /// A nested section.
-    Section(ParamTree),
-    /// `null`, `undefined` or a list.
-    Other(serde::de::IgnoredAny),
+    /// A list; illegal.
+    List(Vec<ParamValue>),
+    /// A nested section: values by their names.
+    Section(BTreeMap<String, ParamValue>),
 }
 
 impl fmt::Display for ParamValue {
@@ -26,32 +29,26 @@ impl fmt::Display for ParamValue {
             Self::Bool(b) => write!(f, "{b}"),
             Self::Number(n) => write!(f, "{n}"),
             Self::Text(t) => write!(f, "\"{t}\""),
+            Self::Null => f.write_str("null"),
+            Self::List(_) => f.write_str("[...]"),
             Self::Section(_) => f.write_str("{...}"),
-            Self::Other(_) => f.write_str("null or a list"),
         }
     }
 }
 
-/// A tree of named values, e.g. the parse of `{"flow": {"patchStride": 5}}`.
-#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
-#[serde(transparent)]
-pub struct ParamTree(pub BTreeMap<String, ParamValue>);
-
-impl ParamTree {
-    #[doc(hidden)]
-    /// Returns all values with their dotted names, in the order of the names.
-    pub fn flatten(&self) -> Vec<(String, &ParamValue)> {
-        let mut leaves = Vec::new();
-        for (name, value) in &self.0 {
-            match value {
-                ParamValue::Section(tree) => {
-                    leaves.extend(tree.flatten().into_iter().map(|(inner, v)| (format!("{name}.{inner}"), v)));
-                }
-                leaf => leaves.push((name.clone(), leaf)),
+/// Returns all values of a tree with their dotted names, in the order of the names.
+#[doc(hidden)]
+pub fn flatten(tree: &BTreeMap<String, ParamValue>) -> Vec<(String, &ParamValue)> {
+    let mut leaves = Vec::new();
+    for (name, value) in tree {
+        match value {
+            ParamValue::Section(tree) => {
+                leaves.extend(flatten(tree).into_iter().map(|(inner, v)| (format!("{name}.{inner}"), v)));
             }
+            leaf => leaves.push((name.clone(), leaf)),
         }
-        leaves
     }
+    leaves
 }
 
 /// The type of a parameter: reads a [`ParamValue`] and converts from and to a number.
@@ -161,6 +158,7 @@ macro_rules! choices {
     ($(#[$meta:meta])* pub enum $choice:ident { $($(#[$doc:meta])* $variant:ident = $name:literal,)* }) => {
         $(#[$meta])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        #[non_exhaustive]
         pub enum $choice {
             $($(#[$doc])* $variant,)*
         }

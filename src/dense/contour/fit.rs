@@ -13,6 +13,7 @@ use crate::order;
 /// Law: every index of `lines` is below `points.len()`, both ends differ, no line occurs twice (in either direction),
 /// two lines meet at most in a common end; points are finite, lie in `-0.5..=width-0.5` and `-0.5..=height-0.5`, and no
 /// two are equal.
+#[doc(hidden)] // For benchmarks and tests.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Segments {
     /// Ends of the lines in pixels, pixel centres at integers.

@@ -234,6 +234,7 @@ pub(crate) const PB_LOGISTIC: Logistic = Logistic { slope: 7.05, centre: 0.77 };
 /// assert!(!segments.lines.is_empty());
 /// # Ok::<(), tracecut::Error>(())
 /// ```
+#[doc(hidden)] // For benchmarks and tests.
 #[must_use]
 pub fn contour_segments(map: &BoundaryMap, params: &ContourParams) -> Segments {
     ridge_segments(&map.thin, params)

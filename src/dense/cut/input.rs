@@ -4,10 +4,10 @@ use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 
 /// Label of a trajectory without a known one.
-pub const UNKNOWN: u32 = u32::MAX;
+pub(crate) const UNKNOWN: u32 = u32::MAX;
 
 /// Label of a trajectory that moves unlike the labelled ones around it.
-pub const OUTLIER: u32 = u32::MAX - 1;
+pub(crate) const OUTLIER: u32 = u32::MAX - 1;
 
 /// Superpixels, labelled trajectories and evidence. Positions are in pixels of the superpixels' frames.
 #[derive(Debug, Clone, Copy)]
@@ -16,8 +16,8 @@ pub struct CutInput<'a> {
     pub superpixels: &'a [Superpixels],
     /// Trajectories; there may be more than were clustered.
     pub tracks: &'a Trajectories,
-    /// Label of each trajectory. An [`OUTLIER`] votes for all objects. Other labels that are not below `num_labels`, such as
-    /// [`UNKNOWN`], do not vote; their trajectories still link superpixels of consecutive frames.
+    /// Label of each trajectory. Those that are not below `num_labels` do not vote, but for `u32::MAX - 1` (moves unlike all
+    /// around it), which votes for all objects; their trajectories still link superpixels of consecutive frames.
     pub label: &'a [u32],
     /// Number of labels.
     pub num_labels: usize,

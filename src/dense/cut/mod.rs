@@ -36,13 +36,15 @@ mod terms;
 #[cfg(test)]
 mod tests;
 
+#[doc(hidden)] // For `examples/method.rs`.
 pub use appearance::appearance_log_odds;
 pub(crate) use appearance::{ClipFeatures, label_kinds};
 pub(crate) use colour::{Colour, Corners, Histogram, UNSEEN_SHARE};
 #[doc(hidden)]
 pub use expansion::{Expansion, Potts};
 pub(crate) use expansion::{STEPS_PER_UNIT, to_steps};
-pub use input::{CutInput, CutLabels, OUTLIER, UNKNOWN};
+pub use input::{CutInput, CutLabels};
+pub(crate) use input::{OUTLIER, UNKNOWN};
 pub(crate) use label_votes::{VOTE_RADIUS_PX, propagate_labels};
 pub use params::CutParams;
 #[cfg(test)]

@@ -118,6 +118,7 @@ impl From<&Plane<u32>> for Superpixels {
 /// assert_ne!(superpixels.label()[(42, 36)], superpixels.label()[(6, 6)]);
 /// # Ok::<(), tracecut::Error>(())
 /// ```
+#[doc(hidden)] // For benchmarks.
 #[must_use]
 pub fn gabriel_superpixels(segments: &Segments, map: &BoundaryMap, params: &SuperpixelParams) -> Superpixels {
     partition(segments, &map.thin, None, 0.0, params.merge_threshold)

@@ -13,26 +13,26 @@
 //! Not in the paper, which uses the components of each frame alone. Cost: O(points + new trajectories · size of their
 //! component). It fails where agents swap sides while they touch.
 
-use super::components::{Components, NO_COMPONENT};
+use super::components::Components;
 use crate::trajectory::Trajectories;
 
-/// Tracks agents through the frames in the order of `frames`. Returns the agent of each trajectory point, or
-/// [`NO_COMPONENT`]. Numbers are unique in the clip.
+/// Tracks agents through the frames in the order of `frames`. Returns the agent of each trajectory point;
+/// `None` outside of components. Numbers are unique in the clip.
 pub(super) fn track_agents(
     tracks: &Trajectories,
     components: &Components,
     frames: impl Iterator<Item = usize>,
     min_frames: u32,
     min_size: usize,
-) -> Vec<u32> {
-    let mut of_point = vec![NO_COMPONENT; tracks.x.len()];
-    let mut agents = Agents { of_track: vec![NO_COMPONENT; tracks.len()], agents: Vec::new(), min_frames, min_size };
+) -> Vec<Option<u32>> {
+    let mut of_point = vec![None; tracks.x.len()];
+    let mut agents = Agents { of_track: vec![None; tracks.len()], agents: Vec::new(), min_frames, min_size };
     for t in frames {
         let mut members: Vec<Vec<Member>> = vec![Vec::new(); components.count[t] as usize];
         for (i, x, y) in tracks.alive(t) {
             let point = tracks.point(i, t);
-            if let Some(component) = members.get_mut(components.of_point[point] as usize) {
-                component.push(Member { track: i, point, x, y });
+            if let Some(component) = components.of_point[point] {
+                members[component as usize].push(Member { track: i, point, x, y });
             }
         }
         agents.split(&members);
@@ -63,7 +63,7 @@ struct Agent {
 
 struct Agents {
     /// The agent of each trajectory so far.
-    of_track: Vec<u32>,
+    of_track: Vec<Option<u32>>,
     agents: Vec<Agent>,
     min_frames: u32,
     min_size: usize,
@@ -107,7 +107,7 @@ impl Agents {
         let age = |&&(a, count): &&(u32, usize)| (self.agents[a as usize].single_frames, count);
         let Some((oldest, _)) = present.iter().rev().max_by_key(age).copied() else {
             let new = self.new_agent(1);
-            component.iter().for_each(|m| self.of_track[m.track] = new);
+            component.iter().for_each(|m| self.of_track[m.track] = Some(new));
             return;
         };
         for &(agent, _) in &present {
@@ -116,11 +116,11 @@ impl Agents {
             }
         }
         let (assigned, new): (Vec<Member>, Vec<Member>) =
-            component.iter().partition(|m| self.of_track[m.track] != NO_COMPONENT);
+            component.iter().partition(|m| self.of_track[m.track].is_some());
         for m in new {
             let distance_sq = |k: &Member| (k.x - m.x).powi(2) + (k.y - m.y).powi(2);
             let nearest = assigned.iter().rev().min_by(|a, b| distance_sq(a).total_cmp(&distance_sq(b)));
-            self.of_track[m.track] = nearest.map_or(oldest, |k| self.of_track[k.track]);
+            self.of_track[m.track] = nearest.map_or(Some(oldest), |k| self.of_track[k.track]);
         }
         present.retain(|&(a, _)| a == oldest || self.agents[a as usize].single_frames >= self.min_frames);
         if present.len() == 1 {
@@ -130,8 +130,7 @@ impl Agents {
 
     /// Counts the trajectories of each agent in a component, by agent.
     fn count(&self, component: &[Member]) -> Vec<(u32, usize)> {
-        let mut agents: Vec<u32> = component.iter().map(|m| self.of_track[m.track]).collect();
-        agents.retain(|&a| a != NO_COMPONENT);
+        let mut agents: Vec<u32> = component.iter().filter_map(|m| self.of_track[m.track]).collect();
         crate::order::sort_by_key(&mut agents, |&a| a.into());
         agents.chunk_by(|a, b| a == b).map(|equal| (equal[0], equal.len())).collect()
     }
@@ -139,7 +138,7 @@ impl Agents {
     fn rename(&mut self, component: &[Member], from: u32, to: u32) {
         for m in component {
             let agent = &mut self.of_track[m.track];
-            *agent = if *agent == from { to } else { *agent };
+            *agent = if *agent == Some(from) { Some(to) } else { *agent };
         }
     }
 }

@@ -4,19 +4,16 @@ use crate::discontinuity::Neighborhoods;
 use crate::sets::DisjointSets;
 use crate::trajectory::Trajectories;
 
-/// Component of the background, and of foreground in too small a component.
-pub const NO_COMPONENT: u32 = u32::MAX;
-
 /// Connected components of the foreground in each frame.
 ///
-/// Law: `of_point` has an entry for each trajectory point, in their order; in frame `t` it is below `count[t]` or
-/// [`NO_COMPONENT`].
+/// Law: `of_point` has an entry for each trajectory point, in their order; in frame `t` it is below `count[t]`, or `None` for
+/// the background and for foreground in too small a component.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Components {
     /// Number of components of each frame.
     pub count: Vec<u32>,
     /// The component of each trajectory point in its frame.
-    pub of_point: Vec<u32>,
+    pub of_point: Vec<Option<u32>>,
 }
 
 /// Computes the connected components of the foreground, along Delaunay edges of at most `max_edge` pixels. Components of
@@ -26,7 +23,7 @@ pub struct Components {
 /// Foreground at either end of a row of trajectories: two components.
 ///
 /// ```
-/// use tracecut::connectedness::{NO_COMPONENT, components};
+/// use tracecut::connectedness::components;
 /// use tracecut::discontinuity::neighborhoods;
 /// use tracecut::trajectory::Trajectories;
 ///
@@ -36,7 +33,7 @@ pub struct Components {
 /// let foreground: Vec<bool> = row.bytes().map(|digit| digit == b'1').collect();
 /// let found = components(&tracks, &neighborhoods(&tracks), &foreground, 30.0, 2);
 /// assert_eq!(found.count, [2]);
-/// assert_eq!((found.of_point[0], found.of_point[3], found.of_point[9]), (0, NO_COMPONENT, 1));
+/// assert_eq!((found.of_point[0], found.of_point[3], found.of_point[9]), (Some(0), None, Some(1)));
 /// ```
 #[must_use]
 pub fn components(
@@ -46,15 +43,15 @@ pub fn components(
     max_edge: f32,
     min_size: usize,
 ) -> Components {
-    let mut components = Components { count: Vec::new(), of_point: vec![NO_COMPONENT; tracks.x.len()] };
+    let mut components = Components { count: Vec::new(), of_point: vec![None; tracks.x.len()] };
     let mut set = DisjointSets::new(tracks.len());
     let mut size = vec![0_u32; tracks.len()];
-    let mut number = vec![NO_COMPONENT; tracks.len()];
+    let mut number = vec![None; tracks.len()];
     for t in 0..tracks.num_frames {
         let members: Vec<usize> = tracks.alive(t).map(|(i, _, _)| i).filter(|&i| foreground[i]).collect();
         for &i in &members {
             set.reset(i);
-            (size[i], number[i]) = (0, NO_COMPONENT);
+            (size[i], number[i]) = (0, None);
         }
         for &pair in neighborhoods.frame(t) {
             let (i, j) = neighborhoods.pairs[pair as usize];
@@ -69,8 +66,8 @@ pub fn components(
         let mut count = 0;
         for &i in &members {
             let root = set.root(i);
-            if size[root] as usize >= min_size && number[root] == NO_COMPONENT {
-                number[root] = count;
+            if size[root] as usize >= min_size && number[root].is_none() {
+                number[root] = Some(count);
                 count += 1;
             }
             components.of_point[tracks.point(i, t)] = number[root];

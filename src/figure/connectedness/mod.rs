@@ -22,7 +22,7 @@ mod components;
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;
 use agents::track_agents;
-pub use components::{Components, NO_COMPONENT, components};
+pub use components::{Components, components};
 
 crate::choices! {
     /// Constraint of the foreground on affinities.
@@ -56,7 +56,7 @@ crate::params! {
 
 impl ConnectednessParams {
     /// The paper's: components frame by frame, and one frame of violation is enough.
-    pub fn paper() -> Self {
+    pub(crate) fn paper() -> Self {
         Self { mode: ConnectednessMode::Paper, min_violations: 1, ..Self::default() }
     }
 }
@@ -65,7 +65,7 @@ impl ConnectednessParams {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Separation {
     /// Component of each trajectory point, or its agents forward and backward in time; none if nothing is separated.
-    partitions: Vec<Vec<u32>>,
+    partitions: Vec<Vec<Option<u32>>>,
     min_violations: usize,
 }
 
@@ -89,7 +89,7 @@ impl Separation {
         let (a, b) = (tracks.frames(i), tracks.frames(j));
         let start = a.start.max(b.start);
         let common = a.end.min(b.end).saturating_sub(start);
-        let violates = |(&p, &q): (&u32, &u32)| p != q && p != NO_COMPONENT && q != NO_COMPONENT;
+        let violates = |(p, q): (&Option<u32>, &Option<u32>)| p.is_some() && q.is_some() && p != q;
         common >= self.min_violations
             && self.partitions.iter().any(|partition| {
                 let [of_i, of_j] = [i, j].map(|k| &partition[tracks.point(k, start)..][..common]);
@@ -105,15 +105,16 @@ impl Separation {
 /// Four foreground trajectories, two in each of two components; every two of them have an affinity.
 ///
 /// ```
-/// use tracecut::connectedness::{Components, ConnectednessParams, Separation, constrain};
+/// use tracecut::Params;
+/// use tracecut::connectedness::{Components, Separation, constrain};
 /// use tracecut::sparse::SymCsr;
 /// use tracecut::trajectory::Trajectories;
 ///
 /// let mut tracks = Trajectories::empty(1, (40, 10));
 /// (0..4).for_each(|i| tracks.push(0, [(10.0 * i as f32, 5.0, 0.0)]));
 /// let all: Vec<_> = (0..4).flat_map(|i| (i + 1..4).map(move |j| (i, j, 1.0))).collect();
-/// let components = Components { count: vec![2], of_point: vec![0, 0, 1, 1] };
-/// let params = ConnectednessParams::paper();
+/// let components = Components { count: vec![2], of_point: [0, 0, 1, 1].map(Some).to_vec() };
+/// let params = Params::paper().connectedness;
 /// let separation = Separation::new(&tracks, &components, &params);
 /// let constrained = constrain(&SymCsr::from_upper(4, &all), &tracks, &separation, &[true; 4], &params);
 /// let (affinities, num_removed) = constrained.ok_or("nothing removed")?;

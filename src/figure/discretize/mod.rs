@@ -109,14 +109,17 @@ crate::params! {
 /// # let pairs = (0..15_u32).flat_map(|i| (i + 1..15).map(move |j| (i, j)));
 /// # let alike = pairs.filter(|&(i, j)| digits[i as usize] == digits[j as usize]);
 /// # let a = SymCsr::from_upper(15, &alike.map(|(i, j)| (i, j, 1.0)).collect::<Vec<_>>());
-/// # let params = EmbeddingParams { min_component: 2, min_dimensions: 1, ..EmbeddingParams::default() };
+/// # let mut params = EmbeddingParams::default();
+/// # params.min_component = 2;
+/// # params.min_dimensions = 1;
 /// # let embedding = embed(&a, &params, 0);
 /// # let d = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
 /// use tracecut::affinity::AffinityParams;
 /// use tracecut::discretize::{DiscretizeMethod, DiscretizeParams, EvidenceInput, discretize};
 ///
 /// let affinity = AffinityParams::default();
-/// let params = DiscretizeParams { method: DiscretizeMethod::RotationMerge, ..DiscretizeParams::default() };
+/// let mut params = DiscretizeParams::default();
+/// params.method = DiscretizeMethod::RotationMerge;
 /// let clusters = discretize(&embedding, &EvidenceInput::new(&tracks, &d, &affinity, None, None), &params, 0);
 /// assert_eq!((clusters.count, clusters.label.len()), (2, 15));
 /// assert!(clusters.label.iter().zip(&digits).all(|(&label, digit)| label == u32::from(digit - b'0')));

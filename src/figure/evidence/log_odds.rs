@@ -586,7 +586,7 @@ mod tests {
         let tracks = columns(8, 0.0);
         let parts = Components {
             count: vec![2; COLUMN_FRAMES],
-            of_point: (0..48 * COLUMN_FRAMES).map(|p| u32::from(p / COLUMN_FRAMES >= 24)).collect(),
+            of_point: (0..48 * COLUMN_FRAMES).map(|p| Some(u32::from(p / COLUMN_FRAMES >= 24))).collect(),
         };
         let settings = ConnectednessParams { mode: ConnectednessMode::Paper, ..ConnectednessParams::default() };
         let separation = Separation::new(&tracks, &parts, &settings);

@@ -25,14 +25,6 @@ pub struct Saliency {
     pub foreground: Vec<bool>,
 }
 
-/// Samples the map of frame `t` at the pixel nearest to each point of the frame. `of_points` has one number for each
-/// point of `tracks`; other frames' are kept.
-pub fn sample_map(map: &Plane<f32>, tracks: &Trajectories, t: usize, of_points: &mut [f32]) {
-    for (point, pixel) in point_pixels(tracks, t, (map.width(), map.height())) {
-        of_points[point] = map[pixel];
-    }
-}
-
 /// The points of frame `t`, of `size` pixels, each with the nearest pixel.
 pub(crate) fn point_pixels(
     tracks: &Trajectories,
@@ -43,23 +35,36 @@ pub(crate) fn point_pixels(
     tracks.alive(t).map(move |(i, x, y)| (tracks.point(i, t), (nearest(x, size.0), nearest(y, size.1))))
 }
 
-/// `s_i`: the greatest saliency of a trajectory's points (section 3).
+/// `s_i`: the greatest saliency of a trajectory's points (section 3), at the pixels nearest to them.
 ///
-/// `of_points` has one number for each point of `tracks`, below 0 if unknown. Trajectories without a known point have 0.
+/// `maps` has the saliency maps of the frames from the first on. Trajectories without a point in these frames have 0.
 ///
 /// # Examples
 /// ```
+/// use tracecut::image::Plane;
 /// use tracecut::saliency::trajectory_saliency;
 /// use tracecut::trajectory::Trajectories;
 ///
 /// let mut tracks = Trajectories::empty(4, (8, 8));
 /// tracks.push(0, [(1.0, 1.0, 0.0); 4]);
 /// tracks.push(2, [(5.0, 5.0, 0.0); 2]);
-/// let of_points = [0.125, 0.75, 0.5, -1.0, -1.0, -1.0]; // below 0: unknown
-/// assert_eq!(trajectory_saliency(&tracks, &of_points), [0.75, 0.0]);
+/// let maps = [0.125, 0.75].map(|saliency| Plane::filled(8, 8, saliency));
+/// assert_eq!(trajectory_saliency(&tracks, &maps), [0.75, 0.0]);
 /// ```
 #[must_use]
-pub fn trajectory_saliency(tracks: &Trajectories, of_points: &[f32]) -> Vec<f32> {
+pub fn trajectory_saliency(tracks: &Trajectories, maps: &[Plane<f32>]) -> Vec<f32> {
+    let mut of_points = vec![-1.0; tracks.x.len()];
+    for (t, map) in maps.iter().enumerate() {
+        for (point, pixel) in point_pixels(tracks, t, (map.width(), map.height())) {
+            of_points[point] = map[pixel];
+        }
+    }
+    greatest_of_points(tracks, &of_points)
+}
+
+/// Returns the greatest saliency of each trajectory's points. `of_points` has one number for each point of `tracks`, below 0 if
+/// unknown. Trajectories without a known point have 0.
+pub(crate) fn greatest_of_points(tracks: &Trajectories, of_points: &[f32]) -> Vec<f32> {
     (0..tracks.len()).map(|i| of_points[tracks.points(i)].iter().copied().fold(0.0, f32::max)).collect()
 }
 
@@ -89,7 +94,9 @@ pub fn trajectory_saliency(tracks: &Trajectories, of_points: &[f32]) -> Vec<f32>
 /// # let pairs = (0..15_u32).flat_map(|i| (i + 1..15).map(move |j| (i, j)));
 /// # let alike = pairs.filter(|&(i, j)| digits[i as usize] == digits[j as usize]);
 /// # let a = SymCsr::from_upper(15, &alike.map(|(i, j)| (i, j, 1.0)).collect::<Vec<_>>());
-/// # let params = EmbeddingParams { min_component: 2, min_dimensions: 1, ..EmbeddingParams::default() };
+/// # let mut params = EmbeddingParams::default();
+/// # params.min_component = 2;
+/// # params.min_dimensions = 1;
 /// # let embedding = embed(&a, &params, 0);
 /// # let d = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
 /// use tracecut::saliency::{SaliencyParams, context_saliency};

@@ -23,8 +23,8 @@ mod params;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use context::point_pixels;
-pub use context::{Saliency, context_saliency, sample_map, trajectory_saliency};
+pub use context::{Saliency, context_saliency, trajectory_saliency};
+pub(crate) use context::{greatest_of_points, point_pixels};
 pub use maps::SaliencyMaps;
 pub(crate) use maps::SaliencyQuery;
 pub use params::{Compensation, Neighborhood, SaliencyParams};

@@ -87,15 +87,9 @@ impl SquareClip {
         let d = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
         let mut maps = SaliencyMaps::new(params);
         (0..FRAMES - 1).for_each(|t| maps.add_flow(&self.flow(t)));
-        let mut of_points = vec![-1.0; tracks.x.len()];
-        for t in 0..FRAMES - 1 {
-            let map = maps.map(t, &self.flow(t));
-            assert!(map.data().iter().all(|s| (0.0..=1.0).contains(s)));
-            for (i, x, y) in tracks.alive(t) {
-                of_points[tracks.point(i, t)] = map[((x + 0.5) as usize % SIZE.0, (y + 0.5) as usize % SIZE.1)];
-            }
-        }
-        let own = trajectory_saliency(&tracks, &of_points);
+        let of_frames: Vec<_> = (0..FRAMES - 1).map(|t| maps.map(t, &self.flow(t))).collect();
+        assert!(of_frames.iter().flat_map(Plane::data).all(|s| (0.0..=1.0).contains(s)));
+        let own = trajectory_saliency(&tracks, &of_frames);
         Outcome { saliency: context_saliency(own, &embedding, &d, params), on_square }
     }
 }
@@ -292,6 +286,6 @@ fn a_trajectory_is_as_salient_as_its_most_salient_known_point() {
     let mut tracks = Trajectories::empty(5, (8, 8));
     tracks.push(0, [(1.0, 1.0, 0.0); 5]);
     tracks.push(4, [(1.0, 1.0, 0.0)]);
-    assert_eq!(trajectory_saliency(&tracks, &[0.5, 0.1, 0.9, 0.3, -1.0, -1.0]), [0.9, 0.0]);
+    assert_eq!(greatest_of_points(&tracks, &[0.5, 0.1, 0.9, 0.3, -1.0, -1.0]), [0.9, 0.0]);
     assert!(trajectory_saliency(&Trajectories::empty(5, (8, 8)), &[]).is_empty());
 }

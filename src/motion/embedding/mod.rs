@@ -118,7 +118,9 @@ fn max_products(n: usize, entries: usize) -> u32 {
 /// let pairs = (0..9_u32).flat_map(|i| (i + 1..9).map(move |j| (i, j)));
 /// let alike = pairs.filter(|&(i, j)| group[i as usize] == group[j as usize]);
 /// let a = SymCsr::from_upper(9, &alike.map(|(i, j)| (i, j, 1.0)).collect::<Vec<_>>());
-/// let params = EmbeddingParams { min_component: 2, min_dimensions: 1, ..EmbeddingParams::default() };
+/// let mut params = EmbeddingParams::default();
+/// params.min_component = 2;
+/// params.min_dimensions = 1;
 /// let embedding = embed(&a, &params, 0);
 /// assert_eq!(embedding.dimensions, 2);
 /// assert!(embedding.eigenvalues.iter().all(|&l| (l - 1.0).abs() < 1e-6));

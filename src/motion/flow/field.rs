@@ -38,6 +38,7 @@ impl FlowField {
     }
 
     /// Resamples the field to a larger frame size; displacements grow with it.
+    #[doc(hidden)] // For `examples/method.rs`.
     #[must_use]
     pub fn at_size(self, width: usize, height: usize) -> Self {
         let size = self.size();

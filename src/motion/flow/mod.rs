@@ -35,11 +35,13 @@ mod pyramid;
 mod solver;
 mod variation;
 
+#[doc(hidden)] // For `examples/method.rs`.
 pub use compact::CompactFlow;
 pub(crate) use field::Field;
 pub use field::FlowField;
 pub use params::FlowParams;
 pub use pyramid::FlowPyramid;
+#[doc(hidden)] // For benchmarks.
 pub use variation::local_flow_variation;
 
 use params::PATCH_SIDE_PX;
@@ -71,16 +73,20 @@ pub struct FlowScratch {
 ///
 /// ```
 /// use tracecut::flow::{FlowParams, FlowPyramid, flow_between};
-/// use tracecut::image::Plane;
+/// use tracecut::image::Frame;
 ///
 /// let rows = ["0013588531", "0136898631", "0137998731", "0136898631", "0013588531"];
 /// // Each digit becomes a patch of 8 by 8 pixels of that brightness.
-/// let digit = |x: usize, y: usize| f32::from(rows[y / 8 % 5].as_bytes()[x / 8 % 10] - b'0');
-/// let first = FlowPyramid::new(&Plane::from_fn(80, 40, |x, y| 25.0 * digit(x + 1, y)));
-/// let second = FlowPyramid::new(&Plane::from_fn(80, 40, digit).map(|v| 25.0 * v));
+/// let grey = |x: usize, y: usize| 25 * (rows[y / 8 % 5].as_bytes()[x / 8 % 10] - b'0');
+/// let frame = |shift| {
+///     let pixels = (0..80 * 40).flat_map(|i| [grey(i % 80 + shift, i / 80); 3]);
+///     Frame::from_rgb(pixels.collect(), 80, 40)
+/// };
+/// let (first, second) = (FlowPyramid::new(&frame(1)?), FlowPyramid::new(&frame(0)?));
 /// let flow = flow_between(&first, &second, &FlowParams::default());
 /// let (u, v) = (flow.u[(40, 20)], flow.v[(40, 20)]);
 /// assert!((u - 1.0).abs() < 0.25 && v.abs() < 0.25, "{u}, {v}");
+/// # Ok::<(), tracecut::Error>(())
 /// ```
 #[must_use]
 pub fn flow_between(from: &FlowPyramid, to: &FlowPyramid, params: &FlowParams) -> FlowField {

@@ -130,15 +130,22 @@ pub struct FlowPyramid {
 }
 
 impl FlowPyramid {
+    /// Builds the pyramid of a frame.
+    pub fn new(frame: &Frame) -> Self {
+        Self::from_luma(&frame.luma())
+    }
+
     /// Builds the pyramid from brightness in `0.0..=255.0`; other values are clamped, NaN counts as 0.
-    pub fn new(luma: &Plane<f32>) -> Self {
+    #[doc(hidden)] // For benchmarks.
+    pub fn from_luma(luma: &Plane<f32>) -> Self {
         Self::from_smooth(&gaussian_blur(&luma.map(|v| if v > 0.0 { v.min(255.0) } else { 0.0 }), PRE_SMOOTHING_PX))
     }
 
     /// Builds the pyramid of a frame, reduced to a longest side of `max_side` pixels if it is larger.
-    pub fn from_frame(frame: &Frame, max_side: u32) -> Self {
+    #[doc(hidden)] // For `examples/method.rs`.
+    pub fn reduced(frame: &Frame, max_side: u32) -> Self {
         let (width, height) = fit_within(frame.width(), frame.height(), max_side as usize);
-        Self::new(&frame.resized(width, height).luma())
+        Self::new(&frame.resized(width, height))
     }
 
     /// Builds the pyramid from blurred brightness.
@@ -192,7 +199,7 @@ mod tests {
             let expected = (2 * x) as f32 + 0.5 + 2.0 * ((2 * y) as f32 + 0.5);
             assert!((half.row(y)[x] - expected).abs() < 1e-3, "{} for {expected}", half.row(y)[x]);
         }
-        let flat = FlowPyramid::new(&Plane::filled(33, 41, 7.0));
+        let flat = FlowPyramid::from_luma(&Plane::filled(33, 41, 7.0));
         for level in &flat.levels {
             assert!(level.image.data.iter().all(|v| (v - 7.0).abs() < 1e-3));
         }

@@ -30,7 +30,7 @@ fn waves(width: usize, height: usize, u: f32, v: f32) -> Plane<f32> {
 
 fn flow(from: &Plane<f32>, to: &Plane<f32>) -> FlowField {
     let params = FlowParams::default();
-    flow_between(&FlowPyramid::new(from), &FlowPyramid::new(to), &params)
+    flow_between(&FlowPyramid::from_luma(from), &FlowPyramid::from_luma(to), &params)
 }
 
 /// Mean end-point error against one displacement over the columns and rows given.
@@ -61,7 +61,7 @@ fn where_patches_are_not_searched_they_keep_the_coarser_flow_and_the_refinement_
     // Beyond the coarsest level that one alone is searched.
     for search_level in [1, 2, 4] {
         let params = FlowParams { search_level, ..FlowParams::default() };
-        let flow = flow_between(&FlowPyramid::new(&from), &FlowPyramid::new(&to), &params);
+        let flow = flow_between(&FlowPyramid::from_luma(&from), &FlowPyramid::from_luma(&to), &params);
         let error = error(&flow, motion, 12..148, 12..108);
         assert!(error < 0.1, "level {search_level}: error {error}");
     }
@@ -122,7 +122,7 @@ fn extreme_settings_and_values_give_finite_flow() {
         FlowParams { fixed_points: 0, ..FlowParams::default() },
     ];
     for params in extremes {
-        let [from, to] = [&from, &texture(60, 45, 6)].map(FlowPyramid::new);
+        let [from, to] = [&from, &texture(60, 45, 6)].map(FlowPyramid::from_luma);
         let flow = flow_between(&from, &to, &params);
         assert_eq!((flow.u.width(), flow.v.height()), (60, 45));
         assert!(flow.u.data().iter().chain(flow.v.data()).all(|v| v.is_finite()), "{params:?}");
@@ -145,7 +145,7 @@ fn mirrored_frames_give_mirrored_flow() {
 #[test]
 fn scratch_of_other_pairs_and_sizes_leaves_no_trace() {
     let params = FlowParams::default();
-    let pyramid = |width, height, seed| FlowPyramid::new(&texture(width, height, seed));
+    let pyramid = |width, height, seed| FlowPyramid::from_luma(&texture(width, height, seed));
     let (from, to) = (pyramid(71, 50, 1), pyramid(71, 50, 2));
     let fresh = flow_between(&from, &to, &params);
     let mut scratch = FlowScratch::default();
@@ -159,6 +159,6 @@ fn scratch_of_other_pairs_and_sizes_leaves_no_trace() {
 #[test]
 fn frames_of_different_size_give_no_motion() {
     let params = FlowParams::default();
-    let [from, to] = [(20, 10), (10, 20)].map(|(w, h)| FlowPyramid::new(&texture(w, h, 1)));
+    let [from, to] = [(20, 10), (10, 20)].map(|(w, h)| FlowPyramid::from_luma(&texture(w, h, 1)));
     assert_eq!(flow_between(&from, &to, &params), FlowField::zero(20, 10));
 }

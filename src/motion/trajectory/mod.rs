@@ -20,6 +20,7 @@ mod tracker;
 mod trajectories;
 
 pub use params::TrajectoryParams;
+#[doc(hidden)] // For benchmarks.
 pub use structure::structure;
 pub use tracker::Tracker;
 #[cfg(not(target_arch = "wasm32"))]

@@ -24,6 +24,7 @@ crate::params! {
 
 impl TrajectoryParams {
     /// Returns these parameters with the spacing and minimum length of the denser trajectories for masks.
+    #[doc(hidden)] // For `examples/method.rs`.
     pub fn for_masks(&self) -> Self {
         Self { grid_step: self.mask_step, min_length: self.mask_min_length, ..self.clone() }
     }

@@ -1,10 +1,11 @@
 //! The tracker: moves live points along one flow field at a time and seeds new ones where none are near.
 
 use super::params::TrajectoryParams;
+use super::structure::structure;
 use super::trajectories::Trajectories;
-use crate::flow::FlowField;
+use crate::flow::{FlowField, local_flow_variation};
 use crate::grid::Grid;
-use crate::image::{BilinearPoint, Plane, sample_bilinear};
+use crate::image::{BilinearPoint, Frame, Plane, sample_bilinear};
 use crate::order;
 use serde::{Deserialize, Serialize};
 
@@ -90,8 +91,16 @@ impl Tracker {
         Self { params: params.clone(), size, state: TrackerState::default() }
     }
 
+    /// Starts tracks in `frame`, the current one, where it has structure and no track is near, then moves all tracks to the next
+    /// frame along the `forward` flow to it, and ends those that fail a check against the `backward` flow.
+    pub fn track(&mut self, frame: &Frame, forward: &FlowField, backward: &FlowField) {
+        self.seed(&structure(&frame.luma()));
+        self.follow(forward, backward, &local_flow_variation(forward));
+    }
+
     /// Starts tracks in the current frame at the points of the seed grid that have enough structure and no live track
     /// within one grid step. `structure` is [`super::structure`] of the frame.
+    #[doc(hidden)] // For benchmarks.
     pub fn seed(&mut self, structure: &Plane<f32>) {
         let mean = structure.data().iter().sum::<f32>() / structure.data().len().max(1) as f32;
         let step = self.params.grid_step;
@@ -132,6 +141,7 @@ impl Tracker {
     /// Moves every live track to the next frame and ends those that fail a check of the flow.
     ///
     /// `variation` is [`crate::flow::local_flow_variation`] of `forward`.
+    #[doc(hidden)] // For benchmarks.
     pub fn follow(&mut self, forward: &FlowField, backward: &FlowField, variation: &Plane<f32>) {
         let mut live = Vec::with_capacity(self.state.live.len());
         for mut track in self.state.live.drain(..) {

@@ -88,6 +88,7 @@ impl Trajectories {
     ///
     /// # Errors
     /// [`Error::Data`] naming the first breach, with the value and what is legal.
+    #[doc(hidden)] // For the Python package and tests.
     pub fn check(&self) -> Result<(), Error> {
         let breach = |reason: String| Err(Error::Data { reason });
         let (n, points) = (self.len(), self.x.len());

@@ -6,6 +6,7 @@ mod scale;
 mod stage;
 
 pub(crate) use outputs::{ConfidenceTerms, Cut, CutContext, CutRegion, Outputs, SaliencyOutputs, TrackSet};
-pub use params::{ClipParams, Params, ScaledParams};
+pub(crate) use params::ScaledParams;
+pub use params::{ClipParams, Params};
 pub(crate) use scale::Scale;
 pub use stage::{Progress, Stage, Step};

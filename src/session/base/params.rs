@@ -12,13 +12,15 @@ use crate::embedding::EmbeddingParams;
 use crate::flow::FlowParams;
 use crate::image::MAX_PIXELS;
 use crate::mask::RefineParams;
-use crate::params::{ParamField, ParamGroup, ParamTree, ParamValue};
+use crate::params::{ParamField, ParamGroup, ParamValue, flatten};
 use crate::saliency::SaliencyParams;
 use crate::session::window::ShotParams;
 use crate::still::StillParams;
 use crate::superpixel::SuperpixelParams;
 use crate::trajectory::{Trajectories, TrajectoryParams};
-use serde::Serialize;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
+use std::collections::BTreeMap;
 use std::ops::Deref;
 
 crate::params! {
@@ -49,24 +51,24 @@ crate::params! {
 impl ClipParams {
     /// Checks the number of pixels of a frame, whose size must be valid ([`crate::image::Frame`]).
     pub(crate) fn check_pixels(&self, width: usize, height: usize) -> Result<(), Error> {
-        Error::check_limit(width * height, self.max_pixels, "pixels in a frame", "clip.maxPixels")
+        Error::check_limit(width * height, self.max_pixels, "pixels in a frame", "clip.max_pixels")
     }
 
     /// Checks the number of frames.
     pub(crate) fn check_frames(&self, count: usize) -> Result<(), Error> {
-        Error::check_limit(count, self.max_frames, "frames in a session", "clip.maxFrames")
+        Error::check_limit(count, self.max_frames, "frames in a session", "clip.max_frames")
     }
 
     /// Checks the number of trajectories.
     pub(crate) fn check_trajectories(&self, count: usize) -> Result<(), Error> {
-        Error::check_limit(count, self.max_trajectories, "trajectories", "clip.maxTrajectories")
+        Error::check_limit(count, self.max_trajectories, "trajectories", "clip.max_trajectories")
     }
 
     /// Checks the counts of trajectories from another tracker.
     pub(crate) fn check_external(&self, tracks: &Trajectories) -> Result<(), Error> {
         self.check_frames(tracks.num_frames)?;
         self.check_trajectories(tracks.start_frame.len())?;
-        Error::check_limit(tracks.x.len(), self.max_points, "points of trajectories", "clip.maxPoints")
+        Error::check_limit(tracks.x.len(), self.max_points, "points of trajectories", "clip.max_points")
     }
 }
 
@@ -74,6 +76,7 @@ impl ClipParams {
 macro_rules! tree {
     ($(#[$meta:meta])* pub struct $tree:ident { $($(#[$doc:meta])* $name:ident: $group:ty,)* }) => {
         $(#[$meta])*
+        #[non_exhaustive]
         pub struct $tree {
             $($(#[$doc])* pub $name: $group,)*
         }
@@ -126,6 +129,15 @@ tree! {
     }
 }
 
+/// Reads a tree of options as [`Params::apply`] does, and starts from the defaults.
+impl<'de> Deserialize<'de> for Params {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let mut params = Self::default();
+        params.apply(&BTreeMap::deserialize(deserializer)?).map_err(D::Error::custom)?;
+        Ok(params)
+    }
+}
+
 /// The name of the option that chooses a preset.
 const PRESET: &str = "preset";
 
@@ -169,7 +181,7 @@ impl Params {
         params
     }
 
-    /// Sets the parameter `name` (e.g. `flow.patchStride`). The name `preset` sets all parameters, to `default`, `fast`
+    /// Sets the parameter `name`, a field such as `flow.patch_stride` or its JSON name `flow.patchStride`. The name `preset` sets all parameters, to `default`, `fast`
     /// ([`Params::fast`]) or `paper` ([`Params::paper`]).
     ///
     /// # Errors
@@ -181,10 +193,10 @@ impl Params {
         let mut outcome = None;
         let mut names = Vec::new();
         self.visit("", &mut |mut field| {
-            if field.name == name {
+            if field.is_called(name) {
                 outcome = Some(field.set(value));
             }
-            names.push(field.name);
+            names.push(field.shown_name());
         });
         outcome.unwrap_or_else(|| {
             Err(Error::Param {
@@ -213,12 +225,12 @@ impl Params {
     ///
     /// # Errors
     /// As [`Params::set`].
-    pub fn apply(&mut self, tree: &ParamTree) -> Result<(), Error> {
+    pub fn apply(&mut self, tree: &BTreeMap<String, ParamValue>) -> Result<(), Error> {
         let mut changed = self.clone();
-        if let Some(preset) = tree.0.get(PRESET) {
+        if let Some(preset) = tree.get(PRESET) {
             changed.set_preset(preset)?;
         }
-        for (name, value) in tree.flatten() {
+        for (name, value) in flatten(tree) {
             if name != PRESET {
                 changed.set(&name, value)?;
             }
@@ -228,6 +240,7 @@ impl Params {
     }
 
     /// Calls `visit` for every parameter, in the order of the stages.
+    #[doc(hidden)] // For the command line, the Python package and `bench ablate`.
     pub fn for_each(&mut self, visit: &mut dyn FnMut(ParamField<'_>)) {
         self.visit("", visit);
     }
@@ -246,8 +259,21 @@ impl Params {
         first
     }
 
+    /// Returns the parameters of the stages for processed frames of `size` pixels: lengths are scaled to the frames, and counts of
+    /// trajectories, which are stated at a grid step of 8 pixels, to theirs. [`Session`](crate::Session) does this itself.
+    #[must_use]
+    pub fn for_size(&self, size: (usize, usize)) -> Self {
+        self.scaled_to(size).params
+    }
+
+    /// Returns the radius of votes ([`ScaledParams::vote_radius`]) for processed frames of `size` pixels.
+    #[doc(hidden)] // For `examples/method.rs`.
+    pub fn vote_radius(&self, size: (usize, usize)) -> f32 {
+        self.scaled_to(size).vote_radius
+    }
+
     /// Scales lengths to processed frames of `size` pixels.
-    pub fn for_size(&self, size: (usize, usize)) -> ScaledParams {
+    pub(crate) fn scaled_to(&self, size: (usize, usize)) -> ScaledParams {
         let scale = self.length_scale(size);
         self.scaled(scale, self.trajectory.grid_step * scale)
     }
@@ -304,11 +330,9 @@ const MAX_SPACING_PX: f32 = 64.0;
 /// The grid step that counts of trajectories in the parameters refer to: the default of `trajectory.gridStep`.
 const REFERENCE_STEP_PX: f32 = 8.0;
 
-/// The parameters of one run, made by [`Params::for_size`]: lengths are scaled to the size of the clip's frames, and counts of
-/// trajectories, which [`Params`] states at a grid step of 8 pixels, to the spacing of its trajectories. Dereferences to
-/// [`Params`].
+/// The parameters of one run, as [`Params::for_size`], but counts of trajectories are scaled to the spacing of those at hand.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ScaledParams {
+pub(crate) struct ScaledParams {
     params: Params,
     spacing: f32,
     vote_radius: f32,
@@ -321,14 +345,13 @@ impl ScaledParams {
     }
 
     /// Returns the distance of neighbouring trajectories, in pixels of the processed frames.
-    pub fn spacing(&self) -> f32 {
+    pub(crate) fn spacing(&self) -> f32 {
         self.spacing
     }
 
-    #[doc(hidden)]
     /// Returns the radius within which labelled trajectories vote on others ([`crate::cut::propagate_labels`]), in pixels of the
     /// processed frames.
-    pub fn vote_radius(&self) -> f32 {
+    pub(crate) fn vote_radius(&self) -> f32 {
         self.vote_radius
     }
 }
@@ -373,12 +396,15 @@ mod tests {
     #[test]
     fn names_values_and_ranges_are_checked() {
         let mut params = Params::default();
-        params.set("clip.maxSide", &ParamValue::Number(320.0)).unwrap();
-        assert_eq!(params.clip.max_side, 320);
+        for name in ["clip.maxSide", "clip.max_side"] {
+            params.set(name, &ParamValue::Number(320.0)).unwrap();
+            assert_eq!(std::mem::take(&mut params).clip.max_side, 320);
+        }
+        params.clip.max_side = 320;
         let misspelt = params.set("clip.maxSize", &ParamValue::Number(320.0)).unwrap_err().to_string();
-        assert!(misspelt.contains("clip.maxSide"), "{misspelt}");
+        assert!(misspelt.contains("clip.max_side"), "{misspelt}");
         let message = params.set("clip.maxSide", &ParamValue::Number(2.0)).unwrap_err().to_string();
-        assert_eq!(message, "clip.maxSide = 2 (expected a whole number, 16..=4096)");
+        assert_eq!(message, "clip.max_side = 2 (expected a whole number, 16..=4096)");
         assert!(params.set("clip.maxSide", &ParamValue::Number(320.5)).is_err());
         assert!(params.set("clip.maxSide", &ParamValue::Text("big".into())).is_err());
         assert_eq!(params.clip.max_side, 320);
@@ -386,25 +412,27 @@ mod tests {
 
     #[test]
     fn a_tree_with_one_bad_name_changes_nothing() {
-        let tree: ParamTree = serde_json::from_str(r#"{"clip": {"maxSide": 100, "oops": 1}}"#).unwrap();
+        let tree: BTreeMap<String, ParamValue> =
+            serde_json::from_str(r#"{"clip": {"maxSide": 100, "oops": 1}}"#).unwrap();
         let mut params = Params::default();
         assert!(params.apply(&tree).is_err());
         assert_eq!(params, Params::default());
     }
 
     #[test]
-    fn serialized_parameters_can_be_applied_again() {
+    fn serialized_parameters_can_be_read_again() {
         let mut params = Params::default();
         params.clip.max_side = 123;
         let text = serde_json::to_string(&params).unwrap();
-        let mut again = Params::default();
-        again.apply(&serde_json::from_str(&text).unwrap()).unwrap();
-        assert_eq!(again, params);
+        assert_eq!(serde_json::from_str::<Params>(&text).unwrap(), params);
+        let error = serde_json::from_str::<Params>(r#"{"clip": {"maxSide": 2}}"#).unwrap_err().to_string();
+        assert!(error.starts_with("clip.max_side = 2 (expected a whole number, 16..=4096)"), "{error}");
     }
 
     #[test]
     fn a_preset_comes_before_what_is_set_beside_it() {
-        let tree: ParamTree = serde_json::from_str(r#"{"cut": {"weightByLength": true}, "preset": "paper"}"#).unwrap();
+        let tree: BTreeMap<String, ParamValue> =
+            serde_json::from_str(r#"{"cut": {"weightByLength": true}, "preset": "paper"}"#).unwrap();
         let mut params = Params::default();
         params.apply(&tree).unwrap();
         assert!(params.cut.weight_by_length && params.cut.ambiguous_share == 0.3 && params.refine.band == 0);
@@ -425,7 +453,7 @@ mod tests {
     fn counts_of_trajectories_follow_their_spacing() {
         let params = Params::default();
         let large = (640, 360);
-        assert_eq!(*params.for_size(large), params);
+        assert_eq!(*params.scaled_to(large), params);
         let dense = params.scaled(1.0, 4.0);
         assert_eq!(dense.embedding.min_component, 4 * params.embedding.min_component);
         assert_eq!(dense.connectedness.min_component, 4 * params.connectedness.min_component);
@@ -443,12 +471,12 @@ mod tests {
     #[test]
     fn lengths_follow_the_size_of_the_frame_and_counts_do_not() {
         let params = Params::default();
-        let half = params.for_size((240, 135));
+        let half = params.scaled_to((240, 135));
         assert_eq!((half.spacing(), half.trajectory.grid_step, half.trajectory.mask_step), (4.0, 4.0, 2.0));
         assert_eq!((half.vote_radius(), half.refine.band), (12.0, 4));
         assert_eq!(half.discretize, params.discretize);
-        assert_eq!(params.for_size((32, 18)).spacing(), 4.0);
-        assert_eq!(*params.for_size((1280, 720)), params);
-        assert_eq!(*Params::paper().for_size((32, 18)), Params::paper());
+        assert_eq!(params.scaled_to((32, 18)).spacing(), 4.0);
+        assert_eq!(*params.scaled_to((1280, 720)), params);
+        assert_eq!(*Params::paper().scaled_to((32, 18)), Params::paper());
     }
 }

@@ -16,10 +16,17 @@ macro_rules! stages {
             pub(crate) const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
 
             /// Returns the name used in JSON and JavaScript.
+            #[doc(hidden)] // Users have `Display`.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $name,)*
                 }
+            }
+        }
+
+        impl std::fmt::Display for $stage {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(self.name())
             }
         }
     };
@@ -29,6 +36,7 @@ stages! {
     /// The stages, in the order in which they run; flow and trajectories alternate, pair by pair.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
     #[serde(rename_all = "camelCase")]
+    #[non_exhaustive]
     pub enum Stage {
         /// Dense optical flow, forward and backward; a step is one field.
         Flow = "flow",
@@ -59,6 +67,7 @@ stages! {
 
 /// The progress of a session: `done` of `total` steps of `stage`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct Progress {
     /// The stage of the last step.
     pub stage: Stage,

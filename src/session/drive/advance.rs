@@ -68,7 +68,7 @@ impl Session {
         self.phase = match std::mem::take(&mut self.phase) {
             Phase::Running(mut run) => {
                 store_identities(&mut run.clip, &run.outputs, overlap);
-                run.clip.params = self.params.for_size(run.clip.scale.working);
+                run.clip.params = self.params.scaled_to(run.clip.scale.working);
                 Phase::Frames(Box::new(run.clip))
             }
             phase => phase,

@@ -9,7 +9,7 @@ use crate::{Error, Params};
 const SIZE: (usize, usize) = (240, 136);
 
 fn scene(frames: usize, seed: u64) -> Scene {
-    Scene::sample(SIZE.0, SIZE.1, frames, seed)
+    Scene::sample((SIZE.0, SIZE.1), frames, seed)
 }
 
 fn session() -> Session {

@@ -32,6 +32,7 @@ pub struct Checkpoint {
 
 impl Checkpoint {
     /// Returns the number of the next window, from 0.
+    #[doc(hidden)] // For the command line.
     pub fn window(&self) -> usize {
         self.plan.index
     }

@@ -66,7 +66,7 @@ impl Forks {
         };
         session.params = params.clone();
         if let Some(clip) = session.phase.clip_mut() {
-            clip.params = params.for_size(clip.scale.working);
+            clip.params = params.scaled_to(clip.scale.working);
             let is_changed = changed.iter().any(|name| SUPERPIXEL_GROUPS.iter().any(|group| is_in(name, group)));
             clip.pending_jobs.keep_only(if is_changed { &[] } else { &[JobKind::Superpixels] });
         }
@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn the_masks_of_a_fork_are_those_of_a_new_run() {
-        let scene = Scene::sample(96, 64, 6, 3);
+        let scene = Scene::sample((96, 64), 6, 3);
         let session = |params: &Params| {
             let mut session = Session::new(params.clone()).unwrap();
             (0..6).for_each(|t| session.push_frame(scene.frame(t)).unwrap());

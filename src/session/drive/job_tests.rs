@@ -16,7 +16,7 @@ fn session() -> Session {
 }
 
 fn push(session: &mut Session) {
-    let scene = Scene::sample(96, 64, FRAMES, 3);
+    let scene = Scene::sample((96, 64), FRAMES, 3);
     (0..FRAMES).for_each(|t| session.push_frame(scene.frame(t)).unwrap());
 }
 

@@ -8,8 +8,8 @@
 //!
 //! A window runs when it has all its frames and one more has been read. Then all but its last frames are dropped, and the new
 //! frame is added. Of the frames shared by two windows, each window settles the half with more frames around it. A frame that
-//! begins a new shot ends the window, which then settles all of its frames. If the length of the clip is known, the last
-//! window begins earlier, so that it is full too.
+//! begins a new shot ends the window, which then settles all of its frames. The last window begins earlier, so that it is
+//! full too: up to a window of frames is read ahead to find the end of the clip, unless the iterator knows its length.
 
 use super::checkpoint::Checkpoint;
 use crate::Error;
@@ -25,7 +25,7 @@ use std::collections::VecDeque;
 /// ```
 /// use tracecut::{Error, Params, Windows, synth::Scene};
 ///
-/// let scene = Scene::sample(160, 90, 20, 0);
+/// let scene = Scene::sample((160, 90), 20, 0);
 /// let frames = (0..20).map(|t| Ok::<_, Error>(scene.frame(t)));
 /// let mut windows = Windows::new(Params::default(), frames)?.with_window(12, 4)?;
 /// let mut masks = Vec::new();
@@ -76,16 +76,21 @@ where
 {
     /// Processes `frames`, all of one size, in windows of 50 frames that share 10 with their neighbours.
     ///
+    /// The last window is as long as the others. To find the end of the clip, up to a window of frames is read ahead, unless
+    /// the iterator's [`size_hint`](Iterator::size_hint) is exact.
+    ///
     /// # Errors
     /// [`Error::Param`] if a parameter is out of range.
     pub fn new(params: Params, frames: I) -> Result<Self, Error> {
+        let (least, most) = frames.size_hint();
+        let remaining = most.filter(|&most| most == least);
         Ok(Self {
             session: Session::new(params)?,
             frames,
             plan: WindowPlan::default(),
             threads: 1,
-            remaining: None,
-            reads_ahead: false,
+            remaining,
+            reads_ahead: remaining.is_none(),
             queue: VecDeque::new(),
             lookahead: None,
             first: 0,
@@ -99,19 +104,6 @@ where
     /// [`Error::Param`] unless `window` is 2 to 400 and `overlap` is 1 to `window − 1`.
     pub fn with_window(self, window: usize, overlap: usize) -> Result<Self, Error> {
         Ok(Self { plan: WindowPlan::new(window, overlap)?, ..self })
-    }
-
-    /// Sets the number of frames of the clip, so that the last window is full too.
-    #[must_use]
-    pub fn with_length(self, frames: usize) -> Self {
-        Self { remaining: Some(frames), ..self }
-    }
-
-    /// Reads up to a window of frames ahead to find the end of the clip, for streams of unknown length. Results are the same as with
-    /// [`Windows::with_length`].
-    #[must_use]
-    pub fn with_look_ahead(self) -> Self {
-        Self { reads_ahead: true, ..self }
     }
 
     /// Sets the number of threads, which does not change results; see [`Session::run_on`].
@@ -192,14 +184,12 @@ where
     }
 
     /// Resumes a clip from a checkpoint, with the same results as without an interruption. The parameters and the size of the
-    /// windows must be the same, and the iterator of frames must begin with frame [`Checkpoint::first_frame`] of the clip; the
-    /// length, if set, counts the whole clip.
+    /// windows must be the same, and the iterator of frames must begin with frame [`Checkpoint::first_frame`] of the clip.
     ///
     /// # Errors
     /// Those of the frames; [`Error::TooFewFrames`] if they end too early.
     pub fn resume(mut self, checkpoint: Checkpoint) -> Result<Self, E> {
         let needed = checkpoint.overlap + usize::from(checkpoint.has_lookahead);
-        self.remaining = self.remaining.map(|remaining| remaining.saturating_sub(checkpoint.first));
         let mut frames = Vec::new();
         while frames.len() < needed {
             let too_few = Error::TooFewFrames { got: frames.len(), needed };

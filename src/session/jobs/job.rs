@@ -110,7 +110,7 @@ impl Job {
                 JobResult::Superpixels(frame_superpixels(frame, &params.contour, &params.superpixel))
             }
             JobInput::Mask(frame, labels) => {
-                JobResult::Mask(refine(labels, frame, &params.for_size((frame.width(), frame.height())).refine))
+                JobResult::Mask(refine(labels, frame, &params.scaled_to((frame.width(), frame.height())).refine))
             }
             JobInput::Saliency(query) => JobResult::Saliency(query.evaluate(&params.saliency)),
             JobInput::Delaunay(points) => JobResult::Delaunay(delaunay_edges(points)),

@@ -33,7 +33,7 @@ pub(crate) struct FlowFrame {
 
 impl FlowFrame {
     pub(crate) fn new(frame: &Frame, params: &FlowParams) -> Self {
-        Self { pyramid: FlowPyramid::from_frame(frame, params.max_side), luma: frame.luma() }
+        Self { pyramid: FlowPyramid::reduced(frame, params.max_side), luma: frame.luma() }
     }
 
     /// Computes the flow to another frame, at the size of the frames.

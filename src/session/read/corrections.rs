@@ -18,6 +18,7 @@ const MAX_STROKES: usize = 255;
 
 impl Session {
     /// Returns the number of corrections in force.
+    #[doc(hidden)] // For the Python package.
     pub fn num_corrections(&self) -> usize {
         self.running().map_or(0, |run| run.outputs.corrections.count())
     }

@@ -14,7 +14,7 @@ const SIZE: (usize, usize) = (320, 180);
 const FRAMES: usize = 10;
 
 fn segmented() -> Session {
-    let scene = Scene::sample(SIZE.0, SIZE.1, FRAMES, 2);
+    let scene = Scene::sample((SIZE.0, SIZE.1), FRAMES, 2);
     let mut session = Session::new(Params::default()).unwrap();
     for t in 0..FRAMES {
         session.push_frame(scene.frame(t)).unwrap();
@@ -219,7 +219,7 @@ fn overlap(truth: &[Plane<u8>], of_truth: u8, found: &[Plane<u8>], of_found: u8)
 
 #[test]
 fn two_strokes_in_one_frame_part_players_who_move_alike_in_all_frames() {
-    let scene = Scene::entangled(288, 192, 24, 3);
+    let scene = Scene::entangled((288, 192), 24, 3);
     let mut params = Params::default();
     params.connectedness.mode = crate::connectedness::ConnectednessMode::Off;
     // With as many trajectories as a large frame has, motion alone tells the players apart.

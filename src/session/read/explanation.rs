@@ -33,6 +33,7 @@ pub struct Evidence {
 
 /// The cost of giving the superpixel to a cluster, with all other labels fixed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct LabelCost {
     /// The cluster.
     pub cluster: u32,
@@ -123,6 +124,7 @@ pub struct ObjectBorder {
 ///
 /// Costs are in units of the energy, in multiples of 1/65536, so that sums and differences are exact.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Explanation {
     /// The pixel's mask label.
     pub label: u8,
@@ -182,7 +184,7 @@ impl Session {
     /// # Errors
     /// [`Error::State`] unless the session is done and has masks, or if there is no such frame; [`Error::Param`] if the pixel
     /// is not in the frame.
-    pub fn explain(&self, t: usize, x: usize, y: usize) -> Result<Explanation, Error> {
+    pub fn explain(&self, t: usize, (x, y): (usize, usize)) -> Result<Explanation, Error> {
         let (Some(clip), Some(outputs)) = (self.clip(), self.outputs_after(Stage::Masks)) else {
             return Err(missing_frame("explanation", t, 0));
         };

@@ -12,7 +12,7 @@ const SIZE: (usize, usize) = (200, 112);
 const FRAMES: usize = 8;
 
 fn pushed(seed: u64) -> Session {
-    let scene = Scene::sample(SIZE.0, SIZE.1, FRAMES, seed);
+    let scene = Scene::sample((SIZE.0, SIZE.1), FRAMES, seed);
     let mut session = Session::new(Params::default()).unwrap();
     for t in 0..FRAMES {
         session.push_frame(scene.frame(t)).unwrap();
@@ -51,7 +51,7 @@ fn agrees(session: &Session, solver: &GabrielCut, pixels: usize, seed: u64) -> u
     let mut compared = 0;
     for _ in 0..pixels {
         let (t, x, y) = (rng.below(FRAMES), rng.below(SIZE.0), rng.below(SIZE.1));
-        let why = session.explain(t, x, y).unwrap();
+        let why = session.explain(t, (x, y)).unwrap();
         let own = why.cluster;
         let node = node(session, t, why.superpixel);
         let Some(present) = solver.energy_if(node, own) else { continue };
@@ -94,11 +94,11 @@ fn after_strokes_the_terms_are_those_of_the_cut_made_anew() {
     session.correct(&Correction::SplitStrokes(strokes)).unwrap();
     let solver = run_and_watch(&mut session);
     assert!(agrees(&session, &solver, 150, 7) > 50);
-    let why = session.explain(3, 2, 2).unwrap();
+    let why = session.explain(3, (2, 2)).unwrap();
     assert_eq!(why.source, LabelSource::Stroke);
     assert!(why.costs.iter().any(|cost| cost.forbidden > 0.0), "{:?}", why.costs);
     session.undo_correction().unwrap();
-    let before = session.explain(3, 2, 2).unwrap();
+    let before = session.explain(3, (2, 2)).unwrap();
     assert!(before.source != LabelSource::Stroke && before.costs.iter().all(|cost| cost.forbidden == 0.0));
 }
 
@@ -110,7 +110,7 @@ fn what_is_behind_the_terms_agrees_with_the_other_results() {
     let mut rng = Rng::for_stage(3, "why");
     for _ in 0..60 {
         let (t, x, y) = (rng.below(FRAMES), rng.below(SIZE.0), rng.below(SIZE.1));
-        let why = session.explain(t, x, y).unwrap();
+        let why = session.explain(t, (x, y)).unwrap();
         assert_eq!(why.label, session.labels(t).unwrap()[(x, y)]);
         assert_eq!(why.superpixel, session.superpixels(t).unwrap().label()[(x, y)]);
         let of_cluster = &session.objects().unwrap().of_cluster;
@@ -160,10 +160,10 @@ fn the_votes_that_flip_do_flip_and_one_less_does_not() {
 #[test]
 fn what_is_not_there_is_refused_by_name() {
     let mut session = pushed(2);
-    assert!(matches!(session.explain(0, 0, 0), Err(Error::State { .. })));
+    assert!(matches!(session.explain(0, (0, 0)), Err(Error::State { .. })));
     session.run().unwrap();
     for (t, x, y, named) in [(FRAMES, 0, 0, "0..8"), (0, SIZE.0, 0, "0..200"), (0, 0, 4000, "4000")] {
-        let message = session.explain(t, x, y).unwrap_err().to_string();
+        let message = session.explain(t, (x, y)).unwrap_err().to_string();
         assert!(message.contains(named), "{message}");
     }
 }

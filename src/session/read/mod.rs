@@ -4,11 +4,7 @@ mod confidence;
 mod corrections;
 #[cfg(test)]
 mod corrections_tests;
-mod explanation;
+pub mod explanation;
 #[cfg(test)]
 mod explanation_tests;
 mod results;
-
-pub use explanation::{
-    Affinity, Evidence, Explanation, LabelCost, LabelFlip, LabelSource, ObjectBorder, SuperpixelLink, Voter,
-};

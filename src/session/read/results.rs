@@ -33,6 +33,7 @@ impl Session {
     }
 
     /// Returns width and height of the input frames in pixels; `None` before the first.
+    #[doc(hidden)] // For the command line, the packages for Python and JavaScript, and benchmarks.
     pub fn input_size(&self) -> Option<(usize, usize)> {
         self.clip().map(|clip| clip.scale.input)
     }
@@ -64,6 +65,7 @@ impl Session {
 
     /// Returns the denser trajectories that masks are made from, in working pixels; `None` before they are tracked, and with
     /// `clip.dense` off.
+    #[doc(hidden)] // For the packages for Python and JavaScript.
     pub fn mask_trajectories(&self) -> Option<&Trajectories> {
         self.track_set()?.mask_tracks.as_ref()
     }
@@ -180,6 +182,7 @@ impl Session {
     ///
     /// # Errors
     /// [`Error::State`] if there is no such frame.
+    #[doc(hidden)] // For the command line, and the packages for Python and JavaScript.
     pub fn boundaries(&self, t: usize) -> Result<BoundaryMap, Error> {
         let clip = self.clip();
         match clip.and_then(|clip| Some((clip.frames.get(t)?, clip))) {
@@ -201,6 +204,7 @@ impl Session {
     ///
     /// # Errors
     /// As [`affinities`].
+    #[doc(hidden)] // For the Python package and benchmarks.
     pub fn motion_clusters(&self) -> Result<Option<Clusters>, Error> {
         let (Some(clip), Some(outputs)) = (self.clip(), self.outputs_after(Stage::Clusters)) else { return Ok(None) };
         let (params, seed, track_set) = (&clip.params, clip.params.clip.seed, &outputs.track_set);
@@ -215,6 +219,7 @@ impl Session {
 
     /// Discretizes the embedding by another method, with `count` clusters (before merging) from as many eigenvectors, to compare
     /// methods. `count` is limited by the number of eigenvectors. `None` until the discontinuities are computed.
+    #[doc(hidden)] // For the Python package and benchmarks.
     pub fn clusters_by(&self, method: DiscretizeMethod, count: usize) -> Option<Clusters> {
         let (clip, outputs) = (self.clip()?, self.outputs_after(Stage::Discontinuities)?);
         let params = DiscretizeParams { method, ..clip.params.discretize.clone() };
@@ -224,6 +229,7 @@ impl Session {
 
     /// Segments the trajectories by thresholded discontinuities (Figure 1(c) of the paper): the connected components without the
     /// edges of `d` above `discontinuity.threshold`. Isolated trajectories are clusters of their own.
+    #[doc(hidden)] // For the packages for Python and JavaScript.
     pub fn threshold_clusters(&self) -> Option<Clusters> {
         let Outputs { track_set, discontinuities, .. } = self.outputs_after(Stage::Discontinuities)?;
         Some(threshold_segmentation(&track_set.tracks, discontinuities, self.params().discontinuity.threshold))
@@ -269,6 +275,7 @@ impl Session {
     }
 
     /// Returns the clip-wide number of each trajectory, which it keeps in the next window.
+    #[doc(hidden)] // For the packages for Python and JavaScript.
     pub fn trajectory_numbers(&self) -> &[u32] {
         self.track_set().map_or(&[], |track_set| &track_set.numbers)
     }

@@ -166,7 +166,7 @@ mod tests {
             params.set(name, &ParamValue::Number(*value)).unwrap();
         }
         let mut session = Session::new(params).unwrap();
-        let scene = Scene::sample(96, 64, FRAMES, scene);
+        let scene = Scene::sample((96, 64), FRAMES, scene);
         (0..FRAMES).for_each(|t| session.push_frame(scene.frame(t)).unwrap());
         session
     }
@@ -251,13 +251,13 @@ mod tests {
     fn the_next_window_begins_with_the_given_parameters() {
         let mut params = Params::default();
         (params.discretize.min_agreement, params.affinity.variation_weight) = (1.0, 1.0);
-        let scene = Scene::sample(96, 64, FRAMES, CHANGED_SCENE);
+        let scene = Scene::sample((96, 64), FRAMES, CHANGED_SCENE);
         let mut session = Session::new(params.clone()).unwrap();
         (0..FRAMES).for_each(|t| assert!(!session.push_in_shot(scene.frame(t)).unwrap()));
         session.run().unwrap();
         assert_ne!(session.clip().unwrap().params.discretize, params.discretize);
         session.advance(2).unwrap();
         let clip = session.clip().unwrap();
-        assert_eq!(clip.params, params.for_size(clip.scale.working));
+        assert_eq!(clip.params, params.scaled_to(clip.scale.working));
     }
 }

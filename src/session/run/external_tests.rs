@@ -11,7 +11,7 @@ const SIZE: (usize, usize) = (320, 180);
 const FRAMES: usize = 10;
 
 fn frames() -> Vec<Frame> {
-    let scene = Scene::sample(SIZE.0, SIZE.1, FRAMES, 2);
+    let scene = Scene::sample((SIZE.0, SIZE.1), FRAMES, 2);
     (0..FRAMES).map(|t| scene.frame(t)).collect()
 }
 
@@ -41,7 +41,7 @@ fn our_own_trajectories_from_outside_give_our_own_masks() {
     theirs.set_trajectories(outside(&ours)).unwrap();
     // How far apart they are is guessed from how many there are; here it is known.
     let Phase::Frames(clip) = &mut theirs.phase else { panic!("the run has begun") };
-    clip.params = ours.params().for_size(SIZE);
+    clip.params = ours.params().scaled_to(SIZE);
     theirs.run().unwrap();
     assert_eq!(theirs.running().unwrap().outputs.track_set.tracks, ours.running().unwrap().outputs.track_set.tracks);
     assert_eq!(theirs.clusters(), ours.clusters());

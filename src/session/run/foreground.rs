@@ -8,7 +8,7 @@ use crate::discontinuity::discontinuities;
 use crate::discretize::{NUM_ROTATIONS, NormalizedRows, discretize_with, rotation_counts, with_background};
 use crate::embedding::{Embedding, embed};
 use crate::flow::Field;
-use crate::saliency::{SaliencyMaps, SaliencyQuery, context_saliency, point_pixels, trajectory_saliency};
+use crate::saliency::{SaliencyMaps, SaliencyQuery, context_saliency, greatest_of_points, point_pixels};
 use crate::session::base::{Outputs, SaliencyOutputs, Stage, TrackSet};
 use crate::session::jobs::{Job, JobInput, JobKind, JobResult, PendingJobs};
 use crate::sparse::SymCsr;
@@ -74,9 +74,9 @@ impl SaliencyWork {
 
     fn average(&mut self, clip: &Clip, outputs: &Outputs) -> SaliencyOutputs {
         let (track_set, settings) = (&outputs.track_set, &clip.params.saliency);
-        let of_points = trajectory_saliency(&track_set.tracks, &self.track_points);
+        let of_points = greatest_of_points(&track_set.tracks, &self.track_points);
         let tracks = context_saliency(of_points, &outputs.embedding, &outputs.discontinuities, settings);
-        let maximum = |mask_tracks| trajectory_saliency(mask_tracks, &self.mask_track_points);
+        let maximum = |mask_tracks| greatest_of_points(mask_tracks, &self.mask_track_points);
         let mask_tracks = track_set.mask_tracks.as_ref().map_or_else(Vec::new, maximum);
         let maps = std::mem::replace(&mut self.maps, SaliencyMaps::new(settings));
         SaliencyOutputs { maps, tracks, mask_tracks }

@@ -89,7 +89,7 @@ impl Session {
         self.params.clip.check_pixels(frame.width(), frame.height())?;
         if matches!(self.phase, Phase::Empty) {
             let scale = Scale::new((frame.width(), frame.height()), self.params.clip.max_side as usize);
-            let params = self.params.for_size(scale.working);
+            let params = self.params.scaled_to(scale.working);
             self.phase = Phase::Frames(Box::new(Clip::new(scale, params, self.epoch)));
         }
         match &mut self.phase {
@@ -171,6 +171,7 @@ impl Session {
     }
 
     /// Drops frames and results; parameters stay.
+    #[doc(hidden)] // For the package for JavaScript.
     pub fn clear(&mut self) {
         self.phase = Phase::Empty;
         self.epoch = self.epoch.wrapping_add(1);

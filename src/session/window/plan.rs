@@ -12,6 +12,7 @@ const OVERLAP_FRAMES: usize = 10;
 ///
 /// [`Windows::session`]: crate::Windows::session
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Window {
     /// Number of the window, from 0.
     pub index: usize,

@@ -54,7 +54,7 @@ impl Thumbnail {
         let small = frame.resized(reduced(frame.width()), reduced(frame.height()));
         let channels = [0, 1, 2].map(|c| small.channel(c));
         let luma = small.luma();
-        Self { pyramid: FlowPyramid::new(&luma), channels, contrast: contrast(&luma) }
+        Self { pyramid: FlowPyramid::from_luma(&luma), channels, contrast: contrast(&luma) }
     }
 }
 
@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn neighbouring_frames_find_each_other_and_other_scenes_do_not() {
-        let (scene, other) = (Scene::sample(240, 135, 12, 0), Scene::sample(240, 135, 12, 7));
+        let (scene, other) = (Scene::sample((240, 135), 12, 0), Scene::sample((240, 135), 12, 7));
         let bound = ShotParams::default().max_unmatched;
         for t in 1..12 {
             let within = share(&scene.frame(t - 1), &scene.frame(t));

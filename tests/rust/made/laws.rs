@@ -1,6 +1,6 @@
 //! What holds of every result, whatever went in.
 
-use tracecut::connectedness::{Components, NO_COMPONENT};
+use tracecut::connectedness::Components;
 use tracecut::contour::BoundaryMap;
 use tracecut::discontinuity::Discontinuities;
 use tracecut::discretize::Clusters;
@@ -112,7 +112,7 @@ fn check_discontinuities(found: &Discontinuities, num_tracks: usize) {
 
 fn check_components(components: &Components) {
     let most = components.count.iter().copied().max().unwrap_or(0);
-    assert!(components.of_point.iter().all(|&c| c < most || c == NO_COMPONENT));
+    assert!(components.of_point.iter().flatten().all(|&component| component < most));
 }
 
 fn check_clusters(clusters: &Clusters, num_tracks: usize) {
@@ -155,7 +155,7 @@ fn check_mask(session: &Session, t: usize, mask: &Plane<u8>, known: &[u8], (widt
         let label_of = |&cluster: &u32| objects.of_cluster.get(cluster as usize).copied().unwrap_or(0);
         assert!(clusters.data().iter().map(label_of).eq(mask.data().iter().copied()), "clusters and masks disagree");
     }
-    if let Some(why) = allowed(session.explain(t, width / 2, height / 2)) {
+    if let Some(why) = allowed(session.explain(t, (width / 2, height / 2))) {
         assert_eq!(why.label, mask[(width / 2, height / 2)]);
         assert!(why.evidence.background.is_finite() && why.evidence.looks.is_finite());
     }

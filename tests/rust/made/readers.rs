@@ -1,8 +1,9 @@
 //! Readers of the library: any bytes are an error or a value that keeps its laws, and survives writing and reading.
 
+use std::collections::BTreeMap;
 use tracecut::Params;
 use tracecut::image::Frame;
-use tracecut::params::ParamTree;
+use tracecut::params::ParamValue;
 use tracecut::tracks;
 
 /// An image file: PNG, JPEG or PPM.
@@ -26,7 +27,7 @@ pub fn tracks_dat(bytes: &[u8]) {
 
 /// Parameters from JSON. What was taken is legal, and gives the same again.
 pub fn parameters(bytes: &[u8]) {
-    let Ok(tree) = serde_json::from_slice::<ParamTree>(bytes) else { return };
+    let Ok(tree) = serde_json::from_slice::<BTreeMap<String, ParamValue>>(bytes) else { return };
     let mut params = Params::default();
     if let Err(error) = params.apply(&tree) {
         assert_eq!(error.code(), "param");
