@@ -73,7 +73,7 @@
 //! let mut params = Params::default();
 //! params.trajectory.grid_step = 0.5;
 //! let error = Session::new(params).unwrap_err();
-//! assert_eq!(error.to_string(), "trajectory.grid_step = 0.5 (expected a number, 2..=64)");
+//! assert_eq!(error.to_string(), "trajectory.grid_step = 0.5 (expected a number, 3..=64)");
 //! ```
 //!
 //! # The stages

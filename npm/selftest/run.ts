@@ -213,8 +213,7 @@ function formatCocoLine({ image_id, track_id, area, bbox, segmentation: { size, 
 async function runWindows(library: Library, settings: Settings, signal: AbortSignal | undefined) {
   const shots = await Promise.all(SHOTS.map((shot) => createFrames(library, shot, settings)));
   const parts: ArrayBufferView[] = [];
-  // Not as a list: if the number of frames is known, the last windows lie elsewhere.
-  for await (const window of library.segmentVideo(shots.flat().values(), { ...settings, ...WINDOWS, signal })) {
+  for await (const window of library.segmentVideo(shots.flat(), { ...settings, ...WINDOWS, signal })) {
     const { index, shot, firstFrame, settled } = window;
     parts.push(Uint32Array.of(index, shot, firstFrame, settled.from, settled.to));
     for (const { labels } of window.frames()) parts.push(labels);

@@ -7,6 +7,9 @@ pub const MAX_SIDE: usize = 16_384;
 /// Largest accepted number of pixels of one frame unless `clip.max_pixels` sets another: twice an 8K frame.
 pub const MAX_PIXELS: usize = 1 << 26;
 
+/// True in the wasm modules for JavaScript, whose errors have the names that its users set.
+pub(crate) const IS_JAVASCRIPT: bool = cfg!(all(target_arch = "wasm32", feature = "wasm"));
+
 /// The errors of this crate, grouped by cause: the input, a parameter, or the order of calls.
 ///
 /// Degenerate but legal input (a still video, a black frame) is never an error.
@@ -133,16 +136,17 @@ pub(crate) fn check_size(width: usize, height: usize) -> Result<(), Error> {
 /// Returns the name that an error gives to the field `section.name_of_field`: the field itself, and in the wasm module for
 /// JavaScript the name that its users set.
 pub(crate) fn shown_name(field: &str) -> String {
-    if cfg!(all(target_arch = "wasm32", feature = "wasm")) { camel_case(field) } else { field.to_owned() }
+    if IS_JAVASCRIPT { camel_case(field) } else { field.to_owned() }
 }
 
 pub(crate) fn camel_case(snake_case: &str) -> String {
-    let mut parts = snake_case.split('_');
-    let mut name = parts.next().unwrap_or_default().to_owned();
-    for part in parts {
-        let mut letters = part.chars();
-        name.extend(letters.next().map(|c| c.to_ascii_uppercase()));
-        name.push_str(letters.as_str());
+    let mut name = String::with_capacity(snake_case.len());
+    let mut begins_word = false;
+    for letter in snake_case.chars() {
+        if letter != '_' {
+            name.push(if begins_word { letter.to_ascii_uppercase() } else { letter });
+        }
+        begins_word = letter == '_';
     }
     name
 }

@@ -5,7 +5,7 @@
 //! `image::DynamicImage`, whose conversions between all colour types and profiles would double the size of the wasm file.
 
 use crate::Error;
-use crate::error::{MAX_PIXELS, check_size, shown_name};
+use crate::error::{IS_JAVASCRIPT, MAX_PIXELS, check_size};
 use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
 use image::metadata::Orientation;
 use image::{ColorType, ImageDecoder, Limits};
@@ -19,7 +19,7 @@ const PNG_MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
 const JPEG_MAGIC: &[u8] = b"\xff\xd8\xff";
 
 /// The parameter that limits the size of a file.
-const LIMIT_FIELD: &str = "clip.max_pixels";
+const LIMIT_NAME: &str = if IS_JAVASCRIPT { "clip.maxPixels" } else { "clip.max_pixels" };
 
 /// Decodes a PNG or JPEG file of at most `max_pixels` pixels. The size is checked before memory is allocated.
 pub(super) fn decode(bytes: &[u8], max_pixels: usize) -> Result<Pixels, Error> {
@@ -73,7 +73,7 @@ fn read_rgb(decoder: impl ImageDecoder, max_pixels: usize) -> Result<Pixels, Err
             what: "pixels in an image file",
             actual: width * height,
             limit: max_pixels,
-            name: shown_name(LIMIT_FIELD),
+            name: LIMIT_NAME.to_owned(),
         });
     }
     let color = decoder.color_type();

@@ -179,7 +179,7 @@ fn a_checkpoint_needs_the_frames_that_follow_it() {
     let checkpoint = whole.checkpoint().unwrap().unwrap();
     let first = checkpoint.first_frame();
     let error = windows(scene(10, 1).skip(first), 10, 4).resume(checkpoint).err().unwrap();
-    assert_eq!(error, Error::TooFewFrames { got: 4, needed: 5 });
+    assert_eq!(error, Error::TooFewFrames { got: 5, needed: 6 });
 }
 
 /// Windows of a clip, and what a session of the same frames has that is corrected and goes on in the same way.
