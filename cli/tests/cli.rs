@@ -1,5 +1,6 @@
 //! The `tracecut` program from outside: what it writes, and what it answers to input that it cannot use.
 
+mod documents;
 mod faults;
 mod files;
 mod images;
