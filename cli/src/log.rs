@@ -121,7 +121,7 @@ impl Log {
     pub(crate) fn step(&self, progress: Progress) {
         // Flow and trajectories alternate: flow is named, which takes far longer.
         let stage = if progress.stage == Stage::Trajectories { Stage::Flow } else { progress.stage };
-        self.update(Some(stage), |clip| clip.step(progress));
+        self.update(Some(stage), |clip| clip.count(Some(progress.stage), progress.done, progress.total));
     }
 
     /// Reports a finished window, after which `num_settled` frames of the clip are finished.
@@ -141,16 +141,10 @@ impl Log {
         }
         let stage = stage.map_or("decode", Stage::name);
         let seconds_left = progress.seconds_left(begin.elapsed().as_secs_f64());
-        self.event(
-            "progress",
-            json!({ "window": window, "stage": stage, "share": share, "secondsLeft": seconds_left }),
-        );
+        self.event("progress", json!({ "stage": stage, "share": share, "secondsLeft": seconds_left }));
         self.bar.set_style(bar_style(share.is_some()));
         self.bar.set_position((BAR_STEPS as f64 * share.unwrap_or_default()) as u64);
-        self.bar.set_message(match share {
-            Some(_) => stage.to_owned(),
-            None => format!("window {}: {stage}", window + 1),
-        });
+        self.bar.set_message(stage);
         self.bar.set_prefix(seconds_left.map_or_else(String::new, |seconds| format!("{seconds:.0} s left")));
     }
 

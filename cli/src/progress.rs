@@ -1,7 +1,7 @@
 //! The progress of a clip in windows: the finished share, which never falls, and the seconds left.
 
 use std::collections::BTreeMap;
-use tracecut::{Progress, Stage, Window};
+use tracecut::{Stage, Window};
 
 /// A stage of a window; `None` is decoding, before the session's own stages.
 type Step = Option<Stage>;
@@ -102,12 +102,8 @@ impl ClipProgress {
         self.update();
     }
 
-    /// Counts a step of the session.
-    pub(crate) fn step(&mut self, progress: Progress) {
-        self.count(Some(progress.stage), progress.done, progress.total);
-    }
-
-    fn count(&mut self, stage: Step, done: u32, total: u32) {
+    /// Counts steps: `done` of `total` of a stage.
+    pub(crate) fn count(&mut self, stage: Step, done: u32, total: u32) {
         let before = done.saturating_sub(1);
         let steps = self.stages.entry(stage).or_insert(Steps { before, done, total });
         (steps.done, steps.total) = (done, total);
@@ -186,7 +182,7 @@ mod tests {
                 // The cut adds steps.
                 let totals = if stage == Stage::Cut { [4, 9, 9] } else { [4, 4, 4] };
                 for (total, done) in totals.into_iter().zip([1, 4, totals[2]]) {
-                    progress.step(Progress { stage, done, total });
+                    progress.count(Some(stage), done, total);
                     shares.extend(progress.share());
                 }
             }
@@ -210,7 +206,7 @@ mod tests {
     #[test]
     fn the_share_of_a_resumed_clip_begins_where_the_first_run_ended() {
         let mut progress = ClipProgress::new(Some(100), 50, true, 45);
-        progress.step(Progress { stage: Stage::Flow, done: 19, total: 98 });
+        progress.count(Some(Stage::Flow), 19, 98);
         assert!((0.45..0.5).contains(&progress.share().unwrap()), "{progress:?}");
         assert_eq!(progress.seconds_left(0.5), None);
         progress.settle(85);
@@ -224,14 +220,14 @@ mod tests {
         progress.count_frame();
         assert_eq!((progress.share(), progress.seconds_left(9.0)), (None, None));
         progress.end_input();
-        progress.step(Progress { stage: Stage::Masks, done: 1, total: 2 });
+        progress.count(Some(Stage::Masks), 1, 2);
         assert!(progress.share().unwrap() > 0.9, "{progress:?}");
     }
 
     #[test]
     fn without_masks_the_clusters_end_a_window() {
         let mut progress = ClipProgress::new(Some(10), 50, false, 0);
-        progress.step(Progress { stage: Stage::Clusters, done: 1, total: 1 });
+        progress.count(Some(Stage::Clusters), 1, 1);
         assert_eq!(progress.share(), Some(1.0));
     }
 }
