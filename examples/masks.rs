@@ -1,4 +1,4 @@
-//! Writes masks of a clip's moving objects: `cargo run --release --example masks -- FRAMES OUT`.
+//! Writes masks of a clip's moving objects: `cargo run --locked --release --example masks -- FRAMES OUT`.
 //!
 //! `FRAMES` is a folder of PNG or JPEG files, taken in name order; `-` stands for a synthetic clip. `OUT` gets a grey
 //! PNG file for each frame: black is the background, each object has its own grey.

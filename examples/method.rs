@@ -1,4 +1,4 @@
-//! The whole method, top to bottom, to read beside the paper: `cargo run --release --example method -- FRAMES`.
+//! The whole method, top to bottom, to read beside the paper: `cargo run --locked --release --example method -- FRAMES`.
 //!
 //! `FRAMES` is a folder of PNG or JPEG files and nothing else, taken in name order. It prints one line per frame:
 //! the mask as runs of a label and a number of pixels, row by row; 0 is the background. The labels equal those of

@@ -152,6 +152,7 @@ function cargo(kind, command, which) {
   return runBeside('cargo', [
     command,
     '--quiet',
+    '--locked',
     '--profile',
     KINDS[kind].profile,
     '--target',

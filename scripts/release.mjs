@@ -1,3 +1,4 @@
+// `npm run release -- --local` makes all packages in `out/` and prints how to install them.
 // `npm run release -- --dry-run`: builds the crate and the npm package as they would be published, checks both, and
 // lists their files. Nothing is published or tagged: a person tags, and .github/workflows/release.yml runs `--publish` at
 // the tag, where the registry can verify who built the package and from what (provenance). Without an option, this prints
@@ -9,8 +10,13 @@ import { pathToFileURL } from 'node:url';
 import { parseArgs } from 'node:util';
 import { build } from './build.mjs';
 import { LICENCES, writeLicences } from './licences.mjs';
+import { checkComplete, readManifest } from './pack.mjs';
+import { makeLocally } from './release/local.mjs';
 import { checkSizes, packed } from './size.mjs';
 import { ensureNodeModules, fail, output, root, run } from './tools.mjs';
+
+/** True once a version is on the registries: documents then name its packages, else the ones of `--local`. A test compares. */
+export const IS_PUBLISHED = false;
 
 /** The version in each file that has one; in the changelog, the newest version with a date. */
 const VERSIONS = {
@@ -118,19 +124,13 @@ async function packNpm(version) {
   await checkSizes();
   mkdirSync(packages, { recursive: true });
   const { files } = packed('--pack-destination', packages);
-  const missing = absent(files.map(({ path }) => path));
-  if (missing.length > 0) fail(`The package lacks ${missing.join(', ')}.`);
+  const paths = new Set(files.map(({ path }) => path));
+  checkComplete((path) => paths.has(path), [`dist/${LICENCES}`]);
   const tarball = join(packages, `tracecut-${version}.tgz`);
   const tool = (script, ...args) => run(process.execPath, [join('node_modules', script), ...args]);
   tool('publint/src/cli.js', 'run', tarball, '--strict');
   tool('@arethetypeswrong/cli/dist/index.js', tarball);
   return tarball;
-}
-
-/** Returns the required files of a package that are not among these. */
-export function absent(paths) {
-  const needed = ['LICENSE-MIT', 'LICENSE-APACHE', 'README.md', `dist/${LICENCES}`];
-  return needed.filter((path) => !paths.includes(path));
 }
 
 /** Builds both packages and checks them. */
@@ -154,8 +154,9 @@ async function dryRun() {
 
 /** Publishes the checked files; only in the workflow. */
 async function publish() {
-  const manifest = JSON.parse(readFileSync(join(root, 'package.json'), 'utf8'));
-  const faults = obstacles(checkVersion(), process.env, manifest);
+  const faults = obstacles(checkVersion(), process.env, readManifest());
+  if (!IS_PUBLISHED)
+    faults.push('The documents say that nothing is published: set IS_PUBLISHED in scripts/release.mjs.');
   if (faults.length > 0) fail(faults.join('\n'));
   const { tarball } = await check();
   run('npm', ['publish', tarball, '--provenance', '--access', 'public']);
@@ -166,15 +167,20 @@ async function publish() {
 function options() {
   const flag = { type: 'boolean', default: false };
   try {
-    return parseArgs({ options: { 'dry-run': flag, publish: flag } }).values;
+    const options = { local: flag, 'dry-run': flag, publish: flag, notes: flag };
+    const { values, positionals } = parseArgs({ options, allowPositionals: true });
+    if (positionals.length > 0 && !values.local) throw new Error(`Unexpected argument '${positionals[0]}'`);
+    return { ...values, parts: positionals };
   } catch (error) {
-    return fail(`${error.message}\nUsage: npm run release -- --dry-run`);
+    return fail(`${error.message}\nUsage: npm run release -- --local [PART ...] | --dry-run`);
   }
 }
 
 if (import.meta.url === pathToFileURL(process.argv[1] ?? '').href) {
   const chosen = options();
-  if (chosen['dry-run']) await dryRun();
+  if (chosen.local) await makeLocally(chosen.parts, checkVersion());
+  else if (chosen['dry-run']) await dryRun();
   else if (chosen.publish) await publish();
+  else if (chosen.notes) console.log(notesOf(readFileSync(join(root, 'CHANGELOG.md'), 'utf8'), checkVersion()));
   else fail(`A release is made by hand:\n  ${byHand(checkVersion()).join('\n  ')}`);
 }

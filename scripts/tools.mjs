@@ -20,7 +20,8 @@ import { fileURLToPath, pathToFileURL } from 'node:url';
 export const root = fileURLToPath(new URL('..', import.meta.url));
 
 const toolsBin = join(root, '.tools', 'bin');
-const exe = process.platform === 'win32' ? '.exe' : '';
+/** The end of a program's file name. */
+export const exe = process.platform === 'win32' ? '.exe' : '';
 
 // `--locked` fails for wasm-bindgen-cli: its lock file names a release that not every registry has.
 const rustTools = {

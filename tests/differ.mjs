@@ -19,7 +19,7 @@ export function recorded(t, first, last, env = {}) {
   t.after(() => rmSync(folder, { recursive: true }));
   // What `npm test` has built, where no other build is asked for.
   const built = Object.keys(env).length === 0 && process.env.TRACECUT_BUILT;
-  const cargo = ['cargo', 'test', '--quiet', '--package', 'tracecut', '--test', 'integration', '--'];
+  const cargo = ['cargo', 'test', '--quiet', '--locked', '--package', 'tracecut', '--test', 'integration', '--'];
   const [program, ...args] = built ? [built] : cargo;
   const result = spawnSync(program, [...args, '--ignored', '--exact', 'random::sessions_are_written_down'], {
     cwd: root,

@@ -1,7 +1,7 @@
 //! `tracecut explain`: explanations of pixel labels as text.
 
 use crate::failure::{Failure, Result, print};
-use crate::input::Input;
+use crate::input::{Input, KINDS};
 use crate::log::Log;
 use crate::run::run_frames;
 use crate::settings::Settings;
@@ -16,7 +16,7 @@ const MAX_LINKS: usize = 8;
 
 #[derive(Args, Debug)]
 pub(crate) struct ExplainArgs {
-    /// Folder of images in name order, .bmf list, animated GIF, .y4m file, or - for Y4M on standard input
+    #[arg(help = KINDS)]
     input: PathBuf,
     /// A pixel: frame, column and row, each counted from 0; may be given several times
     #[arg(long, value_name = "T,X,Y", required = true, value_parser = pixel)]

@@ -17,6 +17,10 @@ use std::path::{Path, PathBuf};
 use tracecut::Params;
 use tracecut::image::{Frame, MAX_PIXELS};
 
+/// The kinds of input, for `--help`.
+pub(crate) const KINDS: &str = "Folder of PNG, JPEG or PPM images in name order, .bmf list, animated GIF, PNG or WebP, Y4M, \
+    other video (with ffmpeg installed), or - for Y4M on standard input";
+
 /// An input clip.
 #[derive(Debug)]
 pub struct Input {

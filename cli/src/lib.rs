@@ -25,6 +25,7 @@ mod output;
 mod overlay;
 #[doc(hidden)]
 pub mod pictures;
+mod progress;
 #[doc(hidden)]
 pub mod provenance;
 #[doc(hidden)]

@@ -1,10 +1,12 @@
 //! Progress of a run: a bar, lines of JSON, or nothing.
 
 use crate::failure::{Failure, Result, print, print_error};
+use crate::progress::ClipProgress;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
-use std::cell::Cell;
+use std::cell::RefCell;
+use std::time::Instant;
 use tracecut::{Progress, Stage};
 
 #[derive(Args, Debug)]
@@ -30,24 +32,41 @@ enum LogFormat {
 #[derive(Debug)]
 pub struct Log {
     bar: ProgressBar,
-    shown: Cell<Option<Stage>>,
+    clip: RefCell<Option<ShownClip>>,
     prints_reports: bool,
     quiet: bool,
     events: bool,
 }
 
+/// The clip whose progress is shown.
+#[derive(Debug)]
+struct ShownClip {
+    progress: ClipProgress,
+    begin: Instant,
+    /// The window, stage and percent that were shown last.
+    shown: Option<(usize, Option<Stage>, Option<u32>)>,
+}
+
+/// Length of the bar.
+const BAR_STEPS: u64 = 1000;
+
 impl LogArgs {
     pub(crate) fn open(&self) -> Log {
         let events = self.log == LogFormat::Json;
         let bar = if self.quiet || events { ProgressBar::hidden() } else { visible_bar() };
-        Log { bar, shown: Cell::default(), prints_reports: self.json, quiet: self.quiet, events }
+        Log { bar, clip: RefCell::default(), prints_reports: self.json, quiet: self.quiet, events }
     }
 }
 
 /// Returns a bar on standard error, which is hidden unless that is a terminal.
 fn visible_bar() -> ProgressBar {
-    let style = ProgressStyle::with_template("{msg:15} {wide_bar} {pos}/{len} {elapsed}");
-    ProgressBar::new(0).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+    ProgressBar::new(BAR_STEPS)
+}
+
+/// Returns the style of a bar; without one if the length of the clip is unknown.
+fn bar_style(is_known: bool) -> ProgressStyle {
+    let template = if is_known { "{msg:15} {wide_bar} {percent:>3}% {prefix}" } else { "{msg} {elapsed}" };
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
 impl Log {
@@ -58,7 +77,7 @@ impl Log {
 
     /// Returns a log that prints nothing.
     pub fn quiet() -> Self {
-        Self { bar: ProgressBar::hidden(), shown: Cell::default(), prints_reports: false, quiet: true, events: false }
+        Self { bar: ProgressBar::hidden(), clip: RefCell::default(), prints_reports: false, quiet: true, events: false }
     }
 
     /// Prints an event on standard error, if events are on.
@@ -83,34 +102,56 @@ impl Log {
         self.events
     }
 
+    /// Begins a clip.
+    pub(crate) fn begin_clip(&self, progress: ClipProgress) {
+        *self.clip.borrow_mut() = Some(ShownClip { progress, begin: Instant::now(), shown: None });
+    }
+
+    /// Reports a frame that was read.
+    pub(crate) fn read_frame(&self) {
+        self.update(None, ClipProgress::count_frame);
+    }
+
+    /// Reports the end of the input.
+    pub(crate) fn end_input(&self) {
+        self.clip.borrow_mut().iter_mut().for_each(|clip| clip.progress.end_input());
+    }
+
     /// Reports a step of the run.
     pub(crate) fn step(&self, progress: Progress) {
-        // Flow and trajectories alternate: the bar follows the flow, which takes far longer.
-        if progress.stage == Stage::Trajectories {
+        // Flow and trajectories alternate: flow is named, which takes far longer.
+        let stage = if progress.stage == Stage::Trajectories { Stage::Flow } else { progress.stage };
+        self.update(Some(stage), |clip| clip.count(Some(progress.stage), progress.done, progress.total));
+    }
+
+    /// Reports a finished window, after which `num_settled` frames of the clip are finished.
+    pub(crate) fn settle(&self, num_settled: usize) {
+        self.clip.borrow_mut().iter_mut().for_each(|clip| clip.progress.settle(num_settled));
+    }
+
+    /// Changes the progress of the clip, and shows each stage of each window, and each percent.
+    fn update(&self, stage: Option<Stage>, change: impl FnOnce(&mut ClipProgress)) {
+        let mut clip = self.clip.borrow_mut();
+        let Some(ShownClip { progress, begin, shown }) = clip.as_mut() else { return };
+        change(progress);
+        let (window, share) = (progress.window_index(), progress.share());
+        let percent = share.map(|share| (100.0 * share) as u32);
+        if shown.replace((window, stage, percent)) == Some((window, stage, percent)) {
             return;
         }
-        if self.shown.replace(Some(progress.stage)) != Some(progress.stage) {
-            self.begin(progress.stage.name(), progress.total as usize);
-        }
-        self.bar.set_position(u64::from(progress.done));
+        let stage = stage.map_or("decode", Stage::name);
+        let seconds_left = progress.seconds_left(begin.elapsed().as_secs_f64());
+        self.event("progress", json!({ "stage": stage, "share": share, "secondsLeft": seconds_left }));
+        self.bar.set_style(bar_style(share.is_some()));
+        self.bar.set_position((BAR_STEPS as f64 * share.unwrap_or_default()) as u64);
+        self.bar.set_message(stage);
+        self.bar.set_prefix(seconds_left.map_or_else(String::new, |seconds| format!("{seconds:.0} s left")));
     }
 
-    /// Begins a stage.
-    pub(crate) fn begin(&self, name: &'static str, steps: usize) {
-        self.bar.set_position(0);
-        self.bar.set_length(steps as u64);
-        self.bar.set_message(name);
-    }
-
-    /// Advances the stage by one step.
-    pub(crate) fn advance(&self) {
-        self.bar.inc(1);
-    }
-
-    /// Ends the last stage.
+    /// Ends the clip.
     pub(crate) fn end(&self) {
         self.bar.finish_and_clear();
-        self.shown.set(None);
+        *self.clip.borrow_mut() = None;
     }
 
     /// Prints the report of a finished input, or its summary.

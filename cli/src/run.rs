@@ -4,6 +4,7 @@ use crate::clock::{Clock, Seconds};
 use crate::failure::{Failure, Result};
 use crate::input::{ClipFrame, Input};
 use crate::log::Log;
+use crate::progress::ClipProgress;
 use std::collections::BTreeMap;
 use tracecut::{Params, Session, Stage};
 
@@ -61,12 +62,14 @@ pub fn run_frames(
     let mut timing = Timing::default();
     let mut clock = Clock::start();
     let mut session = Session::new(params)?;
-    log.begin("reading", count.unwrap_or(0));
+    let (all_frames, has_masks) = (usize::MAX, session.params().clip.dense);
+    log.begin_clip(ClipProgress::new(count, all_frames, has_masks, 0));
     for frame in frames {
         let ClipFrame { name, frame, .. } = frame?;
         session.push_frame(frame).map_err(|e| Failure::about(name, e))?;
-        log.advance();
+        log.read_frame();
     }
+    log.end_input();
     timing.count_reading(clock.lap());
     session.run_on(threads, |progress| {
         timing.count(progress.stage, clock.lap());

@@ -5,7 +5,7 @@ use crate::dump;
 use crate::ending::{self, uninterrupted};
 use crate::failure::{Failure, Result, create_folder, read_text, write};
 use crate::formats::{Format, Masks};
-use crate::input::Input;
+use crate::input::{Input, KINDS};
 use crate::log::{Log, LogArgs};
 use crate::masks::{self, MaskFolders};
 use crate::output::{Existing, OutputFolder};
@@ -27,9 +27,7 @@ use tracecut::{Params, Window};
 #[derive(Args, Debug)]
 #[command(after_help = RESULTS)]
 pub(crate) struct SegmentArgs {
-    /// Folders of images in name order, .bmf lists, animated GIF, PNG or WebP, Y4M, other videos (with ffmpeg installed),
-    /// or - for Y4M on standard input
-    #[arg(required = true, value_name = "INPUT")]
+    #[arg(required = true, value_name = "INPUT", help = KINDS)]
     inputs: Vec<PathBuf>,
     /// Folder for the results, created when the run is done; for several inputs, a folder in it for each
     #[arg(long, value_name = "DIR")]

@@ -29,6 +29,22 @@ impl Settings {
         }
         Ok(params)
     }
+
+    /// Returns the parameters of a command that only uses those with these names, or sections that end with a dot. A file may
+    /// also hold others, for other commands.
+    pub(crate) fn params_of(&self, used: &[&str]) -> Result<Params> {
+        let is_used =
+            |name: &str| used.iter().any(|&part| name == part || (part.ends_with('.') && name.starts_with(part)));
+        if let Some((name, value)) = self.settings.iter().find(|(name, _)| name != "preset" && !is_used(name)) {
+            let form = |part: &&str| if part.ends_with('.') { format!("{part}*") } else { (*part).to_owned() };
+            let used: Vec<String> = used.iter().map(form).collect();
+            return Err(Failure::usage(format!(
+                "{name} = {value} (expected a parameter of this command: {})",
+                used.join(", ")
+            )));
+        }
+        self.params()
+    }
 }
 
 /// Applies the JSON of file `path` to `params`.

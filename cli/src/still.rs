@@ -34,7 +34,7 @@ pub(crate) struct BoundariesArgs {
 
 /// Writes probabilities 0 to 1 as grey values 0 to 255.
 pub(crate) fn boundaries(args: &BoundariesArgs) -> Result<()> {
-    let params = args.settings.params()?;
+    let params = args.settings.params_of(&["still.", "clip.maxPixels", "clip.seed"])?;
     let frame = decode_within(&args.image, params.clip.max_pixels as usize)?;
     let mut fastest = f64::INFINITY;
     let (mut map, mut discontinuities) = Default::default();
@@ -85,7 +85,7 @@ const BRIDGE: [u8; 3] = [60, 230, 60];
 
 #[derive(Args, Debug)]
 pub(crate) struct SuperpixelArgs {
-    /// PNG, JPEG or PPM file
+    /// Image: PNG, JPEG or PPM
     image: PathBuf,
     /// Folder for NAME_superpixels.png, a 16-bit grey PNG with the number of each pixel's superpixel, and
     /// NAME_edges.png, the image with contours red and the Gabriel edges that bridge their gaps green
@@ -99,7 +99,7 @@ pub(crate) struct SuperpixelArgs {
 }
 
 pub(crate) fn superpixels(args: &SuperpixelArgs) -> Result<()> {
-    let params = args.settings.params()?;
+    let params = args.settings.params_of(&["contour.", "superpixel.", "clip.maxPixels"])?;
     let frame = decode_within(&args.image, params.clip.max_pixels as usize)?;
     let superpixels = superpixels_of(&frame, args.count.map(usize::from), &params.contour, &params.superpixel);
     create_folder(&args.out)?;

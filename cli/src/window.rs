@@ -6,6 +6,7 @@ use crate::failure::{Damage, Failure, MIN_FRAMES, Result};
 use crate::input::{ClipFrame, FrameTiming, Input};
 use crate::log::Log;
 use crate::output::OutputFolder;
+use crate::progress::ClipProgress;
 use crate::provenance::{Origin, Provenance, Recipe, SavedRun};
 use crate::run::Timing;
 use serde_json::json;
@@ -116,7 +117,7 @@ pub(crate) struct ClipSummary<'a> {
 }
 
 /// Reads, checks, counts and buffers frames. It ends where the input is damaged.
-struct FrameReader {
+struct FrameReader<'a> {
     frames: Box<dyn Iterator<Item = Result<ClipFrame>>>,
     size: (usize, usize),
     number: usize,
@@ -124,9 +125,10 @@ struct FrameReader {
     buffer: Rc<RefCell<FrameBuffer>>,
     seconds: Rc<RefCell<Seconds>>,
     damage: Rc<OnceCell<Failure>>,
+    log: &'a Log,
 }
 
-impl Iterator for FrameReader {
+impl Iterator for FrameReader<'_> {
     type Item = Result<Frame>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -134,17 +136,23 @@ impl Iterator for FrameReader {
             return None;
         }
         let clock = Clock::start();
-        let frame = self.frames.next()?.and_then(|frame| self.check_size(frame));
+        let Some(frame) = self.frames.next() else {
+            self.log.end_input();
+            return None;
+        };
+        let frame = frame.and_then(|frame| self.check_size(frame));
         self.seconds.borrow_mut().add(clock.seconds());
         match frame {
             Ok(ClipFrame { frame, timing, .. }) => {
                 self.number += 1;
                 let buffered = BufferedFrame { frame: self.keeps_pixels.then(|| frame.clone()), timing };
                 self.buffer.borrow_mut().frames.push_back(buffered);
+                self.log.read_frame();
                 Some(Ok(frame))
             }
             Err(failure) if failure.is_after_clip() => {
                 self.damage.get_or_init(|| failure);
+                self.log.end_input();
                 None
             }
             Err(failure) => Some(Err(failure)),
@@ -152,7 +160,7 @@ impl Iterator for FrameReader {
     }
 }
 
-impl FrameReader {
+impl FrameReader<'_> {
     fn check_size(&self, clip_frame: ClipFrame) -> Result<ClipFrame> {
         let ClipFrame { name, frame, .. } = &clip_frame;
         let (expected, actual) = (self.size, (frame.width(), frame.height()));
@@ -165,7 +173,7 @@ impl FrameReader {
 
 /// An opened clip.
 struct OpenClip<'a> {
-    reader: FrameReader,
+    reader: FrameReader<'a>,
     buffer: Rc<RefCell<FrameBuffer>>,
     seconds: Rc<RefCell<Seconds>>,
     damage: Rc<OnceCell<Failure>>,
@@ -179,10 +187,11 @@ impl<'a> ClipRun<'a> {
         input: &Input,
         place: &OutputFolder,
         saved_run: Option<SavedRun>,
-        log: &Log,
+        log: &'a Log,
         mut write: impl FnMut(&WindowResult<'_>, Timing) -> Result<()>,
     ) -> Result<ClipSummary<'a>> {
-        let OpenClip { reader, buffer, seconds, damage, provenance } = self.open(input, saved_run.as_ref(), place)?;
+        let OpenClip { reader, buffer, seconds, damage, provenance } =
+            self.open(input, saved_run.as_ref(), place, log)?;
         let summary = |windows| ClipSummary {
             windows,
             provenance: provenance.clone(),
@@ -215,6 +224,7 @@ impl<'a> ClipRun<'a> {
                 let Window { index, shot, settled, .. } = window.clone();
                 uninterrupted(|| write(&WindowResult { session, index, shot, first, settled, buffer }, timing))?;
             }
+            log.settle(num_settled);
             log.event("window", json!({ "index": window.index, "shot": window.shot, "settled": num_settled }));
             let Some(checkpoint) = windows.checkpoint()? else {
                 return if num_settled < MIN_FRAMES {
@@ -230,7 +240,13 @@ impl<'a> ClipRun<'a> {
     }
 
     /// Opens the clip at the checkpoint of `saved_run`, which must be of the same input.
-    fn open(&self, input: &Input, saved_run: Option<&SavedRun>, place: &OutputFolder) -> Result<OpenClip<'a>> {
+    fn open(
+        &self,
+        input: &Input,
+        saved_run: Option<&SavedRun>,
+        place: &OutputFolder,
+        log: &'a Log,
+    ) -> Result<OpenClip<'a>> {
         let clock = Clock::start();
         let mut frames = input.frames()?;
         let first = frames.next().ok_or_else(|| too_few(self.path, 0))??;
@@ -252,7 +268,10 @@ impl<'a> ClipRun<'a> {
             buffer: Rc::clone(&buffer),
             seconds: Rc::clone(&seconds),
             damage: Rc::clone(&damage),
+            log,
         };
+        let window = if self.tracks.is_some() { usize::MAX } else { self.window };
+        log.begin_clip(ClipProgress::new(input.num_frames(), window, self.recipe.params.clip.dense, begin));
         Ok(OpenClip { reader, buffer, seconds, damage, provenance })
     }
 
@@ -260,7 +279,7 @@ impl<'a> ClipRun<'a> {
     fn run_with_tracks(
         self,
         mut tracks: Trajectories,
-        reader: FrameReader,
+        reader: FrameReader<'_>,
         buffer: &RefCell<FrameBuffer>,
         log: &Log,
         mut write: impl FnMut(&WindowResult<'_>, Timing) -> Result<()>,

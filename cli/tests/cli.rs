@@ -1,5 +1,6 @@
 //! The `tracecut` program from outside: what it writes, and what it answers to input that it cannot use.
 
+mod documents;
 mod faults;
 mod files;
 mod images;
@@ -302,4 +303,21 @@ fn this_machine_gives_the_hashes_of_every_engine() {
         .collect();
     assert_eq!(hashes, expected);
     assert!(hashes.len() >= 15, "{} hashes", hashes.len());
+}
+
+#[test]
+fn a_mistyped_option_or_command_suggests_one_of_the_same_place() {
+    let cases = [
+        (["superpixels", "image.png", "--cuont", "4"], "'--count'"),
+        (["segment", "clip.mp4", "--thraeds", "4"], "'--threads'"),
+        (["explain", "clip.mp4", "--frame", "4"], "'--frames'"),
+        (["segmnt", "clip.mp4", "--out", "result"], "'segment'"),
+    ];
+    for (words, suggested) in cases {
+        assert_refused(&tracecut(words), 2, &["similar", suggested]);
+    }
+    // No command has such an option, and none is suggested.
+    let output = tracecut(["segment", "clip.mp4", "--wroker", "4"]);
+    assert_refused(&output, 2, &["unexpected argument '--wroker'"]);
+    assert!(!text(&output.stderr).contains("similar"), "{}", text(&output.stderr));
 }

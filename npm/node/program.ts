@@ -10,7 +10,8 @@ const USAGE = `tracecut ${version}, the program of the npm package
   tracecut selftest    check that this machine computes what every other does
   tracecut --version   print the version
 
-Clips are segmented on the command line by the program of the crate tracecut-cli: cargo install tracecut-cli`;
+Clips are segmented on the command line by the program of the crate tracecut-cli:
+cargo install --locked tracecut-cli; in a clone of the repository, cargo install --locked --path cli`;
 
 const REPORT = 'please report this machine and this list at https://github.com/tracecut/tracecut/issues';
 

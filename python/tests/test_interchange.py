@@ -106,7 +106,11 @@ def test_label_studio_takes_the_tasks(recipe: Recipe) -> None:
         assert config.validate_task({"data": task["data"]})
         assert not config.validate_prediction(prediction, return_errors=True)
         parts = {}
+        assert len({region["id"] for region in prediction["result"]}) == len(prediction["result"])
         for region in prediction["result"]:
+            # All that Label Studio lists for a result of BrushLabels.
+            size = (region["original_height"], region["original_width"])
+            assert (size, region["image_rotation"], region["value"]["format"]) == (SIZE, 0, "rle")
             (name,) = region["value"]["brushlabels"]
             pixels = brush.decode_rle(region["value"]["rle"]).reshape(*SIZE, 4)
             parts[int(name.split()[1])] = pixels[..., 3] == 255

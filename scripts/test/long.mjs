@@ -72,7 +72,7 @@ function sanitized() {
     name: `address sanitizer, ${name}`,
     part: 'sanitizer',
     cores: 2,
-    start: () => ({ ...cargo('+nightly', 'test', '--target', target, ...which), env }),
+    start: () => ({ ...cargo('+nightly', 'test', '--locked', '--target', target, ...which), env }),
   }));
 }
 

@@ -78,6 +78,8 @@ function machine(t, clips, tools = {}) {
     slurm: (env, ...words) => spawnSync(bash, [slurmScript, list, out, ...words], options(env)),
     start: (env, ...words) =>
       spawn(bash, [shardScript, list, out, ...words], { ...options(env), stdio: 'ignore', detached: true }),
+    startSlurm: (env, ...words) =>
+      spawn(bash, [slurmScript, list, out, ...words], { ...options(env), stdio: 'ignore', detached: true }),
     there: () => readdirSync(out).sort(),
     read: (name) => readFileSync(join(out, name), 'utf8'),
   };
@@ -153,6 +155,28 @@ test('a task of a Slurm array does the share of its number, whichever tasks run 
   assert.match(readFileSync(slurmScript, 'utf8'), /^#SBATCH --array=0-99$/m);
 });
 
+const slurmTask = { SLURM_ARRAY_JOB_ID: '77', SLURM_ARRAY_TASK_ID: '0', SHARDS: '1', SLURM_SUBMIT_DIR: root };
+for (const [fault, signal, env, isRequeued] of [
+  ['reaches its time limit goes back into the queue, and goes on there', 'SIGUSR1', {}, true],
+  ['was requeued often enough ends', 'SIGUSR1', { SLURM_RESTART_COUNT: '3', REQUEUES: '3' }, false],
+  ['is cancelled ends', 'SIGTERM', {}, false],
+])
+  test(`a Slurm task that ${fault}`, async (t) => {
+    const { startSlurm, slurm, bin, calls, called, there } = withStandIn(t, ['good.mp4', 'slow.mp4']);
+    writeFileSync(join(bin, 'scontrol'), `#!/usr/bin/env bash\necho "$@" >>"${calls}.queue"\n`, { mode: 0o755 });
+    const task = startSlurm({ ...slurmTask, ...env });
+    const exited = new Promise((resolve) => task.once('exit', resolve));
+    await waitFor(`${calls}.slow`, task);
+    task.kill(signal);
+    assert.equal(await exited, 143);
+    assert.equal(called().at(-1), 'ended');
+    const queued = existsSync(`${calls}.queue`) ? readFileSync(`${calls}.queue`, 'utf8') : '';
+    assert.equal(queued, isRequeued ? 'requeue 77_0\n' : '');
+    assertCode(slurm({ ...slurmTask, SLURM_RESTART_COUNT: '1' }), 0);
+    assert.deepEqual(there(), ['000000-good', '000001-slow']);
+    assert.match(readFileSync(slurmScript, 'utf8'), /^#SBATCH --signal=B:USR1@60$/m);
+  });
+
 test('a Job of Kubernetes has as many shares as completions, and only wrong use ends it at once', (t) => {
   const { run, there } = withStandIn(t, ['0', '1', '2', '3']);
   assertCode(run({ JOB_COMPLETION_INDEX: '3', SHARDS: '4' }), 0);
@@ -161,6 +185,31 @@ test('a Job of Kubernetes has as many shares as completions, and only wrong use 
   const completions = /completions: (\d+)/.exec(job)[1];
   assert.ok(job.includes(`- name: SHARDS\n              value: '${completions}'`));
   assert.match(job, /action: FailJob\s+onExitCodes:\s+containerName: tracecut\s+operator: In\s+values: \[2\]/);
+  // A signal from outside is no fault of the share.
+  assert.match(job, /action: Ignore\s+onExitCodes:\s+containerName: tracecut\s+operator: In\s+values: \[130, 143\]/);
+  assert.match(job, /workingDir: \/clips/);
+});
+
+test('the image is built with its own compiler, which is new enough, from files that are there', () => {
+  const containerfile = readFileSync(join(root, 'deploy', 'Containerfile'), 'utf8');
+  const ignored = readFileSync(join(root, '.dockerignore'), 'utf8').split('\n');
+  assert.ok(ignored.includes('rust-toolchain.toml'), 'rustup would download a second compiler');
+  const [, image] = /^FROM rust:1\.(\d+)-/m.exec(containerfile);
+  const [, needed] = /^rust-version = "1\.(\d+)"/m.exec(readFileSync(join(root, 'cli', 'Cargo.toml'), 'utf8'));
+  assert.ok(Number(image) >= Number(needed), `1.${image} (expected 1.${needed} or newer)`);
+  for (const [, file] of containerfile.matchAll(/^COPY (?:--chmod=\d+ )?(deploy\/\S+)/gm))
+    assert.ok(existsSync(join(root, file)) && !ignored.includes(file), file);
+  for (const file of ['Cargo.lock', 'Cargo.toml', 'cli', 'src', 'python', 'bench', 'decoder', 'tests'])
+    assert.ok(existsSync(join(root, file)) && !ignored.includes(file), `${file}, which the workspace needs`);
+  const version = JSON.parse(readFileSync(join(root, 'package.json'), 'utf8')).version;
+  for (const file of ['deploy/Containerfile', 'deploy/kubernetes.yaml', 'docs/cluster.md'])
+    assert.ok(readFileSync(join(root, file), 'utf8').includes(`tracecut:${version}`), file);
+});
+
+const hasHadolint = spawnSync('hadolint', ['--version']).status === 0;
+
+test('hadolint has nothing to say', { skip: !hasHadolint && 'there is no hadolint' }, () => {
+  execFileSync('hadolint', [join(root, 'deploy', 'Containerfile')], { stdio: 'inherit' });
 });
 
 test('what cannot be read is noted and not tried again; what failed otherwise is tried again, after the others', (t) => {

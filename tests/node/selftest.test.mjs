@@ -46,7 +46,7 @@ test('the program of the package prints them, and fails where one differs', () =
 
 test('the program says what it has, and which version it is', () => {
   assert.equal(program(['--version']).stdout, `${tracecut.version}\n`);
-  assert.match(program([]).stdout, /tracecut selftest .*\n[^]*cargo install tracecut-cli/);
+  assert.match(program([]).stdout, /tracecut selftest .*\n[^]*cargo install --locked tracecut-cli/);
   const unknown = program(['segment', 'clip.mp4']);
   assert.equal(unknown.status, 2);
   assert.match(unknown.stderr, /^error: there is no command "segment clip.mp4"/);

@@ -352,6 +352,47 @@ fn a_run_over_a_clip_that_is_cut_off_can_be_killed_and_goes_on() {
     assert_same(&whole, &out);
 }
 
+fn json_lines(bytes: &[u8]) -> Vec<serde_json::Value> {
+    text(bytes).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+/// Returns the stages that events of progress tell, in order.
+fn stages(events: &[serde_json::Value]) -> Vec<&str> {
+    let mut stages: Vec<&str> = events.iter().filter_map(|event| event["stage"].as_str()).collect();
+    stages.dedup();
+    stages
+}
+
+#[test]
+fn events_tell_the_progress_of_the_whole_clip_as_in_javascript() {
+    let (frames, out) = (folder("progress-in"), absent("progress-out"));
+    clip(&frames, LONG, SIZE, &moving);
+    for (input, is_counted) in [(frames, true), (long_clip("progress-stream-in"), false)] {
+        let options = ["--window", "12", "--format", "rle", "--log", "json", "--overwrite"];
+        let output = segment(&input, &out, &options);
+        assert_done(&output);
+        let mut events = json_lines(&output.stderr);
+        let last_window = events.rsplit(|event| event["event"] == "window").nth(1).unwrap();
+        assert_eq!(stages(last_window).last(), Some(&"masks"));
+        let num_windows = events.iter().filter(|event| event["event"] == "window").count();
+        assert!(num_windows > 2);
+        events.retain(|event| event["event"] == "progress");
+        assert_eq!(stages(&events)[..3], ["decode", "flow", "affinities"]);
+        assert_eq!(stages(&events).iter().filter(|&&stage| stage == "masks").count(), num_windows);
+        for event in &events {
+            let keys: Vec<&str> = event.as_object().unwrap().keys().map(String::as_str).collect();
+            assert_eq!(keys, ["event", "secondsLeft", "share", "stage"]);
+            assert!(event["secondsLeft"].is_null() || event["secondsLeft"].as_f64().unwrap() >= 0.0, "{event}");
+        }
+        let shares: Vec<f64> = events.iter().filter_map(|event| event["share"].as_f64()).collect();
+        assert!(shares.is_sorted() && shares[0] >= 0.0, "{shares:?}");
+        assert_eq!((shares.last(), &events.last().unwrap()["secondsLeft"]), (Some(&1.0), &0.0.into()));
+        // The number of frames of a stream is known once its end was read.
+        assert_eq!(shares.len() == events.len(), is_counted);
+        assert!(shares.len() > 30, "{} of {} events have a share", shares.len(), events.len());
+    }
+}
+
 #[test]
 fn damage_is_told_as_an_event_and_does_not_stop_other_inputs() {
     let (input, out) = (folder("events-in"), absent("events-out"));
@@ -363,10 +404,8 @@ fn damage_is_told_as_an_event_and_does_not_stop_other_inputs() {
     let words = ["segment", "--log", "json", "--json", "--format", "rle", "--out", out.to_str().unwrap()];
     let output = tracecut(words.map(str::to_owned).into_iter().chain(inputs));
     assert_eq!(output.status.code(), Some(3));
-    let lines = |bytes: &[u8]| -> Vec<serde_json::Value> {
-        text(bytes).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
-    };
-    let events = lines(&output.stderr);
+    let mut events = json_lines(&output.stderr);
+    events.retain(|event| event["event"] != "progress");
     let told: Vec<String> = events
         .iter()
         .map(|event| {
@@ -378,7 +417,7 @@ fn damage_is_told_as_an_event_and_does_not_stop_other_inputs() {
         window ,done c-whole,error ";
     assert_eq!(told.join(","), expected);
     assert_eq!((&events[3]["frames"], &events[4]["code"]), (&5.into(), &3.into()));
-    let reports = lines(&output.stdout);
+    let reports = json_lines(&output.stdout);
     assert_eq!((reports.len(), &reports[0]["truncated"]["frames"]), (2, &5.into()));
     // Of one frame there is no motion, and no result.
     assert_eq!(names_in(&out), ["a-cut", "c-whole"]);
@@ -484,13 +523,11 @@ fn progress_is_told_as_asked() {
     let quiet = segment(&input, &out, &["--quiet"]);
     assert_done(&quiet);
     assert_eq!((text(&quiet.stdout), text(&quiet.stderr)), (String::new(), String::new()));
-    let events = |output: &Output| -> Vec<serde_json::Value> {
-        text(&output.stderr).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
-    };
-    let told = events(&segment(&input, &out, &["--overwrite", "--log", "json"]));
-    let names: Vec<&str> = told.iter().map(|event| event["event"].as_str().unwrap()).collect();
-    assert_eq!((names, &told[2]["frames"]), (vec!["begin", "window", "done"], &4.into()));
-    let told = events(&segment(&input.join("nowhere"), &out, &["--overwrite", "--log", "json"]));
+    let told = json_lines(&segment(&input, &out, &["--overwrite", "--log", "json"]).stderr);
+    let mut names: Vec<&str> = told.iter().map(|event| event["event"].as_str().unwrap()).collect();
+    names.dedup();
+    assert_eq!((names, &told.last().unwrap()["frames"]), (vec!["begin", "progress", "window", "done"], &4.into()));
+    let told = json_lines(&segment(&input.join("nowhere"), &out, &["--overwrite", "--log", "json"]).stderr);
     assert_eq!((told.len(), &told[0]["event"], &told[0]["code"]), (1, &"error".into(), &1.into()));
 }
 

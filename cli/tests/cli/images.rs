@@ -80,9 +80,9 @@ fn what_cannot_be_used_is_named() {
     fs::write(&broken, &fs::read(&image).unwrap()[..60]).unwrap();
     for command in ["superpixels", "boundaries"] {
         assert_refused(&tracecut([command, broken.to_str().unwrap(), "--out", out]), 3, &["broken.png"]);
-        let output = tracecut([command, &image, "--out", out, "--set", "contour.lowThreshold=7"]);
-        assert_refused(&output, 2, &["contour.lowThreshold = 7", "0..=1"]);
     }
+    let output = tracecut(["superpixels", &image, "--out", out, "--set", "contour.lowThreshold=7"]);
+    assert_refused(&output, 2, &["contour.lowThreshold = 7", "0..=1"]);
 }
 
 /// A part of a PNG file: length, name, data, checksum.
@@ -142,4 +142,19 @@ fn files_that_claim_more_than_there_is_take_no_memory_for_it() {
     let allowed = limited("segment header.y4m --out out --set clip.maxPixels=268435456");
     assert_refused(&allowed, 3, &["header.y4m", "frame 0 has 0 of 805306368 bytes"]);
     assert_refused(&limited("boundaries profile.png --out out.png --set clip.maxPixels=0"), 2, &["clip.maxPixels = 0"]);
+}
+
+#[test]
+fn a_parameter_that_the_command_does_not_use_is_refused() {
+    let root = folder("image-parameters");
+    let image = picture(&root);
+    let out = root.join("out");
+    let run =
+        |command: &str, setting: &str| tracecut([command, &image, "--out", out.to_str().unwrap(), "--set", setting]);
+    assert_refused(&run("superpixels", "flow.patchStride=5"), 2, &["flow.patchStride = 5", "contour.*, superpixel.*"]);
+    assert_refused(&run("superpixels", "Size=4"), 2, &["Size", "contour.*"]);
+    assert_refused(&run("boundaries", "contour.high=0.5"), 2, &["contour.high", "still.*"]);
+    assert!(!out.exists());
+    assert_done(&run("boundaries", "clip.seed=3"));
+    assert_done(&run("superpixels", "preset=fast"));
 }
