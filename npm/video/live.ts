@@ -24,8 +24,7 @@ interface LiveOptions {
 
 export function openLive(source: MediaStream | MediaStreamTrack, options: LiveOptions): Reader {
   const track = 'getVideoTracks' in source ? source.getVideoTracks()[0] : source;
-  if (!track) throw new TraceCutError('no-video', 'the stream has no video track');
-  if (track.kind !== 'video') throw new TraceCutError('no-video', `the track is of kind ${track.kind}, not of video`);
+  if (track?.kind !== 'video') throw new TraceCutError('no-video', 'there is no video track');
   const { width = 0, height = 0, frameRate = NaN } = track.getSettings();
   const closing = new AbortController();
   return {
@@ -99,16 +98,12 @@ async function* readLiveFrames(
 
 export type Processor = new (init: { track: MediaStreamTrack }) => { readable: ReadableStream<VideoFrame> };
 
-/** @throws TraceCutError `unsupported`, with what is missing */
+/** Returns the way in which this browser reads a track, in a page or a worker. */
 function chooseFeed() {
   if ('MediaStreamTrackProcessor' in globalThis) return feedFromProcessor;
-  if (typeof document !== 'undefined' && 'requestVideoFrameCallback' in HTMLVideoElement.prototype)
-    return feedFromElement;
-  const other = typeof document === 'undefined' ? 'a page, which has video elements' : 'requestVideoFrameCallback';
-  throw new TraceCutError(
-    'unsupported',
-    `reading a track needs MediaStreamTrackProcessor or ${other}; here is neither`,
-  );
+  if ('requestVideoFrameCallback' in (globalThis.HTMLVideoElement?.prototype ?? {})) return feedFromElement;
+  const missing = 'MediaStreamTrackProcessor, or in a page requestVideoFrameCallback of video elements';
+  throw new TraceCutError('unsupported', `reading a track needs ${missing}`);
 }
 
 async function feedFromProcessor(track: MediaStreamTrack, offer: OfferFrame, stop: AbortSignal) {
