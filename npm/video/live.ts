@@ -2,6 +2,7 @@
 // requested; while the queue is full none is read, and the browser drops what nobody reads.
 
 import { TraceCutError } from '../check/errors.js';
+import { WINDOWS } from '../parameters.js';
 import { type RawFrame, toRawFrame } from '../worker/frames.js';
 import { reduceFrame, stretchFrame } from './pixels.js';
 import type { Reader, TimedFrame } from './reader.js';
@@ -16,8 +17,8 @@ type OfferedFrame = { timestamp: number; read: () => Promise<RawFrame>; close: (
 type OfferFrame = (frame: OfferedFrame) => Promise<boolean>;
 
 interface LiveOptions {
-  /** Most frames that are queued, at least 1. */
-  maxQueue: number;
+  /** Most frames that are queued, at least 1; those of a window by default if not given. */
+  maxQueue?: number | undefined;
   /** Applied to queued frames. */
   reduce: (raw: RawFrame) => Promise<RawFrame>;
 }
@@ -38,7 +39,7 @@ export function openLive(source: MediaStream | MediaStreamTrack, options: LiveOp
 async function* readLiveFrames(
   track: MediaStreamTrack,
   { end }: { end: number },
-  { maxQueue, reduce }: LiveOptions,
+  { maxQueue = WINDOWS.frames, reduce }: LiveOptions,
   closed: AbortSignal,
 ): AsyncGenerator<TimedFrame, void, unknown> {
   const feed = chooseFeed();

@@ -1,7 +1,6 @@
 // Detects the kind of a source, and opens a reader of its frames.
 
 import { TraceCutError, illegal, typeTag } from '../check/errors.js';
-import { WINDOWS } from '../parameters.js';
 import { loadPart } from '../places.js';
 import { createDecoderLoader } from '../worker/remote.js';
 import { openDemuxed } from './demux.js';
@@ -42,7 +41,7 @@ export async function openReader(
   source: unknown,
   take: Take,
   loadDecoder: () => Promise<WebAssembly.Module>,
-  { maxPixels, maxQueue = WINDOWS.frames }: { maxPixels?: number; maxQueue?: number } = {},
+  { maxPixels, maxQueue }: { maxPixels?: number; maxQueue?: number } = {},
 ): Promise<Reader> {
   switch (typeTag(source)) {
     case 'Blob':
@@ -69,7 +68,7 @@ export async function openReader(
   }
 }
 
-async function openTrack(source: MediaStream | MediaStreamTrack, take: Take, maxQueue: number) {
+async function openTrack(source: MediaStream | MediaStreamTrack, take: Take, maxQueue: number | undefined) {
   const { openLive } = await loadPart(import('./live.js'));
   return openLive(source, { maxQueue, reduce: (raw) => reduceFrame(raw, take.size) });
 }
@@ -124,7 +123,7 @@ async function fetchWholeFile(url: URL) {
   return (await readDeclaredBytes(head)) > size ? fetchFile(url) : null;
 }
 
-async function openVideoElement(video: HTMLVideoElement, take: Take, maxQueue: number): Promise<Reader> {
+async function openVideoElement(video: HTMLVideoElement, take: Take, maxQueue: number | undefined): Promise<Reader> {
   if (typeTag(video.srcObject) === 'MediaStream') return openTrack(video.srcObject as MediaStream, take, maxQueue);
   const address = video.currentSrc || video.src;
   if (!address) throw new TraceCutError('no-video', 'the video element has nothing loaded; set its src first');
