@@ -67,6 +67,12 @@ interface MediaStreamLike {
   getVideoTracks(): object[];
 }
 
+interface MediaStreamTrackLike {
+  readonly kind: string;
+  readonly readyState: string;
+  getSettings(): object;
+}
+
 interface UrlLike {
   readonly href: string;
   readonly protocol: string;
@@ -143,6 +149,7 @@ export type HTMLVideoElement = Global<'HTMLVideoElement', VideoElementLike>;
 export type ImageBitmap = Global<'ImageBitmap', ImageBitmapLike>;
 export type ImageData = Global<'ImageData', ImageDataLike>;
 export type MediaStream = Global<'MediaStream', MediaStreamLike>;
+export type MediaStreamTrack = Global<'MediaStreamTrack', MediaStreamTrackLike>;
 export type MessagePort = Global<'MessagePort', PortLike>;
 export type OffscreenCanvas = Global<'OffscreenCanvas', CanvasLike>;
 export type Response = Global<'Response', ResponseLike>;

@@ -47,7 +47,7 @@ export async function buildBundles() {
 
 /**
  * Builds Node's entries as CommonJS: one file with all code, and one per entry with its names, so that all share one state.
- * The other files lie beside them, as beside the modules. Node does not read video files, so that code stays external.
+ * The other files lie beside them, as beside the modules. Node reads neither video files nor cameras, so that code stays external.
  */
 async function buildCommonJs(build, common) {
   const modules = Object.values(ENTRIES).map(([module]) => module);
@@ -94,5 +94,6 @@ const outside = {
   name: 'outside',
   setup(build) {
     build.onResolve({ filter: /vendor\/media\.js$/ }, () => ({ path: '../vendor/media.js', external: true }));
+    build.onResolve({ filter: /^\.\/live\.js$/ }, () => ({ path: '../video/live.js', external: true }));
   },
 };

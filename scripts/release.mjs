@@ -26,6 +26,7 @@ const VERSIONS = {
   'package.json': /^ {2}"version": "([^"]+)",$/m,
   'package-lock.json': /^ {2}"version": "([^"]+)",$/m,
   'CHANGELOG.md': /^## \[(\d[^\]]*)\] - \d{4}-\d\d-\d\d$/m,
+  'README.md': /\/npm\/tracecut@([^/]+)\/dist\/inline\.js/,
   'CITATION.cff': /^version: (\S+)$/m,
 };
 /** The date of the release in the two files that have it. */

@@ -29,6 +29,7 @@ export function openListed(
     maxPixels,
   }: { frameRate: number; loadDecoder: () => Promise<WebAssembly.Module>; maxPixels?: number },
 ): Reader {
+  const stream = typeTag(list) === 'ReadableStream' ? new OpenStream(list as ReadableStream<ListedFrame>) : null;
   return {
     async info() {
       throw new TraceCutError('unsupported', 'a list or stream of frames has no info before its frames are read');
@@ -38,18 +39,15 @@ export function openListed(
       let before = -Infinity;
       let begin = 0;
       let currentClip: string | undefined;
-      for await (const item of readItems(list)) {
+      for await (const item of stream ? stream.items() : (list as AsyncIterable<ListedFrame>)) {
         const frameIndex = index;
-        const clip = getClip(item, frameIndex);
-        if (clip !== currentClip) [currentClip, begin, before] = [clip, frameIndex, -Infinity];
-        const { frame, time, duration, name } = withTime(item, frameIndex, frameIndex - begin, frameRate);
-        if (!(time > before)) {
-          closeFrame(frame);
-          throw new TraceCutError(
-            'data',
-            `frame ${index} has time = ${time} s (expected more than ${before} s, the time of the frame before)`,
-          );
-        }
+        const { clip, frame, time, duration, name } = closedOnError(item, () => {
+          const clip = getClip(item, frameIndex);
+          if (clip !== currentClip) [currentClip, begin, before] = [clip, frameIndex, -Infinity];
+          const facts = withTime(item, frameIndex, frameIndex - begin, frameRate);
+          checkLater(frameIndex, facts.time, before);
+          return { ...facts, clip };
+        });
         before = time;
         index += 1;
         yield {
@@ -66,30 +64,58 @@ export function openListed(
       if (!Array.isArray(list) || list.some((item, index) => getClip(item, index) !== undefined)) return null;
       return Float64Array.from(list, (item, index) => withTime(item, index, index, frameRate).time);
     },
-    close() {},
+    close: () => stream?.cancel(),
   };
 }
 
-/** Yields the items of a list or stream; streams are read through a reader, as not every browser can iterate over them. */
-async function* readItems(
-  list: AsyncIterable<ListedFrame> | Iterable<ListedFrame | Promise<ListedFrame>> | ReadableStream<ListedFrame>,
-): AsyncGenerator<ListedFrame, void, unknown> {
-  if (typeTag(list) !== 'ReadableStream') {
-    yield* list;
-    return;
-  }
-  const reader = (list as ReadableStream<ListedFrame>).getReader();
-  let isDone = false;
+/** Returns what `read` returns; if that throws, the item is closed. */
+function closedOnError<T>(item: unknown, read: () => T): T {
   try {
-    for (;;) {
-      const { done, value } = await reader.read();
-      isDone = done;
-      if (done) return;
-      yield value;
+    return read();
+  } catch (error) {
+    closeFrame(typeof item === 'object' && item !== null && 'frame' in item ? item.frame : item);
+    throw error;
+  }
+}
+
+function checkLater(index: number, time: number, before: number) {
+  if (time > before) return;
+  const expected = `more than ${before} s, the time of the frame before`;
+  throw new TraceCutError('data', `frame ${index} has time = ${time} s (expected ${expected})`);
+}
+
+/**
+ * Reads a stream, through a reader, as not every browser can iterate over streams. Once it is read from, it is cancelled
+ * if it is not read to its end.
+ */
+class OpenStream {
+  #stream;
+  #reader: ReadableStreamDefaultReader<ListedFrame> | undefined;
+
+  constructor(stream: ReadableStream<ListedFrame>) {
+    this.#stream = stream;
+  }
+
+  async *items(): AsyncGenerator<ListedFrame, void, unknown> {
+    if (this.#stream.locked) throw illegal('data', 'source', this.#stream, 'a stream that nothing else reads');
+    const reader = (this.#reader = this.#stream.getReader());
+    try {
+      for (;;) {
+        const { done, value } = await reader.read();
+        if (done) return;
+        yield value;
+      }
+    } finally {
+      this.cancel();
     }
-  } finally {
-    if (!isDone) reader.cancel().catch(() => {});
-    reader.releaseLock();
+  }
+
+  /** Ends reading, also while a frame is awaited. A stream that has ended or failed stays as it is. */
+  cancel() {
+    const reader = this.#reader;
+    this.#reader = undefined;
+    reader?.cancel().catch(() => {});
+    reader?.releaseLock();
   }
 }
 

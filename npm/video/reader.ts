@@ -107,6 +107,11 @@ async function* selectFrames(reader: Reader, take: Take): AsyncGenerator<Selecte
   let index = 0;
   let currentClip: string | undefined;
   for await (const frame of reader.frames(take)) {
+    let isOpen = true;
+    const close = () => {
+      if (isOpen) frame.close();
+      isOpen = false;
+    };
     try {
       if (frame.time < take.start - TIME_TOLERANCE_S) continue;
       const { clip } = frame;
@@ -118,7 +123,7 @@ async function* selectFrames(reader: Reader, take: Take): AsyncGenerator<Selecte
       numSeen += 1;
       if ((numSeen - 1) % take.step !== 0) continue;
       const read = await frame.read();
-      frame.close();
+      close();
       // Damage of a file is found when it is decoded.
       const raw = take.onDamage && read.kind === 'file' ? await decodeFile(read) : read;
       const { time, duration } = frame;
@@ -134,7 +139,7 @@ async function* selectFrames(reader: Reader, take: Take): AsyncGenerator<Selecte
       index += 1;
       if (index >= take.maxFrames) return;
     } finally {
-      frame.close();
+      close();
     }
   }
 }

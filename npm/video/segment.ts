@@ -99,8 +99,8 @@ export function segmentVideo(source: VideoSource, options?: VideoOptions): Video
 }
 
 /**
- * Segments a clip; created by `segmentVideo`. Iterate over it for the results of its windows, or `collect` them; either
- * once. Nothing starts before that. While a result is processed the next window is computed, but no further one. Leaving
+ * Segments a clip; created by `segmentVideo`. Iterate over it for the results of its windows, read them from `readable`, or
+ * `collect` them; one of these, once. Nothing starts before that. While a result is processed the next window is computed, but no further one. Leaving
  * the loop early, `close`, an abort and an error end the work and free its memory; `pause` only halts it, and `resume`
  * continues.
  */
@@ -116,6 +116,7 @@ export class VideoSegmentation {
   #reader: Reader | undefined;
   #frames: ReturnType<typeof takeFrames> | undefined;
   #session: Session | null = null;
+  #readable: ReadableStream<WindowResult> | undefined;
   #total: number | null = null;
   #numRead = 0;
   /** Error that ended the source early. */
@@ -136,6 +137,14 @@ export class VideoSegmentation {
     if (this.#isClosed) throw new TraceCutError('closed', 'this video segmentation is closed; call segmentVideo again');
     this.#hasStarted = true;
     return this.#runWindows();
+  }
+
+  /**
+   * The windows' results as a stream, such as for `pipeTo`. It begins when it is first read, computes at most one window
+   * ahead, and cancelling it closes the segmentation.
+   */
+  get readable(): ReadableStream<WindowResult> {
+    return (this.#readable ??= this.#createStream());
   }
 
   /**
@@ -223,6 +232,21 @@ export class VideoSegmentation {
     this.close();
   }
 
+  #createStream() {
+    let windows: AsyncGenerator<WindowResult, void, undefined> | undefined;
+    const pull = async (controller: ReadableStreamDefaultController<WindowResult>) => {
+      const { value, done } = await (windows ??= this[Symbol.asyncIterator]()).next();
+      if (done) controller.close();
+      else controller.enqueue(value);
+    };
+    const cancel = async () => {
+      this.close();
+      await windows?.return();
+    };
+    // Without a queue of its own: nothing is computed before it is read.
+    return new ReadableStream<WindowResult>({ pull, cancel }, { highWaterMark: 0 });
+  }
+
   async *#runWindows() {
     const { take } = this.#checked;
     const { signal } = take;
@@ -250,7 +274,10 @@ export class VideoSegmentation {
   async #open() {
     const { take, window, overlap, engine } = this.#checked;
     const loadDecoder = createDecoderLoader(engine.decoder);
-    const reader = await openReader(this.#source, take, loadDecoder, engine.maxPixels);
+    const reader = await openReader(this.#source, take, loadDecoder, {
+      maxPixels: engine.maxPixels,
+      maxQueue: window,
+    });
     this.#reader = reader;
     this.#total = await countExpected(reader, take).catch(() => null);
     this.#throwIfStopped();

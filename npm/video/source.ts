@@ -13,8 +13,12 @@ import type { Reader, Take, TakeOptions, VideoInfo } from './reader.js';
 
 /**
  * Source of frames: a video file (MP4, MOV, WebM, MKV, MTS, …) or an animated GIF, PNG, WebP or AVIF as a `Blob`, its bytes
- * or its address, whatever its name; a video element that plays a file; a stream of a camera, a screen or a canvas; or
- * single frames, as a list, a generator or a stream. Node takes single frames only.
+ * or its address, whatever its name; a video element that plays a file; a camera, a screen or a canvas, as a `MediaStream` or
+ * its track; or single frames, as a list, a generator or a stream. Node takes single frames only.
+ *
+ * Each `VideoFrame` of a list or stream is closed once it is read. A stream is read no faster than its frames are used,
+ * and cancelled if reading ends before it does. The frames of a track queue, at most as many as a window has; those that
+ * come while the queue is full are lost. The clip ends with the track, which is not stopped.
  */
 export type VideoSource =
   | Blob
@@ -24,19 +28,20 @@ export type VideoSource =
   | URL
   | HTMLVideoElement
   | MediaStream
+  | MediaStreamTrack
   | ReadableStream<ListedFrame>
   | AsyncIterable<ListedFrame>
   | Iterable<ListedFrame | Promise<ListedFrame>>;
 
 const LEGAL_SOURCES =
-  'a File or Blob, an address, a video element, a MediaStream, or a list, generator or stream of frames';
+  'a File or Blob, an address, a video element, a MediaStream or its track, or a list, generator or stream of frames';
 
-/** @param maxPixels limit for single frames */
+/** `maxPixels` limits the size of single frames, `maxQueue` the number of frames of a track that wait to be used. */
 export async function openReader(
   source: unknown,
   take: Take,
   loadDecoder: () => Promise<WebAssembly.Module>,
-  maxPixels?: number,
+  { maxPixels, maxQueue }: { maxPixels?: number; maxQueue?: number } = {},
 ): Promise<Reader> {
   switch (typeTag(source)) {
     case 'Blob':
@@ -49,10 +54,11 @@ export async function openReader(
     case 'URL':
       return openAddress(source as string | URL);
     case 'HTMLVideoElement':
-      return openVideoElement(source as HTMLVideoElement, take);
+      return openVideoElement(source as HTMLVideoElement, take, maxQueue);
     case 'MediaStream':
-      return openStream(source as MediaStream, take);
+      return openTrack(source as MediaStream, take, maxQueue);
     default:
+      if (isTrack(source)) return openTrack(source, take, maxQueue);
       if (!isList(source)) throw illegal('data', 'source', source, LEGAL_SOURCES);
       return (await loadPart(import('./frame-list.js'))).openListed(source, {
         frameRate: take.frameRate,
@@ -62,9 +68,14 @@ export async function openReader(
   }
 }
 
-async function openStream(stream: MediaStream, take: Take) {
+async function openTrack(source: MediaStream | MediaStreamTrack, take: Take, maxQueue: number | undefined) {
   const { openLive } = await loadPart(import('./live.js'));
-  return openLive(stream, (raw) => reduceFrame(raw, take.size));
+  return openLive(source, { maxQueue, reduce: (raw) => reduceFrame(raw, take.size) });
+}
+
+/** Browsers have classes of tracks of their own, such as `CanvasCaptureMediaStreamTrack`. */
+function isTrack(source: unknown): source is MediaStreamTrack {
+  return /MediaStreamTrack(Generator)?$/.test(typeTag(source));
 }
 
 function isList(source: unknown): source is AsyncIterable<ListedFrame> {
@@ -112,8 +123,8 @@ async function fetchWholeFile(url: URL) {
   return (await readDeclaredBytes(head)) > size ? fetchFile(url) : null;
 }
 
-async function openVideoElement(video: HTMLVideoElement, take: Take): Promise<Reader> {
-  if (typeTag(video.srcObject) === 'MediaStream') return openStream(video.srcObject as MediaStream, take);
+async function openVideoElement(video: HTMLVideoElement, take: Take, maxQueue: number | undefined): Promise<Reader> {
+  if (typeTag(video.srcObject) === 'MediaStream') return openTrack(video.srcObject as MediaStream, take, maxQueue);
   const address = video.currentSrc || video.src;
   if (!address) throw new TraceCutError('no-video', 'the video element has nothing loaded; set its src first');
   return openAddress(address);

@@ -11,7 +11,8 @@ let address;
 
 function worker() {
   address ??= URL.createObjectURL(createScriptBlob(new TextDecoder().decode(unpacked(WORKER))));
-  return new Worker(address, { type: 'module' });
+  // Not as a module: a page that was opened as a file starts none.
+  return new Worker(address);
 }
 
 Object.assign(places, { wasm: () => unpacked(ENGINE), decoder: () => unpacked(DECODER), worker });

@@ -130,7 +130,7 @@ describe('sources', { timeout: 240_000 }, () => {
     assert.deepEqual([seen.error, seen.times, seen.numFrames, seen.width], [undefined, [0, 0.04, 0.08], 4, 64]);
   });
 
-  test("a stream of a canvas, with and without the browser's own reader of tracks, up to its end, a time and a number", async () => {
+  test("a stream of a canvas or its track, with and without the browser's own reader of tracks, up to its end, a time and a number", async () => {
     for (const bare of [false, true]) {
       const seen = await library.page.evaluate(streamed, bare);
       const { ended, timed, counted } = seen;
@@ -193,28 +193,143 @@ describe('sources', { timeout: 240_000 }, () => {
     assert.deepEqual(edges, ['left', 'top', 'right', 'right']);
   });
 
-  test('frames of a stream are closed once they are read, also those passed over', async () => {
-    const states = await library.page.evaluate(async () => {
+  test('each frame of a stream is closed once, and the stream is cancelled if it did not end', async () => {
+    const seen = await library.page.evaluate(async () => {
+      const counts = new Map();
+      const { close } = VideoFrame.prototype;
+      VideoFrame.prototype.close = function () {
+        if (counts.has(this)) counts.set(this, counts.get(this) + 1);
+        close.call(this);
+      };
       const context = new OffscreenCanvas(128, 64).getContext('2d');
-      const frames = evenTimes(8, 25).map((time, k) => {
-        drawNumber(context, k);
-        return new VideoFrame(context.canvas, { timestamp: time * 1e6 });
-      });
-      const stream = new ReadableStream(
-        {
-          pull: (controller) =>
-            frames.length
-              ? controller.enqueue(frames[(controller.next = (controller.next ?? -1) + 1)] ?? controller.close())
-              : 0,
-        },
-        { highWaterMark: 0 },
-      );
-      const { numbers, times } = await numbersOf(stream, { step: 3 });
-      return { numbers, times, open: frames.filter((frame) => frame.codedWidth > 0).length };
+      const counting = (count, timeOf) => {
+        const source = { number: 0, open: 0, peak: 0, cancelled: 0 };
+        counts.clear();
+        const pull = (controller) => {
+          if (source.number === count) return controller.close();
+          drawNumber(context, source.number);
+          const frame = new VideoFrame(context.canvas, { timestamp: 1e6 * timeOf(source.number++) });
+          counts.set(frame, 0);
+          source.peak = Math.max(source.peak, [...counts.values()].filter((closed) => closed === 0).length);
+          controller.enqueue(frame);
+        };
+        const cancel = () => void (source.cancelled += 1);
+        source.stream = new ReadableStream({ pull, cancel }, { highWaterMark: 0 });
+        return source;
+      };
+      const even = (k) => k / 25;
+      const runs = {
+        whole: [8, even, ({ stream }) => numbersOf(stream, { step: 3 })],
+        enough: [Infinity, even, ({ stream }) => numbersOf(stream, { maxFrames: 4 })],
+        late: [Infinity, (k) => (k === 3 ? 0 : even(k)), ({ stream }) => failure(numbersOf(stream))],
+        segmented: [14, even, ({ stream }) => tracecut.segmentVideo(stream, { window: 6, overlap: 2 }).collect()],
+        aborted: [
+          Infinity,
+          even,
+          ({ stream }) => {
+            const controller = new AbortController();
+            const onFrame = ({ index }) => index === 5 && controller.abort();
+            const options = { window: 4, overlap: 1, signal: controller.signal, onFrame };
+            return failure(tracecut.segmentVideo(stream, options).collect());
+          },
+        ],
+      };
+      const seen = {};
+      for (const [name, [count, timeOf, run]] of Object.entries(runs)) {
+        const source = counting(count, timeOf);
+        const { numbers, code } = (await run(source)) ?? {};
+        // What was on its way when the run was aborted is closed soon after.
+        while ([...counts.values()].includes(0)) await new Promise((resolve) => setTimeout(resolve, 10));
+        const { peak, cancelled } = source;
+        seen[name] = { closed: [...new Set(counts.values())], peak, cancelled, numbers, code };
+      }
+      VideoFrame.prototype.close = close;
+      return seen;
     });
-    assert.deepEqual(states.numbers, [0, 3, 6]);
-    assert.deepEqual(states.times, [0, 0.12, 0.24]);
-    assert.equal(states.open, 0);
+    const once = { closed: [1], peak: 1, numbers: undefined, code: undefined };
+    assert.deepEqual(seen, {
+      whole: { ...once, cancelled: 0, numbers: [0, 3, 6] },
+      enough: { ...once, cancelled: 1, numbers: [0, 1, 2, 3] },
+      late: { ...once, cancelled: 1, code: 'data' },
+      segmented: { ...once, cancelled: 0 },
+      aborted: { ...once, cancelled: 1, code: 20 }, // that of an AbortError
+    });
+  });
+
+  test('the frames of a track that nobody uses queue up to a window, and each is closed once', async () => {
+    const seen = await library.page.evaluate(async () => {
+      const { MediaStreamTrackProcessor: Processor } = globalThis;
+      const counts = [];
+      globalThis.MediaStreamTrackProcessor = class {
+        constructor(init) {
+          const reader = new Processor(init).readable.getReader();
+          const pull = async (controller) => {
+            const { value: frame, done } = await reader.read();
+            if (done) return controller.close();
+            const k = counts.push(0) - 1;
+            const close = frame.close.bind(frame);
+            frame.close = () => ((counts[k] += 1), close());
+            controller.enqueue(frame);
+          };
+          // Nothing is taken from the processor before it is asked for.
+          this.readable = new ReadableStream({ pull, cancel: () => reader.cancel() }, { highWaterMark: 0 });
+        }
+      };
+      const canvas = Object.assign(document.createElement('canvas'), { width: 128, height: 64 });
+      const context = canvas.getContext('2d');
+      const [track] = canvas.captureStream().getVideoTracks();
+      let painted = 0;
+      let goOn;
+      const held = new Promise((resolve) => (goOn = resolve));
+      const timer = setInterval(() => {
+        drawNumber(context, painted++ % 200);
+        if (painted === 30) goOn();
+      }, 40);
+      const controller = new AbortController();
+      const inFlight = [];
+      const onFrame = async ({ index }) => {
+        await held;
+        inFlight.push(counts.length - index);
+        if (index === 9) controller.abort();
+      };
+      const options = { window: 4, overlap: 1, signal: controller.signal, onFrame };
+      try {
+        const fault = await failure(tracecut.segmentVideo(track, options).collect());
+        await new Promise((resolve) => setTimeout(resolve, 200));
+        return {
+          fault: fault.code,
+          peak: Math.max(...inFlight),
+          closed: [...new Set(counts)],
+          alive: track.readyState,
+        };
+      } finally {
+        clearInterval(timer);
+        globalThis.MediaStreamTrackProcessor = Processor;
+      }
+    });
+    assert.deepEqual([seen.fault, seen.alive], [20, 'live']); // 20 is an AbortError
+    assert.ok(seen.peak >= 4 && seen.peak <= 4 + 4, `${seen.peak} frames in flight`);
+    assert.deepEqual(seen.closed, [1]);
+  });
+
+  test('a browser that cannot read a track, one of sound, and one that has ended are told apart', async () => {
+    const faults = await library.page.evaluate(async () => {
+      const { MediaStreamTrackProcessor } = globalThis;
+      const { requestVideoFrameCallback } = HTMLVideoElement.prototype;
+      const [track] = document.createElement('canvas').captureStream().getVideoTracks();
+      const [sound] = new AudioContext().createMediaStreamDestination().stream.getAudioTracks();
+      delete globalThis.MediaStreamTrackProcessor;
+      delete HTMLVideoElement.prototype.requestVideoFrameCallback;
+      const old = await failure(numbersOf(track));
+      Object.assign(globalThis, { MediaStreamTrackProcessor });
+      Object.assign(HTMLVideoElement.prototype, { requestVideoFrameCallback });
+      track.stop();
+      return { old, sound: await failure(numbersOf(sound)), ended: await failure(numbersOf(track)) };
+    });
+    assert.equal(faults.old.code, 'unsupported');
+    assert.match(faults.old.message, /needs MediaStreamTrackProcessor, or in a page requestVideoFrameCallback/);
+    assert.deepEqual([faults.sound.code, faults.ended.code], ['no-video', 'no-frames']);
+    assert.match(faults.sound.message, /no video track/);
   });
 });
 
@@ -222,12 +337,12 @@ describe('sources', { timeout: 240_000 }, () => {
 async function streamed(bare) {
   const { MediaStreamTrackProcessor } = globalThis;
   if (bare) delete globalThis.MediaStreamTrackProcessor;
-  const painted = (count, options) => {
+  const painted = (count, options, source = (stream) => stream) => {
     const canvas = Object.assign(document.createElement('canvas'), { width: 128, height: 64 });
     const context = canvas.getContext('2d');
     const stream = canvas.captureStream();
     const [track] = stream.getVideoTracks();
-    const result = numbersOf(stream, options);
+    const result = numbersOf(source(stream), options);
     let k = 0;
     const timer = setInterval(() => {
       drawNumber(context, k++);
@@ -237,8 +352,9 @@ async function streamed(bare) {
   };
   try {
     const counted = await painted(Infinity, { maxFrames: 3 });
-    const timed = await painted(Infinity, { end: 0.4 });
-    const ended = await painted(12);
+    const firstTrack = (stream) => stream.getVideoTracks()[0];
+    const timed = await painted(Infinity, { end: 0.4 }, firstTrack);
+    const ended = await painted(12, {}, firstTrack);
     const info = await tracecut.videoInfo(counted.stream);
     return { counted, timed, ended, info, alive: counted.alive };
   } finally {

@@ -3,7 +3,16 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { setTimeout as delay } from 'node:timers/promises';
-import { createSession, Result, segmentVideo, synthClip, VideoResult, VideoSegmentation, WindowResult } from 'tracecut';
+import {
+  createSession,
+  Result,
+  segmentVideo,
+  synthClip,
+  videoInfo,
+  VideoResult,
+  VideoSegmentation,
+  WindowResult,
+} from 'tracecut';
 import { framesOf, plain, png, rejects, STAGES } from './support.mjs';
 
 /** Windows that are run in a moment. */
@@ -222,6 +231,82 @@ test('one window is computed ahead of the one that is looked at, and no more', a
   await iterator.return();
   await moment(50);
   assert.ok(source.ended);
+});
+
+/** A stream of frames that counts what is pulled; without `frames` it is silent. */
+function counted(frames) {
+  const source = { pulled: 0, cancelled: null };
+  const pull = (controller) => (frames ? controller.enqueue(frames[source.pulled++ % frames.length]) : never);
+  const cancel = (reason) => void (source.cancelled = [reason]);
+  source.stream = new ReadableStream({ pull, cancel }, { highWaterMark: 0 });
+  return source;
+}
+
+const never = new Promise(() => {});
+
+test('a stream is read no faster than its masks are used: at most a window and four frames are in flight', async () => {
+  const source = counted(await framesOf(TINY));
+  let settled = 0;
+  let peak = 0;
+  const onFrame = () => void (peak = Math.max(peak, source.pulled - settled));
+  for await (const window of segmentVideo(source.stream, { ...WINDOWS, onFrame })) {
+    settled += [...window.frames()].length;
+    await moment(200);
+    if (window.index === 3) break;
+  }
+  assert.ok(peak >= WINDOWS.window && peak <= WINDOWS.window + 4, `${peak} frames in flight`);
+  assert.equal(source.cancelled?.length, 1);
+  const { pulled } = source;
+  await moment(50);
+  assert.equal(source.pulled, pulled);
+});
+
+test('a stream is cancelled when reading ends early, also while it is silent, and not before it is read', async () => {
+  const frames = await framesOf(TINY);
+  const wrong = counted([{ frame: frames[0], time: 1 }]);
+  await rejects(windowsOf(wrong.stream), 'data', /frame 1 has time = 1 s/);
+  const enough = counted(frames);
+  await windowsOf(enough.stream, { maxFrames: 3 });
+  const silent = counted();
+  const controller = new AbortController();
+  const waiting = windowsOf(silent.stream, { signal: controller.signal });
+  setTimeout(() => controller.abort(), 100);
+  await assert.rejects(waiting, { name: 'AbortError' });
+  for (const { stream, cancelled } of [wrong, enough, silent]) {
+    assert.equal(cancelled?.length, 1);
+    assert.equal(stream.locked, false);
+  }
+  const unread = counted(frames);
+  await assert.rejects(windowsOf(unread.stream, { signal: AbortSignal.abort() }), { name: 'AbortError' });
+  await rejects(videoInfo(unread.stream), 'unsupported', /no info/);
+  assert.deepEqual([unread.pulled, unread.cancelled, unread.stream.locked], [0, null, false]);
+  unread.stream.getReader();
+  await rejects(windowsOf(unread.stream), 'data', /source = a ReadableStream .*nothing else reads/);
+});
+
+test('results are also a stream: the same windows, one ahead of its reader; cancelling it ends the work', async () => {
+  const frames = await framesOf(TINY);
+  const written = [];
+  const { readable } = segmentVideo(frames, WINDOWS);
+  await readable.pipeTo(new WritableStream({ write: (window) => void written.push(...window.frames()) }));
+  const expected = settledFrames(await windowsOf(frames, WINDOWS));
+  assert.deepEqual(written, expected);
+
+  const source = counted(frames);
+  const video = segmentVideo(source.stream, WINDOWS);
+  const reader = video.readable.getReader();
+  assert.equal(video.readable.locked, true, 'it is one stream');
+  await moment(50);
+  assert.equal(source.pulled, 0);
+  assert.ok((await reader.read()).value instanceof WindowResult);
+  await moment(600);
+  assert.equal(source.pulled, 6 + 4 + 1);
+  await rejects(video.collect(), 'state');
+  await reader.cancel();
+  assert.equal(source.cancelled?.length, 1);
+
+  const broken = segmentVideo(counted([plain(8, 8), plain(9, 9)]).stream).readable.getReader();
+  await rejects(broken.read(), 'frame-size-changed');
 });
 
 test('leaving the loop ends the work and the source', async () => {

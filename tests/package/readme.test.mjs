@@ -4,8 +4,10 @@ import assert from 'node:assert/strict';
 import { writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
+import { pathToFileURL } from 'node:url';
 import { emptyPage } from '../browser/empty-page.mjs';
-import { TASKS, codeOf, readmeCode } from '../readme.mjs';
+import { synthClip } from '../../dist/node.js';
+import { TASKS, codeOf, readmeCode, readmePage } from '../readme.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 import { installed, served } from './installed.mjs';
 
@@ -79,25 +81,57 @@ async function runWithFile(t, heading, check) {
   return { outcome: await page.evaluate(() => globalThis.outcome), lines };
 }
 
-test("the README's lines for the browser show a video with its objects coloured", async (t) => {
-  const { page } = await open(t, code.get('In the browser'));
+test("the README's page, opened as a file, shows a video with its objects coloured", async (t) => {
+  const text = readmePage();
+  assert.equal(text.trimEnd().split('\n').length, 12);
+  const [address] = /https:[^']+/.exec(text);
+  const { page, asked } = await openFile(t, text, address);
   await page.waitForFunction(() => document.querySelector('input').onchange);
-  await page.evaluate(() => {
-    // The last thing that a drawn frame needs is its masks.
-    globalThis.drawn = 0;
-    const { drawImage } = CanvasRenderingContext2D.prototype;
-    CanvasRenderingContext2D.prototype.drawImage = function (...args) {
-      if (this.canvas === document.querySelector('canvas')) globalThis.drawn += 1;
-      return drawImage.apply(this, args);
-    };
-  });
   await page.locator('input').setInputFiles(await madeClip());
-  await page.waitForFunction(() => globalThis.drawn >= 8);
-  assert.deepEqual(
-    await page.evaluate(() => [document.querySelector('canvas').width, document.querySelector('canvas').height]),
-    [160, 90],
-  );
+  await page.waitForFunction(() => globalThis.drawn.length >= 8);
+  const clip = await synthClip({ width: 160, height: 90, frames: 8, seed: 1 });
+  const [before, after] = (await page.evaluate(() => globalThis.drawn.at(-1))).map((list) => Uint8Array.from(list));
+  const share = (isObject) => {
+    const pixels = [...clip.mask(7).keys()].filter((p) => clip.mask(7)[p] > 0 === isObject);
+    return pixels.filter((p) => Math.abs(before[4 * p] - after[4 * p]) > 3).length / pixels.length;
+  };
+  assert.ok(share(true) > 0.8 && share(false) < 0.2, `${share(true)} of the objects, ${share(false)} of the rest`);
+  assert.deepEqual(asked, [address], 'one file is loaded, and nothing else');
 });
+
+/** Opens a page from a file of its own; the address has the file that a CDN would have. */
+async function openFile(t, text, address) {
+  const file = join(folder, 'page.html');
+  writeFileSync(file, text);
+  const page = await site.browser.newPage();
+  const [wrong, asked] = [[], []];
+  t.after(async () => {
+    await page.close();
+    assert.deepEqual(wrong, []);
+  });
+  page.on('console', (message) => message.type() === 'error' && wrong.push(message.text()));
+  page.on('pageerror', (error) => wrong.push(error.message));
+  page.on('request', (request) => /^https?:/.test(request.url()) && asked.push(request.url()));
+  const headers = { 'Access-Control-Allow-Origin': '*' };
+  const path = join(folder, 'node_modules/tracecut/dist/inline.js');
+  await page.route(address, (route) => route.fulfill({ path, headers, contentType: 'text/javascript' }));
+  await page.addInitScript(watchDrawing);
+  await page.goto(pathToFileURL(file).href);
+  return { page, asked };
+}
+
+/** Runs in the page: `drawn` are the pixels of the canvas after each frame, and after its masks. */
+function watchDrawing() {
+  globalThis.drawn = [];
+  const { drawImage } = CanvasRenderingContext2D.prototype;
+  CanvasRenderingContext2D.prototype.drawImage = function (...args) {
+    drawImage.apply(this, args);
+    if (!this.canvas.isConnected || !(args[0] instanceof VideoFrame)) return;
+    const pixels = () => [...this.getImageData(0, 0, this.canvas.width, this.canvas.height).data];
+    const before = pixels();
+    queueMicrotask(() => globalThis.drawn.push([before, pixels()]));
+  };
+}
 
 test("the guide's windows come with the times and masks of all frames", async (t) => {
   const { lines } = await runWithFile(t, 'Video', 'true');

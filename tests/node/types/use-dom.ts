@@ -21,6 +21,11 @@ const stream: ReadableStream<Uint8Array<ArrayBuffer>> = await encodeImages(masks
 const archive: Blob = await new Response(stream).blob();
 segmentVideo(film.stream().pipeThrough(new TransformStream<Uint8Array, Uint8Array>()));
 segmentVideo(new MediaStream());
+segmentVideo(new MediaStreamTrack());
+const videoFrames = new TransformStream<VideoFrame, VideoFrame>().readable;
+await segmentVideo(videoFrames).readable.pipeTo(
+  new WritableStream({ write: ({ settled }) => console.log(settled.to) }),
+);
 for (const canvas of [document.createElement('canvas'), new OffscreenCanvas(1, 1)]) {
   const context = canvas.getContext('2d') as CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D;
   const unit: number = fitFrame(context, { width: 1, height: 1 });
