@@ -154,7 +154,7 @@ def test_limits_are_parameters_and_the_session_goes_on() -> None:
     session = tracecut.Session(clip={"max_pixels": 320, "max_frames": 3})
     for frame in frames[:3]:
         session.push(frame)
-    for frame, name in [(frames[3], "clip.maxFrames"), (np.zeros((17, 20), np.uint8), "clip.maxPixels")]:
+    for frame, name in [(frames[3], "clip.max_frames"), (np.zeros((17, 20), np.uint8), "clip.max_pixels")]:
         with pytest.raises(tracecut.TraceCutError, match=name) as caught:
             session.push(frame)
         assert caught.value.code == "too-large"

@@ -7,6 +7,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable
+from typing import Any, Optional
 
 import numpy as np
 import pytest
@@ -311,13 +312,13 @@ def test_other_discretizations_can_be_compared(done: Session, clip: list[np.ndar
         (lambda s: s.split(0), "param"),
         (lambda s: s.together([]), "param"),
         (lambda s: s.apart([Stroke(99, [(0, 0)])]), "param"),
-        (lambda s: s.apart([Stroke(-1, [(0, 0)])]), "param"),
+        (lambda s: s.apart([Stroke(-9, [(0, 0)])]), "param"),
         (lambda s: s.undo_correction(), "state"),
         (lambda s: s.explain(0, 96, 0), "param"),
         (lambda s: s.explain(0, 0, -1), "param"),
-        (lambda s: s.explain(8, 0, 0), "state"),
-        (lambda s: s.background(2**64 - 1), "state"),
-        (lambda s: s.labels(8), "state"),
+        (lambda s: s.explain(8, 0, 0), "param"),
+        (lambda s: s.background(2**64 - 1), "param"),
+        (lambda s: s.labels(8), "param"),
         (lambda s: s.flow(7), "state"),
         (lambda s: s.push(np.zeros((64, 96), np.uint8)), "state"),
     ],
@@ -442,8 +443,63 @@ def test_other_threads_go_on_while_the_library_works() -> None:
         thread.join()
 
 
-def test_a_bar_is_shown_for_each_stage(clip: list[np.ndarray], capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("tqdm")
-    tracecut.segment(clip, progress=True)
-    shown = capsys.readouterr().err
-    assert "flow: 100%" in shown and "masks: 100%" in shown and "trajectories" not in shown
+@pytest.fixture
+def bars(monkeypatch: pytest.MonkeyPatch) -> list[list[tuple[int, Optional[int]]]]:
+    """What each bar of tqdm shows: after each change, the frames done and the total."""
+    import tqdm.auto
+
+    shown: list[list[tuple[int, Optional[int]]]] = []
+
+    class Recorded(tqdm.auto.tqdm):
+        def __init__(self, *args: Any, **options: Any) -> None:
+            super().__init__(*args, **options)
+            self.shown: list[tuple[int, Optional[int]]] = []
+            shown.append(self.shown)
+
+        def update(self, n: float = 1) -> Optional[bool]:
+            outcome = super().update(n)
+            self.shown.append((self.n, self.total))
+            return outcome
+
+    monkeypatch.setattr(tqdm.auto, "tqdm", Recorded)
+    return shown
+
+
+def check_bar(bars: list[list[tuple[int, Optional[int]]]], total: int) -> None:
+    """Holds that one bar was shown, which rises to its total."""
+    (shown,) = bars
+    done = [frames for frames, _ in shown]
+    assert done == sorted(set(done)) and shown[-1] == (total, total)
+    assert all(of in (None, total) for _, of in shown)
+    bars.clear()
+
+
+@pytest.mark.parametrize("is_known", [True, False])
+def test_a_run_has_one_bar_whose_total_is_true(bars: list[Any], is_known: bool) -> None:
+    scene = tracecut.synth.Scene("sample", 96, 64, 20, seed=3)
+    for options in ({}, {"window": None}, {"window": 8}, {"window": 9, "overlap": 8}, {"window": 8, "overlap": 1}):
+        tracecut.segment(scene if is_known else iter(scene), progress=True, **options)
+        rises = len(bars[0])
+        check_bar(bars, 20)
+        assert rises > 10, "the bar moves within windows"
+
+
+def test_a_bar_counts_the_frames_of_all_shots(bars: list[Any]) -> None:
+    frames = [*tracecut.synth.Scene("sample", 96, 64, 6, seed=1), *tracecut.synth.Scene("sample", 96, 64, 9, seed=7)]
+    for window in (50, 5):
+        assert tracecut.segment(frames, window=window, progress=True).shots == [0, 6]
+        check_bar(bars, 15)
+
+
+def test_the_bar_of_a_correction_and_of_windows(bars: list[Any], clip: list[np.ndarray]) -> None:
+    for window in tracecut.windows(clip, window=6, overlap=2, progress=True):
+        assert window.settled
+    check_bar(bars, 8)
+    session = fresh(clip)
+    session.run(progress=True)
+    check_bar(bars, 8)
+    session.split(1)
+    session.run(progress=True)
+    check_bar(bars, 8)
+    with pytest.raises(TraceCutError):
+        tracecut.segment([clip[0], clip[1], clip[2][:-1]], progress=True)

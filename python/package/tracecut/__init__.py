@@ -12,6 +12,7 @@ from ._frames import FrameLike, Frames, as_array, in_name_order, read_image, rea
 from ._images import boundaries, enlarge, flow, image_discontinuities, parameters, superpixels
 from ._masks import Prompt, coco_rle, from_coco_rle, mask_png, prompts
 from ._segment import Result, Window, segment, windows
+from ._params import Params
 from ._session import Session, SessionView
 from ._tracecut import version as __version__
 from ._tracks import read_tracks, write_tracks
@@ -55,6 +56,7 @@ __all__ = [
     "ImageDiscontinuities",
     "LabelCost",
     "Parameter",
+    "Params",
     "Progress",
     "Prompt",
     "Result",

@@ -101,12 +101,12 @@ def _attempt(clip: str, out: Path, args: argparse.Namespace) -> int:
     """Segments a clip, prints the outcome, and returns the exit code."""
     try:
         _run(clip, out, args)
+    except (OSError, ImportError) as error:
+        return _print_error(error, _LATER)
     except TraceCutError as error:
         return _print_error(error, _EXIT_CODES.get(error.code, _INPUT))
     except MemoryError:
         return _print_error(f"{clip}: there is not enough memory", _MEMORY)
-    except (OSError, ImportError) as error:
-        return _print_error(error, _LATER)
     return 0
 
 
