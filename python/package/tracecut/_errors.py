@@ -86,6 +86,10 @@ class _ForbiddenFileError(FileError, PermissionError):
     pass
 
 
+class _ExistingFileError(FileError, FileExistsError):
+    pass
+
+
 class _NoFolderError(FileError, NotADirectoryError):
     pass
 
@@ -96,6 +100,7 @@ class _FolderError(FileError, IsADirectoryError):
 
 _FILE_ERRORS: dict[type[OSError], type[FileError]] = {
     FileNotFoundError: _MissingFileError,
+    FileExistsError: _ExistingFileError,
     PermissionError: _ForbiddenFileError,
     NotADirectoryError: _NoFolderError,
     IsADirectoryError: _FolderError,

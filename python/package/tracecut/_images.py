@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Optional
 
 from . import _tracecut
-from ._errors import whole
+from ._errors import is_bool, whole, wrong_type
 from ._frames import FrameLike, as_array
 from ._masks import check_mask
 from ._options import raw_params
@@ -98,7 +98,9 @@ def parameters(expert: bool = False) -> list[Parameter]:
     expert : bool, default False
         Lists the expert parameters instead of the common ones. All can be set.
     """
-    return [_parameter(*raw) for raw in _tracecut.parameters(expert)]
+    if not is_bool(expert):
+        raise wrong_type("expert", expert, "true or false")
+    return [_parameter(*raw) for raw in _tracecut.parameters(bool(expert))]
 
 
 def _parameter(

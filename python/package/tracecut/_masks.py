@@ -98,7 +98,7 @@ def from_coco_rle(segmentation: Mapping[str, Any]) -> Bool:
         text = counts.decode("ascii") if isinstance(counts, bytes) else counts
         lengths = _tracecut.run_counts(text) if isinstance(text, str) else [int(count) for count in text]
         return _tracecut.run_mask(lengths, width, height).astype(bool)
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
+    except (LookupError, TypeError, ValueError, OverflowError) as error:
         expected = "expected {'size': [height, width], 'counts': run lengths}"
         raise TraceCutError("data", f"segmentation cannot be read ({expected})") from error
 

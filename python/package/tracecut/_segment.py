@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Optional, Union, overload
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -106,29 +106,39 @@ def windows(
     range(0, 10) (54, 96)
     range(10, 20) (54, 96)
     """
-    raw = raw_params(params, *_OPTIONS)
+    plan = _Plan.of(window, overlap, threads, raw_params(params, *_OPTIONS))
     source = open_frames(frames)
-    return _then_damage(_run_windows(source, window, overlap, threads, progress, raw), source)
+    return _then_damage(_run_windows(source, plan, progress), source)
 
 
 #: The options of `windows`, besides parameters.
 _OPTIONS = ("window", "overlap", "threads", "progress")
 
 
-def _run_windows(
-    source: Source,
-    window: int,
-    overlap: Optional[int],
-    threads: Optional[int],
-    progress: _progress.Listener,
-    params: dict[str, Any],
-) -> Iterator[Window]:
-    size = whole("window", window, 2, _MAX_WINDOW, "a whole number of frames")
-    shared = None if overlap is None else whole("overlap", overlap, 1, size - 1, "a whole number of frames")
-    frames, count = source.read_whole(), threads_of(threads)
-    listener = _progress.raw_listener(progress, lambda: source.length, size, size // 2 if shared is None else shared)
+class _Plan(NamedTuple):
+    """The checked options of a run window by window."""
+
+    window: int
+    overlap: Optional[int]
+    threads: int
+    params: dict[str, Any]
+
+    @classmethod
+    def of(cls, window: int, overlap: Optional[int], threads: Optional[int], params: dict[str, Any]) -> _Plan:
+        size = whole("window", window, 2, _MAX_WINDOW, "a whole number of frames")
+        shared = None if overlap is None else whole("overlap", overlap, 1, size - 1, "a whole number of frames")
+        return cls(size, shared, threads_of(threads), params)
+
+
+def _run_windows(source: Source, plan: _Plan, progress: _progress.Listener) -> Iterator[Window]:
+    # The usual overlap is at most half of a window.
+    overlap = plan.window // 2 if plan.overlap is None else plan.overlap
+    listener = _progress.raw_listener(progress, lambda: source.length, plan.window, overlap)
+    frames = source.read_whole()
     try:
-        raw = _tracecut.Windows(params, frames, size, shared, source.length, count, listener)
+        raw = _tracecut.Windows(
+            plan.params, frames, plan.window, plan.overlap, source.length, plan.threads, listener
+        )
     except BaseException:
         _progress.close(listener)
         raise
@@ -380,13 +390,14 @@ def segment(
     (8, (90, 160))
     """
     raw = raw_params(params, *_OPTIONS, "trajectories")
+    tracks = None if trajectories is None else check_trajectories(trajectories)
+    plan = _Plan.of(WINDOW if window is None else window, overlap, threads, raw)
     source = open_frames(frames)
     try:
-        if window is None or trajectories is not None:
-            session = Session(**params)
-            result = _at_once(session, source, trajectories, threads, progress)
+        if window is None or tracks is not None:
+            result = _at_once(Session(**params), source, tracks, plan.threads, progress)
         else:
-            result = _by_windows(_run_windows(source, window, overlap, threads, progress, raw))
+            result = _by_windows(_run_windows(source, plan, progress))
     except TraceCutError as error:
         if error.code == "too-few-frames" and source.damage is not None:
             raise source.damage from None
@@ -417,13 +428,9 @@ def _by_windows(parts: Iterator[Window]) -> Result:
 
 
 def _at_once(
-    session: Session,
-    source: Source,
-    trajectories: Optional[Trajectories],
-    threads: Optional[int],
-    progress: _progress.Listener,
+    session: Session, source: Source, tracks: Optional[Trajectories], threads: int, progress: _progress.Listener
 ) -> Result:
-    tracks, originals = None if trajectories is None else check_trajectories(trajectories), _OriginalFrames()
+    originals = _OriginalFrames()
     for frame in source.read_whole():
         session.push(frame)
         originals.add(session, frame)
