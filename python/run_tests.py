@@ -107,7 +107,7 @@ def wheel(arguments: list[str]) -> None:
         python = python_of(out / "venv")
         run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", package)
         # With only the wheel and NumPy: the code of the READMEs.
-        run(python, HERE / "tests" / "readme.py", PYTHONPATH="")
+        run(python, HERE / "tests" / "documents.py", PYTHONPATH="")
         run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "pytest", "pillow", "pycocotools")
         test(python, ["-m", "not long", *arguments], [HERE / "tests" / name for name in WITHOUT_EXTRAS])
         run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", f"{package}[video]", *NOTEBOOK)

@@ -43,9 +43,7 @@ WRONG: list[Any] = [
 
 @pytest.fixture(scope="module")
 def tracks(done: tracecut.Session) -> Trajectories:
-    found = done.trajectories()
-    assert found is not None
-    return found
+    return done.trajectories()
 
 
 @pytest.fixture(scope="module")

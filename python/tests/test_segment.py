@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sam
 import tracecut
 from conftest import fnv1a, golden
 from PIL import Image
@@ -32,7 +33,6 @@ def test_masks_are_those_of_rust_and_javascript(name: str) -> None:
     result = tracecut.segment(clip)
     assert [fnv1a(mask) for mask in result] == expected["masks"]
     clusters = result.session.clusters()
-    assert clusters is not None
     assert clusters.label.tolist() == expected["label"]
 
 
@@ -107,7 +107,7 @@ def test_a_result_tells_of_its_masks(clip: list[np.ndarray], tmp_path: Path) -> 
     assert masks.shape == (8, 64, 96) and masks.dtype == np.uint8 and (result.width, result.height) == (96, 64)
     assert result.objects == [int(v) for v in np.unique(masks) if v]
     assert np.array_equal(result.areas()[2], np.bincount(masks[2].ravel(), minlength=256))
-    assert result.shots == [0] and result.trajectories is not None
+    assert result.shots == [0] and len(result.trajectories) > 0
     paths = result.save(tmp_path / "masks")
     assert len(paths) == 8 and np.array_equal(np.asarray(Image.open(paths[7])), masks[7])
     for label, segmentation in result.coco(3).items():
@@ -143,7 +143,6 @@ def test_negative_frames_count_from_the_end_everywhere(done: tracecut.Session) -
     assert np.array_equal(session.boundaries(-1).pb, session.boundaries(7).pb)
     assert session.explain(-1, 5, 5) == session.explain(7, 5, 5)
     tracks = session.trajectories()
-    assert tracks is not None
     assert np.array_equal(tracks.at(-1), tracks.at(7)) and np.array_equal(tracks.alive(-3), tracks.alive(5))
     assert np.array_equal(tracks.points(-1), tracks.points(len(tracks) - 1))
     corrected = [tracecut.Session(preset="fast") for _ in range(2)]
@@ -161,11 +160,10 @@ def test_negative_frames_count_from_the_end_everywhere(done: tracecut.Session) -
 def test_a_result_is_plain_data(clip: list[np.ndarray]) -> None:
     result = tracecut.segment(clip, preset="fast")
     tracks = result.trajectories
-    assert tracks is not None
     for copied in (pickle.loads(pickle.dumps(result)), copy.deepcopy(result), copy.copy(result)):
         assert np.array_equal(copied.array(), result.array()) and copied.objects == result.objects
         assert copied.as_json() == result.as_json() and repr(copied) == repr(result)
-        assert copied.trajectories is not None and np.array_equal(copied.trajectories.x, tracks.x)
+        assert np.array_equal(copied.trajectories.x, tracks.x)
         again = pickle.loads(pickle.dumps(copied))
         for orphan in (copied, again):
             with pytest.raises(tracecut.TraceCutError, match="a copy of a result has no session.*before you copy") as caught:
@@ -175,9 +173,9 @@ def test_a_result_is_plain_data(clip: list[np.ndarray]) -> None:
     assert result.session.num_frames == 8, "the first one keeps its session"
     long = tracecut.segment(clip, window=6, overlap=2, preset="fast")
     for each in (long, pickle.loads(pickle.dumps(long))):
-        assert each.trajectories is None
-        with pytest.raises(tracecut.TraceCutError, match="several windows has no session.*tracecut.windows"):
-            _ = each.session
+        for name in ("session", "trajectories"):
+            with pytest.raises(tracecut.TraceCutError, match="several windows has no session.*tracecut.windows"):
+                getattr(each, name)
 
 
 def test_a_pool_of_processes_segments_clips() -> None:
@@ -224,7 +222,7 @@ def camouflaged_square(width: int = 120, height: int = 90, side: int = 30) -> li
 def test_an_object_without_pixels_is_none() -> None:
     result = tracecut.segment(camouflaged_square())
     of_clusters = result.session.objects()
-    assert of_clusters is not None and of_clusters.max() == 1, "the clip has lost what it is for"
+    assert of_clusters.max() == 1, "the clip has lost what it is for"
     assert result.objects == [] and result.as_json()["objects"] == [] and result.coco(0) == {}
     assert len(result.session.object_table().splitlines()) == 1 and tracecut.prompts(result) == []
 
@@ -467,34 +465,8 @@ def test_json_holds_the_same() -> None:
         assert np.array_equal(tracecut.from_coco_rle(entry["mask"]), prompt.mask)
 
 
-def video_predictor() -> Any:
-    """SAM 2's, or a class with the signatures of its version 1.1.0 where it is not installed."""
-    try:
-        from sam2.sam2_video_predictor import SAM2VideoPredictor
-
-        return SAM2VideoPredictor
-    except ImportError:
-
-        class Recorded:
-            def add_new_points_or_box(
-                self,
-                inference_state: Any,
-                frame_idx: int,
-                obj_id: int,
-                points: Any = None,
-                labels: Any = None,
-                clear_old_points: bool = True,
-                normalize_coords: bool = True,
-                box: Any = None,
-            ) -> None: ...
-
-            def add_new_mask(self, inference_state: Any, frame_idx: int, obj_id: int, mask: Any) -> None: ...
-
-        return Recorded
-
-
 def test_sam_2_takes_them() -> None:
-    predictor, state = video_predictor(), object()
+    predictor, state = sam.video_predictor(), object()
     for prompt in tracecut.prompts(two_objects()):
         inspect.signature(predictor.add_new_points_or_box).bind(predictor, state, **prompt.as_points_and_box())
         inspect.signature(predictor.add_new_mask).bind(predictor, state, **prompt.as_mask())

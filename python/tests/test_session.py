@@ -39,24 +39,32 @@ def all_masks(session: Session) -> np.ndarray:
     return np.stack([session.labels(t) for t in range(session.num_frames)])
 
 
+def check_missing(*results: Callable[[], object]) -> None:
+    """Holds that these results are not there yet, and that the error says when they are."""
+    for result in results:
+        with pytest.raises(TraceCutError, match="not available: they come with the stage") as caught:
+            result()
+        assert caught.value.code == "state"
+
+
 def test_results_can_be_read_as_soon_as_their_stage_is_done(clip: list[np.ndarray], done: Session) -> None:
     session = fresh(clip)
-    assert session.trajectories() is None and session.clusters() is None and session.objects() is None
+    check_missing(session.trajectories, session.clusters, session.objects, session.agreement)
     seen: dict[str, int] = {}
     for progress in session.steps():
         seen[progress.stage] = progress.done
         assert 1 <= progress.done <= progress.total
         if progress.stage == "affinities":
-            assert session.trajectories() is not None and session.embedding() is None
+            assert len(session.trajectories()) > 0
+            check_missing(session.embedding)
         if progress.stage == "superpixels":
-            assert session.clusters() is not None
+            assert session.clusters().count > 0
     assert list(seen) == STAGES
     assert np.array_equal(all_masks(session), all_masks(done))
 
 
 def test_trajectories_and_what_is_found_of_them(done: Session) -> None:
     tracks, affinities, embedding = done.trajectories(), done.affinities(), done.embedding()
-    assert tracks is not None and affinities is not None and embedding is not None
     count = len(tracks)
     assert tracks.offset[-1] == len(tracks.x) == len(tracks.y) and len(tracks.id) == count
     assert (tracks.num_frames, tracks.width, tracks.height) == (8, 96, 64)
@@ -74,7 +82,6 @@ def test_trajectories_and_what_is_found_of_them(done: Session) -> None:
 def test_discontinuities_saliency_components_and_clusters(done: Session) -> None:
     tracks, edges, saliency = done.trajectories(), done.discontinuities(), done.saliency()
     components, clusters, pieces = done.components(), done.clusters(), done.threshold_clusters()
-    assert tracks and edges and saliency and components and clusters and pieces
     assert edges.pair.shape == (len(edges.d), 2) and edges.pair.max() < len(tracks)
     assert len(edges.frame_offset) == 9 and edges.frame_offset[-1] == len(edges.frame_edge)
     assert 0 <= edges.d.min() and edges.d.max() <= 1
@@ -86,14 +93,14 @@ def test_discontinuities_saliency_components_and_clusters(done: Session) -> None
 
 def test_maps_of_frames(done: Session, clip: list[np.ndarray]) -> None:
     labels, clusters, objects = done.labels(2), done.cluster_labels(2), done.objects()
-    assert objects is not None and np.array_equal(objects[clusters], labels)
+    assert np.array_equal(objects[clusters], labels)
     assert labels.dtype == np.uint8 and labels.shape == (64, 96)
     flow = done.flow(0)
     assert flow.u.shape == flow.v.shape == (64, 96) and flow.u.dtype == np.float32
     assert done.saliency_map(7).shape == (64, 96) and done.confidence(0).max() <= 1
     assert len(done.object_confidence()) == objects.max() + 1
     agreement = done.agreement()
-    assert agreement is not None and agreement[0].shape == (8,) and len(agreement[1]) == objects.max()
+    assert agreement[0].shape == (8,) and len(agreement[1]) == objects.max()
     assert 0 <= agreement[0].min() <= agreement[0].max() <= 1
     low = np.flatnonzero(agreement[0] < 0.7 * np.median(agreement[0]))
     assert all(any(t in doubt for doubt in done.doubts()) for t in low)
@@ -122,24 +129,24 @@ def test_arrays_are_the_callers_own(clip: list[np.ndarray]) -> None:
     session = fresh(clip)
     session.run()
     tracks, mask = session.trajectories(), session.labels(0)
-    assert tracks is not None
     x, kept = tracks.x.copy(), mask.copy()
     tracks.x[:] = -1
     mask[:] = 77
     later = session.trajectories()
-    assert later is not None and np.array_equal(later.x, x) and np.array_equal(session.labels(0), kept)
+    assert np.array_equal(later.x, x) and np.array_equal(session.labels(0), kept)
     again = session.labels(0)
     session.clear()
-    assert np.array_equal(again, kept) and session.num_frames == 0 and session.trajectories() is None
+    assert np.array_equal(again, kept) and session.num_frames == 0
+    check_missing(session.trajectories)
 
 
 def test_trajectories_go_out_and_in(clip: list[np.ndarray], done: Session, tmp_path) -> None:
     tracks, clusters = done.trajectories(), done.clusters()
-    assert tracks is not None and clusters is not None
     alone = Session()
     alone.set_trajectories(tracks)
     alone.run()
-    assert len(alone.clusters().label) == len(tracks) and alone.objects() is None  # type: ignore[union-attr]
+    assert len(alone.clusters().label) == len(tracks)
+    check_missing(alone.objects, alone.saliency, alone.agreement)
     with_frames = tracecut.segment(clip, trajectories=tracks)
     assert with_frames.array().shape == (8, 64, 96)
     tracecut.write_tracks(tmp_path / "tracks.dat", tracks, clusters.label)
@@ -241,7 +248,6 @@ def test_a_window_that_is_gone_is_not_corrected() -> None:
 def test_an_explanation_tells_why_a_pixel_has_its_label(done: Session) -> None:
     label, cells = done.labels(2), done.superpixels(2).label
     clusters, objects, affinities = done.clusters(), done.objects(), done.affinities()
-    assert clusters is not None and objects is not None and affinities is not None
     sources = set()
     for y in range(1, 64, 9):
         for x in range(2, 96, 9):
@@ -277,7 +283,6 @@ def test_an_explanation_knows_strokes_and_borders_between_objects(clip: list[np.
     session.run()
     assert session.explain(0, 2, 2).source == "stroke"
     tracks = session.trajectories()
-    assert tracks is not None
     border = session.explain(0, *inside).border
     assert border is not None and border.edges > 0 and 0 <= border.mean <= border.d <= 1
     assert {border.i, border.j} <= set(tracks.alive(0).tolist())
@@ -285,10 +290,9 @@ def test_an_explanation_knows_strokes_and_borders_between_objects(clip: list[np.
 
 def test_other_discretizations_can_be_compared(done: Session, clip: list[np.ndarray]) -> None:
     clusters, embedding = done.clusters(), done.embedding()
-    assert clusters is not None and embedding is not None
     for method in ("rotation-merge", "rotation", "k-means"):
         found = done.clusters_by(method, 2)
-        assert found is not None and len(found.label) == len(clusters.label)
+        assert len(found.label) == len(clusters.label)
         assert found.count == found.label.max() + 1 <= 2
     with pytest.raises(TraceCutError, match=r"method = \"best\" \(expected one of rotation-merge, rotation, k-means"):
         done.clusters_by("best", 2)
@@ -298,10 +302,9 @@ def test_other_discretizations_can_be_compared(done: Session, clip: list[np.ndar
     without = fresh(clip, connectedness={"mode": "off"})
     without.run()
     expected = without.clusters()
-    assert by_motion is not None and expected is not None
     assert np.array_equal(by_motion.label, expected.label)
     unknown = fresh(clip)
-    assert unknown.clusters_by("rotation", 2) is None and unknown.motion_clusters() is None
+    check_missing(lambda: unknown.clusters_by("rotation", 2), unknown.motion_clusters)
 
 
 @pytest.mark.parametrize(
@@ -411,7 +414,8 @@ def test_a_signal_from_outside_ends_a_run_without_a_callback() -> None:
     with pytest.raises(KeyboardInterrupt):
         session.run()
     timer.join()
-    assert session.objects() is None and session.step() is not None
+    check_missing(session.objects)
+    assert session.step() is not None
 
 
 def test_other_threads_go_on_while_the_library_works() -> None:
@@ -434,8 +438,8 @@ def test_other_threads_go_on_while_the_library_works() -> None:
     thread.start()
     try:
         # With the interpreter's lock held there would be one or two, however long a call takes.
-        while session.clusters() is None:
-            session.step()
+        while (progress := session.step()) is not None and progress.stage != "clusters":
+            pass
         assert max(ticks_in(session.step) for _ in range(3)) > 8, "superpixels of a frame"
         assert ticks_in(lambda: tracecut.image_discontinuities(scene[0])) > 8
     finally:

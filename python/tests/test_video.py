@@ -172,7 +172,7 @@ def test_results_and_exports_have_the_times(frames: list[np.ndarray], tmp_path: 
     path = write_video(tmp_path / "a.mp4", [frames], times_ms=[100 * t for t in range(NUM_FRAMES)])
     result = tracecut.segment(path)
     assert len(result) == NUM_FRAMES
-    assert result.times is not None and result.session is not None and result.objects
+    assert result.times is not None and result.objects
     report = json.loads(json.dumps(result.as_json()))
     assert report["times"] == result.times.tolist() and len(report["durations"]) == NUM_FRAMES
     assert report["frameRate"] == pytest.approx(NUM_FRAMES / (result.times[-1] + result.durations[-1]))

@@ -180,8 +180,6 @@ class Result:
         Duration of each frame in seconds.
     working_size : tuple of int
         Width and height at which frames were processed.
-    trajectories : Trajectories or None
-        The trajectories of a clip of one window; None for longer clips.
     """
 
     def __init__(self) -> None:
@@ -195,8 +193,9 @@ class Result:
         self._runs: list[_masks.Runs] = []
 
     def __getstate__(self) -> dict[str, Any]:
-        state = {**self.__dict__, "_session": None, "_trajectories": self.trajectories}
-        return state if self._session is None else {**state, "_reason": _COPIED}
+        if self._session is None:
+            return self.__dict__
+        return {**self.__dict__, "_session": None, "_reason": _COPIED, "_trajectories": self.trajectories}
 
     def __repr__(self) -> str:
         return f"<Result: {len(self)} frames of {self.width}x{self.height}, objects {self.objects}>"
@@ -250,9 +249,15 @@ class Result:
         return self._session
 
     @property
-    def trajectories(self) -> Optional[Trajectories]:
-        """The trajectories of a clip of one window."""
-        return self._trajectories if self._session is None else self._session.trajectories()
+    def trajectories(self) -> Trajectories:
+        """The trajectories of a clip of one window.
+
+        Raises
+        ------
+        TraceCutError
+            ``state`` for longer clips.
+        """
+        return self.session.trajectories() if self._trajectories is None else self._trajectories
 
     def labels(self, t: int) -> U8:
         """The mask of frame ``t``: 0 for the background, or an object's label; shape (height, width)."""
@@ -440,7 +445,7 @@ def _at_once(
     result = Result()
     result._session, result.shots = session, [0]
     result.working_size = session.working_size or (0, 0)
-    if session.objects() is not None:
+    if session._raw.objects() is not None:
         for t in range(session.num_frames):
             result._add(session.labels(t, originals.get(t)))
     return result

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, Literal, Optional, TypeVar, Union
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, Literal, Optional, TypeVar, cast
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from ._types import (
     FlowField,
     Progress,
     Saliency,
+    Stage,
     Stroke,
     Superpixels,
     Trajectories,
@@ -51,15 +52,22 @@ def threads_of(threads: Optional[int]) -> int:
     return whole("threads", threads, 1, 256)
 
 
-def _wrap(kind: Callable[..., _Type], raw: Optional[Union[dict[str, Any], tuple[Any, ...]]]) -> Optional[_Type]:
-    """Wraps a value of the native module in a class; None stays None."""
+def _known(what: str, stage: str, raw: Optional[_Type]) -> _Type:
+    """Returns a result of a stage.
+
+    Raises
+    ------
+    TraceCutError
+        ``state`` if there is none.
+    """
     if raw is None:
-        return None
-    return kind(**raw) if isinstance(raw, dict) else kind(*raw)
+        reason = f"{what} are not available: they come with the stage {stage} (take more steps, or run the session)"
+        raise TraceCutError("state", reason)
+    return raw
 
 
 class SessionView:
-    """The results of a session, stage by stage. Missing results are None, or an error with the code ``state``.
+    """The results of a session, stage by stage. A missing result is an error with the code ``state``.
 
     Masks can be corrected: `merge`, `split`, `together`, `apart`, then `run` if they must be computed again,
     `undo_correction`.
@@ -109,51 +117,51 @@ class SessionView:
         """Forward flow from frame ``t`` to ``t + 1``, in input pixels on the grid of the working size."""
         return FlowField(*self._raw.flow(self._frame(t)))
 
-    def trajectories(self) -> Optional[Trajectories]:
+    def trajectories(self) -> Trajectories:
         """Trajectories in input pixels."""
-        return _wrap(Trajectories, self._raw.trajectories())
+        return Trajectories(**_known("trajectories", "trajectories", self._raw.trajectories()))
 
-    def mask_trajectories(self) -> Optional[Trajectories]:
+    def mask_trajectories(self) -> Trajectories:
         """The denser trajectories for the masks, in pixels of the working size."""
-        return _wrap(Trajectories, self._raw.mask_trajectories())
+        return Trajectories(**_known("trajectories for masks", "trajectories, if there are masks", self._raw.mask_trajectories()))
 
-    def affinities(self) -> Optional[Affinities]:
+    def affinities(self) -> Affinities:
         """Similarities of the trajectories' motions."""
-        return _wrap(Affinities, self._raw.affinities())
+        return Affinities(*_known("affinities", "affinities", self._raw.affinities()))
 
-    def embedding(self) -> Optional[Embedding]:
+    def embedding(self) -> Embedding:
         """The leading eigenvectors of the affinities."""
-        return _wrap(Embedding, self._raw.embedding())
+        return Embedding(**_known("positions in the embedding", "embedding", self._raw.embedding()))
 
-    def discontinuities(self) -> Optional[Discontinuities]:
+    def discontinuities(self) -> Discontinuities:
         """Discontinuities of the embedding between neighbouring trajectories."""
-        return _wrap(Discontinuities, self._raw.discontinuities())
+        return Discontinuities(**_known("discontinuities", "discontinuities", self._raw.discontinuities()))
 
-    def saliency(self) -> Optional[Saliency]:
-        """Saliency of the trajectories; None without frames."""
-        return _wrap(Saliency, self._raw.saliency())
+    def saliency(self) -> Saliency:
+        """Saliency of the trajectories; there is none without frames."""
+        return Saliency(**_known("saliencies", "saliency, if there are frames", self._raw.saliency()))
 
     def saliency_map(self, t: int) -> F32:
         """Saliency of each pixel of frame ``t``, 0 to 1, at working size; computed at each call."""
         return self._raw.saliency_map(self._frame(t))
 
-    def components(self) -> Optional[Components]:
+    def components(self) -> Components:
         """Connected components of the foreground, frame by frame."""
-        return _wrap(Components, self._raw.components())
+        return Components(*_known("components", "connectedness, if there are frames", self._raw.components()))
 
-    def clusters(self) -> Optional[Clusters]:
+    def clusters(self) -> Clusters:
         """The cluster of each trajectory."""
-        return _wrap(Clusters, self._raw.clusters())
+        return Clusters(*_known("clusters", "clusters", self._raw.clusters()))
 
-    def threshold_clusters(self) -> Optional[Clusters]:
+    def threshold_clusters(self) -> Clusters:
         """Connected components after cutting discontinuities above ``discontinuity.threshold``."""
-        return _wrap(Clusters, self._raw.threshold_clusters())
+        return Clusters(*_known("clusters", "discontinuities", self._raw.threshold_clusters()))
 
-    def motion_clusters(self) -> Optional[Clusters]:
+    def motion_clusters(self) -> Clusters:
         """The clusters without connectedness, for comparison; computed at each call."""
-        return _wrap(Clusters, self._raw.motion_clusters())
+        return Clusters(*_known("clusters", "discontinuities", self._raw.motion_clusters()))
 
-    def clusters_by(self, method: Method, count: int) -> Optional[Clusters]:
+    def clusters_by(self, method: Method, count: int) -> Clusters:
         """Clusters of the embedding by another discretization, for comparison with `clusters`; computed at each call.
 
         Parameters
@@ -166,20 +174,18 @@ class SessionView:
 
         Returns
         -------
-        Clusters or None
-            None until the discontinuities are known.
+        Clusters
 
         Raises
         ------
         TraceCutError
-            ``param`` for an invalid method or count.
+            ``param`` for an invalid method or count; ``state`` until the discontinuities are known.
         """
         given: Any = method
         if not isinstance(given, str):
             raise wrong_type("method", given, "the name of a method")
-        embedding = self.embedding()
-        max_count = 2**32 - 1 if embedding is None else max(1, len(embedding.eigenvalues))
-        return _wrap(Clusters, self._raw.clusters_by(given, whole("count", count, 1, max_count)))
+        most = whole("count", count, 1, max(1, len(self.embedding().eigenvalues)))
+        return Clusters(*_known("clusters", "discontinuities", self._raw.clusters_by(given, most)))
 
     def superpixels(self, t: int) -> Superpixels:
         """The Gabriel superpixels of frame ``t``, at working size."""
@@ -189,12 +195,12 @@ class SessionView:
         """The boundary probability of frame ``t``, at working size; computed at each call."""
         return BoundaryMap(*self._raw.boundaries(self._frame(t)))
 
-    def objects(self) -> Optional[U8]:
-        """The mask label of each cluster, 0 for the background; None until the cut is done.
+    def objects(self) -> U8:
+        """The mask label of each cluster, 0 for the background.
 
         An object may have no pixel in any mask: `Result.objects` omits these.
         """
-        return self._raw.objects()
+        return _known("objects", "cut, if there are masks", self._raw.objects())
 
     def labels(self, t: int, picture: Optional[FrameLike] = None) -> U8:
         """The mask of frame ``t``.
@@ -230,16 +236,15 @@ class SessionView:
         """The mean confidence of each label, the background first."""
         return self._raw.object_confidence()
 
-    def agreement(self) -> Optional[tuple[F32, list[F32]]]:
+    def agreement(self) -> tuple[F32, list[F32]]:
         """The agreement of the masks with those of nearby frames, moved along the flow, 0 to 1.
 
         Returns
         -------
-        tuple of (num_frames,) float32 and list of (num_frames,) float32, or None
-            Of all objects as one, then of each object from label 1 on; NaN where there is nothing to compare. None without
-            masks.
+        tuple of (num_frames,) float32 and list of (num_frames,) float32
+            Of all objects as one, then of each object from label 1 on; NaN where there is nothing to compare.
         """
-        return self._raw.agreement()
+        return _known("agreements", "masks", self._raw.agreement())
 
     def doubts(self) -> list[range]:
         """The frames whose masks should be looked at: those that agree much less with their neighbours, or jump in size.
@@ -459,7 +464,8 @@ class Session(SessionView):
         TraceCutError
             ``too-few-frames`` with fewer than two.
         """
-        return _wrap(Progress, self._raw.step())
+        step = self._raw.step()
+        return None if step is None else Progress(cast("Stage", step[0]), *step[1:])
 
     def steps(self) -> Iterator[Progress]:
         """Takes all steps, one at a time."""
