@@ -11,6 +11,7 @@ import textwrap
 from pathlib import Path
 from typing import get_args
 
+import numpy as np
 import pytest
 import tracecut
 from tracecut import _params, synth
@@ -67,3 +68,81 @@ def test_the_types_of_the_parameters_are_those_that_the_library_declares() -> No
     if os.environ.get("REGENERATE"):
         path.write_text(declared(), "utf-8")
     assert path.read_text("utf-8") == declared(), "write it again: REGENERATE=1"
+
+
+#: What the type checkers must refuse, one mistake a line.
+MISTAKES = """\
+import tracecut
+from tracecut.synth import Scene
+
+clip = Scene("sample", 96, 64, frames=8)
+tracecut.segment(clip, thread=2)
+tracecut.segment(clip, preset="faster")
+tracecut.segment(clip, flow={"patch_stridde": 5})
+tracecut.segment(clip, flow={"patch_stride": "5"})
+tracecut.segment(clip, clip=480)
+tracecut.segment(clip, discretize={"method": "best"})
+tracecut.segment(None)
+tracecut.segment(clip, windows=5)
+tracecut.windows(clip, trajectories=2)
+tracecut.Session(flw={"patch_stride": 5})
+tracecut.Session(threads=2)
+tracecut.superpixels(clip[0], cuont=5)
+tracecut.boundaries(clip[0], preset=1)
+tracecut.image_discontinuities(clip[0], still={"dimension": 4})
+tracecut.flow(clip[0], clip[1], flow={"levels_": 1})
+tracecut.Session().clusters_by("best", 2)
+tracecut.Session().labels("first")
+Scene("simple")
+bad: int = tracecut.segment(clip)[0]
+tracecut.segment(clip)["first"]
+options: tracecut.Params = {"flow": {"patch_strid": 5}}
+"""
+
+#: What they must accept.
+RIGHT = """\
+import tracecut
+from tracecut.synth import Scene
+
+clip = Scene("sample", 96, 64, frames=8)
+options: tracecut.Params = {"preset": "fast", "clip": {"max_side": 480}, "affinity": {"lambda": 0.1}}
+result = tracecut.segment(clip, threads=2, progress=True, flow={"patch_stride": 5}, discretize={"method": "k-means"})
+tracecut.segment(clip, **options)
+print(result[2:4].shape, result[-1].dtype, clip[1:3].shape, result.session.clusters().count, result.trajectories.x)
+"""
+
+
+@pytest.mark.parametrize(
+    ("tool", "options"),
+    [
+        ("mypy", []),
+        # It takes the Python of PATH otherwise, which may not be this one. Its first run fetches it.
+        pytest.param("pyright", ["--pythonpath", sys.executable], marks=pytest.mark.long),
+    ],
+)
+def test_every_mistake_is_found_and_nothing_else(tool: str, options: list[str], tmp_path: Path) -> None:
+    pytest.importorskip(tool)
+    (tmp_path / "mistakes.py").write_text(MISTAKES)
+    (tmp_path / "right.py").write_text(RIGHT)
+    files = ["package/tracecut", "tests/typed.py", str(tmp_path / "mistakes.py"), str(tmp_path / "right.py")]
+    command = [sys.executable, "-m", tool, *options, *files]
+    checked = subprocess.run(command, cwd=PYTHON, capture_output=True, text=True)
+    errors = [line for line in checked.stdout.splitlines() if re.search(r":\d+.*\berror\b", line)]
+    found = {re.findall(r"(\w+\.pyi?):(\d+)", line)[-1] for line in errors}
+    expected = {("mistakes.py", str(line)) for line in range(5, len(MISTAKES.splitlines()) + 1)}
+    assert found == expected, checked.stdout + checked.stderr
+
+
+def test_names_in_types_are_those_of_the_library(clip: list[np.ndarray]) -> None:
+    methods = {p.name: p.choices for p in tracecut.parameters() + tracecut.parameters(expert=True)}["discretize.method"]
+    assert get_args(Method) == methods
+    session = tracecut.Session(preset="fast")
+    session.push_all(clip)
+    assert tuple(dict.fromkeys(progress.stage for progress in session.steps())) == get_args(Stage)
+    with pytest.raises(tracecut.TraceCutError) as caught:
+        tracecut.Session(preset="none")  # type: ignore[arg-type]
+    assert str(caught.value).split("(expected ")[1] == "default, fast or paper)"
+    assert get_args(_params.Preset) == ("default", "fast", "paper")
+    with pytest.raises(tracecut.TraceCutError) as caught:
+        synth.Scene("none")  # type: ignore[arg-type]
+    assert re.findall(r"[a-z_]{5,}", str(caught.value).split("(expected ")[1]) == list(get_args(synth.Kind))

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 #: The ways to discretize an embedding, those of the parameter ``discretize.method``.
-Method = Literal["rotation-evidence", "rotation-merge", "rotation", "k-means"]
+Method = Literal["rotation-merge", "rotation", "k-means", "rotation-evidence"]
 
 _Type = TypeVar("_Type")
 
