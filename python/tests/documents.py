@@ -1,4 +1,4 @@
-"""The Python of the documents. As a program: runs that of both READMEs, each block by itself, with nothing but the package."""
+"""The Python of the documents. As a program: runs each block of both READMEs by itself; needs only the package."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def video_predictor() -> Any:
 
 
 def install(monkeypatch: pytest.MonkeyPatch) -> list[Recorded]:
-    """Puts recorders in the place of the models, and of PyTorch's one function that is used; returns those that are built."""
+    """Replaces the models by recorders, and PyTorch's one function that is used; returns the recorders."""
     built: list[Recorded] = []
 
     def build(*_: str) -> Recorded:

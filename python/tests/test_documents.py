@@ -28,7 +28,14 @@ ELSEWHERE = {
 }
 
 #: Helpers in examples need no types, and packages that are not installed have none.
-STRICT = ["--strict", "--allow-subclassing-any", "--allow-untyped-defs", "--allow-untyped-calls", "--allow-incomplete-defs", "--ignore-missing-imports"]
+STRICT = [
+    "--strict",
+    "--allow-subclassing-any",
+    "--allow-untyped-defs",
+    "--allow-untyped-calls",
+    "--allow-incomplete-defs",
+    "--ignore-missing-imports",
+]
 
 
 def imports(code: str) -> list[str]:
@@ -121,7 +128,10 @@ def test_a_block_runs_after_those_before_it(
 def python_with(module: str) -> str:
     """The interpreter of the environment or of the system, if it has this module."""
     for python in (sys.executable, "/usr/bin/python3"):
-        if shutil.which(python) and not subprocess.run([python, "-c", f"import {module}"], capture_output=True).returncode:
+        if (
+            shutil.which(python)
+            and not subprocess.run([python, "-c", f"import {module}"], capture_output=True).returncode
+        ):
             return python
     pytest.skip(f"{module} is not installed (PyTorch: `pip install torch`, or `apt-get install python3-torch`)")
 

@@ -8,6 +8,7 @@ import io
 import json
 import multiprocessing
 import pickle
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -19,8 +20,9 @@ import numpy as np
 import pytest
 import sam
 import tracecut
-from conftest import fnv1a, golden
+from conftest import ROOT, fnv1a, golden
 from PIL import Image
+from tracecut import __main__
 from tracecut._masks import Runs
 from tracecut.synth import Scene
 
@@ -166,7 +168,9 @@ def test_a_result_is_plain_data(clip: list[np.ndarray]) -> None:
         assert np.array_equal(copied.trajectories.x, tracks.x)
         again = pickle.loads(pickle.dumps(copied))
         for orphan in (copied, again):
-            with pytest.raises(tracecut.TraceCutError, match="a copy of a result has no session.*before you copy") as caught:
+            with pytest.raises(
+                tracecut.TraceCutError, match="a copy of a result has no session.*before you copy"
+            ) as caught:
                 orphan.session.explain(0, 0, 0)
             assert caught.value.code == "state"
     assert len(pickle.dumps(result)) < 1.2 * (tracks.x.nbytes * 2 + tracks.offset.nbytes * 3) + 100_000
@@ -289,6 +293,41 @@ def test_the_module_runs_as_a_program(folder: Path, tmp_path: Path) -> None:
         assert np.array_equal(mask, np.asarray(Image.open(tmp_path / "masks" / f"{t:05}.png")))
     failed = program(folder, "--out", tmp_path, "--set", "clip.max_side=1")
     assert failed.returncode == 2 and failed.stderr.startswith("error: clip.max_side = 1 (expected")
+
+
+def run_main(words: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int | str | None, str, str]:
+    """The exit code and the output of the program."""
+    with pytest.raises(SystemExit) as caught:
+        __main__.main(words)
+    return caught.value.code, *capsys.readouterr()
+
+
+def test_the_help_and_the_readme_name_every_option_of_the_program(capsys: pytest.CaptureFixture[str]) -> None:
+    code, text, _ = run_main(["--help"], capsys)
+    options = set(re.findall(r"^  (--[a-z]+)", text, re.MULTILINE)) | {"--help"}
+    assert code == 0 and options >= {"--out", "--window", "--overlap", "--threads", "--set", "--overwrite", "--version"}
+    readme = (ROOT / "python" / "README.md").read_text("utf-8")
+    section = readme.split("\n## As a program\n")[1].split("\n## ")[0]
+    assert set(re.findall(r"--[a-z]+", section)) - {"--resume"} == options
+    codes = re.findall(r"^  (\d+) ", text, re.MULTILINE)
+    cli = (ROOT / "docs" / "cli.md").read_text("utf-8").split("| exit code | meaning |")[1].split("\n\n")[0]
+    assert codes == re.findall(r"^\| (\d+)", cli, re.MULTILINE)
+    assert run_main(["--version"], capsys)[:2] == (0, f"tracecut {tracecut.__version__}\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--thread", "2"], "unknown option --thread (expected a known option, such as --threads, "),
+        (["--overwrit"], "unknown option --overwrit (expected a known option, such as --overwrite, "),
+        (["--set", "window"], "argument --set: 'window' (expected NAME=VALUE, such as flow.patch_stride=5)"),
+    ],
+)
+def test_the_program_refuses_options_that_it_does_not_know(
+    words: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, _, error = run_main(["clip", "--out", "out", *words], capsys)
+    assert code == 2 and message in error
 
 
 RUN = """

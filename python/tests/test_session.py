@@ -289,7 +289,7 @@ def test_an_explanation_knows_strokes_and_borders_between_objects(clip: list[np.
 
 
 def test_other_discretizations_can_be_compared(done: Session, clip: list[np.ndarray]) -> None:
-    clusters, embedding = done.clusters(), done.embedding()
+    clusters = done.clusters()
     for method in ("rotation-merge", "rotation", "k-means"):
         found = done.clusters_by(method, 2)
         assert len(found.label) == len(clusters.label)
@@ -450,11 +450,10 @@ def test_other_threads_go_on_while_the_library_works() -> None:
 @pytest.fixture
 def bars(monkeypatch: pytest.MonkeyPatch) -> list[list[tuple[int, Optional[int]]]]:
     """What each bar of tqdm shows: after each change, the frames done and the total."""
-    import tqdm.auto
-
+    tqdm = pytest.importorskip("tqdm.auto")
     shown: list[list[tuple[int, Optional[int]]]] = []
 
-    class Recorded(tqdm.auto.tqdm):
+    class Recorded(tqdm.tqdm):
         def __init__(self, *args: Any, **options: Any) -> None:
             super().__init__(*args, **options)
             self.shown: list[tuple[int, Optional[int]]] = []
@@ -465,7 +464,7 @@ def bars(monkeypatch: pytest.MonkeyPatch) -> list[list[tuple[int, Optional[int]]
             self.shown.append((self.n, self.total))
             return outcome
 
-    monkeypatch.setattr(tqdm.auto, "tqdm", Recorded)
+    monkeypatch.setattr(tqdm, "tqdm", Recorded)
     return shown
 
 

@@ -55,10 +55,11 @@ def declared() -> str:
         for name in filter(keyword.iskeyword, fields):
             base = f"_{name.title()}"
             text += f'\n\n{base} = TypedDict("{base}", {{"{name}": float}}, total=False)\n'
-        text += f'\n\nclass {section.title()}Params({base}, total=False):\n'
+        text += f"\n\nclass {section.title()}Params({base}, total=False):\n"
         text += f'    """Parameters of the section ``{section}``, with their defaults and ranges."""\n\n'
         text += "".join(field(known[f"{section}.{name}"]) + "\n" for name in fields if not keyword.iskeyword(name))
-    text += '\n\nclass Params(TypedDict, total=False):\n    """All parameters: a preset, and a dictionary for each section."""\n\n'
+    text += "\n\nclass Params(TypedDict, total=False):\n"
+    text += '    """All parameters: a preset, and a dictionary for each section."""\n\n'
     text += "    preset: Preset\n"
     return text + "".join(f"    {section}: {section.title()}Params\n" for section in tracecut.Session().params)
 

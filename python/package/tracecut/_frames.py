@@ -204,8 +204,9 @@ def read_video(path: Union[str, "os.PathLike[str]", BinaryIO]) -> VideoReader:
     ------
     TraceCutError
         ``file``, also an `OSError`, if the file does not exist or cannot be opened; ``unsupported``, also an
-        `ImportError`, if PyAV is not installed (``pip install tracecut[video]``); ``no-video`` if the file is not a video or has no video track, ``codec`` if it cannot be decoded,
-        ``unsupported`` if this PyAV cannot read its format; ``truncated``, after the whole frames, if it is truncated
-        or damaged. These come with the first frame, or later.
+        `ImportError`, if PyAV is not installed (``pip install tracecut[video]``).
+        With the first frame, or later: ``no-video`` if the file is not a video or has no video track, ``codec`` if it
+        cannot be decoded, ``unsupported`` if this PyAV cannot read its format; ``truncated``, after the whole frames,
+        if it is truncated or damaged.
     """
     return VideoReader(path)

@@ -13,7 +13,6 @@ from . import _tracecut
 from ._errors import TraceCutError, whole, wrong_type
 from ._types import U8, Bool
 
-
 _MASK = "an array of uint8 of shape (height, width)"
 
 

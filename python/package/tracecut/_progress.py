@@ -93,9 +93,7 @@ class Bar:
             self._bar.update(reached - self._bar.n)
 
 
-def raw_listener(
-    progress: Listener, num_frames: Callable[[], Optional[int]], window: int = 0, overlap: int = 0
-) -> Raw:
+def raw_listener(progress: Listener, num_frames: Callable[[], Optional[int]], window: int = 0, overlap: int = 0) -> Raw:
     """Returns the callback for the native module."""
     if progress is None or progress is False:
         return None

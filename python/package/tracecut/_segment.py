@@ -136,9 +136,7 @@ def _run_windows(source: Source, plan: _Plan, progress: _progress.Listener) -> I
     listener = _progress.raw_listener(progress, lambda: source.length, plan.window, overlap)
     frames = source.read_whole()
     try:
-        raw = _tracecut.Windows(
-            plan.params, frames, plan.window, plan.overlap, source.length, plan.threads, listener
-        )
+        raw = _tracecut.Windows(plan.params, frames, plan.window, plan.overlap, source.length, plan.threads, listener)
     except BaseException:
         _progress.close(listener)
         raise
@@ -320,13 +318,13 @@ class Result:
 
 
 _NO_SESSION = (
-    "a clip of several windows has no session: read results of the stages from each window of tracecut.windows(frames), "
-    "or take all frames at once with window=None"
+    "a clip of several windows has no session: read results of the stages from each window of "
+    "tracecut.windows(frames), or take all frames at once with window=None"
 )
 
 _COPIED = (
-    "a copy of a result has no session, which stays in the process that computed it: read results of the stages and make "
-    "corrections there, before you copy or pickle the result, or run tracecut.segment here"
+    "a copy of a result has no session, which stays in the process that computed it: read results of the stages and "
+    "make corrections there, before you copy or pickle the result, or run tracecut.segment here"
 )
 
 
@@ -463,5 +461,3 @@ class _OriginalFrames:
 
     def get(self, t: int) -> Any:
         return self._frames[t] if self._frames else None
-
-

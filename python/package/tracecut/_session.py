@@ -123,7 +123,9 @@ class SessionView:
 
     def mask_trajectories(self) -> Trajectories:
         """The denser trajectories for the masks, in pixels of the working size."""
-        return Trajectories(**_known("trajectories for masks", "trajectories, if there are masks", self._raw.mask_trajectories()))
+        return Trajectories(
+            **_known("trajectories for masks", "trajectories, if there are masks", self._raw.mask_trajectories())
+        )
 
     def affinities(self) -> Affinities:
         """Similarities of the trajectories' motions."""

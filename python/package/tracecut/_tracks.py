@@ -16,9 +16,7 @@ from ._types import U32, Trajectories
 _MAX_SIDE = 1 << 24
 
 
-def read_tracks(
-    path: Union[str, "os.PathLike[str]"], size: tuple[int, int]
-) -> tuple[Trajectories, U32]:
+def read_tracks(path: Union[str, "os.PathLike[str]"], size: tuple[int, int]) -> tuple[Trajectories, U32]:
     """Reads a track file.
 
     Parameters
@@ -90,9 +88,7 @@ def _column(name: str, values: Any, kind: Any) -> Any:
     return column
 
 
-def write_tracks(
-    path: Union[str, "os.PathLike[str]"], trajectories: Trajectories, label: Optional[U32] = None
-) -> None:
+def write_tracks(path: Union[str, "os.PathLike[str]"], trajectories: Trajectories, label: Optional[U32] = None) -> None:
     """Writes a track file.
 
     Parameters

@@ -35,7 +35,7 @@ Stage = Literal[
 
 
 class Progress(NamedTuple):
-    """Progress of a run: ``done`` of ``total`` steps of ``stage``; during the cut, the total is an estimate and may grow."""
+    """Progress of a run: ``done`` of ``total`` steps of ``stage``. During the cut the total may grow."""
 
     stage: Stage
     done: int
