@@ -9,7 +9,7 @@ import subprocess
 import sys
 import textwrap
 from pathlib import Path
-from typing import get_args
+from typing import get_args, get_type_hints
 
 import numpy as np
 import pytest
@@ -132,6 +132,11 @@ def test_every_mistake_is_found_and_nothing_else(tool: str, options: list[str], 
     found = {re.findall(r"(\w+\.pyi?):(\d+)", line)[-1] for line in errors}
     expected = {("mistakes.py", str(line)) for line in range(5, len(MISTAKES.splitlines()) + 1)}
     assert found == expected, checked.stdout + checked.stderr
+
+
+def test_annotations_can_be_read_by_programs() -> None:
+    for call in (tracecut.segment, tracecut.windows, tracecut.Session.__init__, tracecut.superpixels):
+        assert "params" in get_type_hints(call)
 
 
 def test_names_in_types_are_those_of_the_library(clip: list[np.ndarray]) -> None:

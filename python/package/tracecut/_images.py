@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Optional
+from typing import Any, Optional
 
 from . import _tracecut
 from ._errors import is_bool, whole, wrong_type
 from ._frames import FrameLike, as_array
 from ._masks import check_mask
-from ._options import raw_params
+from ._options import Unpack, raw_params
 from ._params import Params
 from ._types import U8, BoundaryMap, EnlargedMask, FlowField, ImageDiscontinuities, Parameter, Superpixels
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
 
 
 def boundaries(image: FrameLike, **params: Unpack[Params]) -> BoundaryMap:

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 
 from . import _tracecut
 from ._errors import check_options, illegal, wrong_type
 from ._params import Params
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack as Unpack
+elif sys.version_info >= (3, 11):
+    from typing import Unpack
+else:
+    # Only programs that read the annotations evaluate it.
+    Unpack = Optional
 
 #: Larger numbers are legal for no parameter, and not all are numbers in the native module.
 _MAX_NUMBER = 2**64

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union, overload
+from typing import Any, NamedTuple, Optional, Union, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -14,14 +14,11 @@ import numpy.typing as npt
 from . import _masks, _progress, _tracecut
 from ._errors import FrameIndexError, TraceCutError, file_errors, index_of, whole
 from ._frames import Frames, Source, as_path, open_frames
-from ._options import raw_params
+from ._options import Unpack, raw_params
 from ._params import Params
 from ._session import Session, SessionView, threads_of
 from ._tracks import check_trajectories
 from ._types import F64, U8, Trajectories
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
 
 #: Frames of a window, as on the command line and in the npm package.
 WINDOW = _tracecut.window_frames
@@ -55,7 +52,10 @@ class Window:
     session: SessionView
 
     def labels(self, t: int) -> U8:
-        """The mask of frame ``t`` of the clip, at the size of the frames; until the next window is requested."""
+        """The mask of frame ``t`` of the clip, at the size of the frames; until the next window is requested.
+
+        The clip may go on, so there are no negative frames.
+        """
         number = whole("t", t, -(2**62), 2**62, "a frame")
         end = self.first_frame + self.session.num_frames
         if not self.first_frame <= number < end:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, Literal, Optional, TypeVar, cast
+from typing import Any, Literal, Optional, TypeVar, cast
 
 import numpy as np
 
 from . import _progress, _tracecut
 from ._errors import TraceCutError, WrongTypeError, index_of, is_text, real, whole, wrong_type
 from ._frames import FrameLike, Frames, as_array, open_frames
-from ._options import raw_params
+from ._options import Unpack, raw_params
 from ._params import Params
 from ._tracks import check_trajectories
 from ._types import (
@@ -33,9 +33,6 @@ from ._types import (
     Trajectories,
 )
 from ._why import Explanation, explanation
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
 
 #: The ways to discretize an embedding, those of the parameter ``discretize.method``.
 Method = Literal["rotation-merge", "rotation", "k-means", "rotation-evidence"]
