@@ -92,6 +92,15 @@ def write_clip(folder: Path) -> None:
         out.mux(stream.encode(None))
 
 
+def write_jpegs(frames: Path, folder: Path) -> None:
+    """Writes frames as JPEG files, which annotation tools show."""
+    from PIL import Image
+
+    folder.mkdir(parents=True)
+    for path in frames.iterdir():
+        Image.open(path).save(folder / f"{path.stem}.jpg")
+
+
 @pytest.fixture(scope="module")
 def places(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Path, dict[str, Any]]]:
     """A folder for each document, and the names that its blocks have left so far."""
@@ -101,7 +110,7 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Path, di
             folder = tmp_path_factory.mktemp("document")
             write_clip(folder)
             if document == "docs/interchange.md":
-                shutil.copytree(folder / "frames", folder / "coco" / "images")
+                write_jpegs(folder / "frames", folder / "coco" / "images")
             found[document] = (folder, {})
     return found
 
