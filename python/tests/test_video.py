@@ -456,8 +456,10 @@ def test_the_program_keeps_results_and_tells_what_failed(frames: list[np.ndarray
     before = list(contents(out))
     again = program(clip, "--out", out)
     assert again.returncode == 2 and "exists already (use --overwrite" in again.stderr and list(contents(out)) == before
-    assert program(clip, "--out", out, "--overwrite", "--window", 4).returncode == 0
-    assert json.loads((out / "result.json").read_text())["options"] == {"window": 4}
+    for options in ({"window": 4}, {"window": 5, "overlap": 2}):
+        words = [word for name, value in options.items() for word in (f"--{name}", value)]
+        assert program(clip, "--out", out, "--overwrite", *words).returncode == 0
+        assert json.loads((out / "result.json").read_text())["options"] == options
     other = tmp_path / "other"
     other.mkdir()
     (other / "notes.txt").write_text("mine")

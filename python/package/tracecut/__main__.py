@@ -130,14 +130,11 @@ def _attempt(clip: str, out: Path, args: argparse.Namespace) -> int:
 def _run(clip: str, out: Path, args: argparse.Namespace) -> None:
     start, settings = time.perf_counter(), dict(args.set)
     _check_target(out, args.overwrite)
-    report: dict[str, Any] = {
-        "input": clip,
-        "options": {"window": args.window, "overlap": args.overlap},
-        "settings": settings,
-    }
+    options = {"window": args.window, **({} if args.overlap is None else {"overlap": args.overlap})}
+    report: dict[str, Any] = {"input": clip, "options": options, "settings": settings}
     damage: Optional[TraceCutError] = None
     try:
-        result = segment(clip, window=args.window, overlap=args.overlap, threads=args.threads, **settings)
+        result = segment(clip, **options, threads=args.threads, **settings)
     except TraceCutError as error:
         if error.result is None:
             raise
