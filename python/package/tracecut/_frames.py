@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, Optional, TypeVar, Union
+from typing import TYPE_CHECKING, Any, BinaryIO, Optional, TypeVar, Union, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 FrameLike = Union[npt.NDArray[np.uint8], str, "os.PathLike[str]", bytes, Any]
 
 #: A clip: frames one by one (those of `read_video` bring their times), an array of shape (frames, height, width[,
-#: channels]), or the path of a folder of images or of a video file.
-Frames = Union[npt.NDArray[np.uint8], str, "os.PathLike[str]", Iterable[FrameLike]]
+#: channels]), the path of a folder of images or of a video file, or an open video file.
+Frames = Union[npt.NDArray[np.uint8], str, "os.PathLike[str]", BinaryIO, Iterable[FrameLike]]
 
 _CLIP = "the path of a folder of images or of a video, an array of shape (frames, height, width[, channels]), or frames"
 _FRAME = "an array of uint8 of shape (height, width[, channels]), a Pillow image, or the path or bytes of an image file"
@@ -74,8 +74,10 @@ def open_frames(source: Frames) -> Source:
         return _open_path(Path(source))
     if isinstance(source, VideoReader):
         return Source(source)
+    if hasattr(source, "read") and hasattr(source, "seek"):
+        return Source(read_video(cast("BinaryIO", source)))
     shape: Any = getattr(source, "shape", None)
-    if shape is not None and len(shape) not in (3, 4):
+    if shape is not None and (len(shape) not in (3, 4) or _is_frame(shape)):
         expected = "expected (frames, height, width) or (frames, height, width, channels)"
         raise TraceCutError("data", f"frames are an array of shape {'x'.join(map(str, shape))} ({expected})")
     given: Any = source
@@ -83,6 +85,11 @@ def open_frames(source: Frames) -> Source:
         raise wrong_type("frames", source, _CLIP, "data")
     length = len(given) if hasattr(given, "__len__") else None
     return Source((as_array(frame) for frame in given), length)
+
+
+def _is_frame(shape: Sequence[int]) -> bool:
+    """Returns True for the shape of one picture in colours."""
+    return len(shape) == 3 and shape[2] in (3, 4)
 
 
 def _is_iterable(source: object) -> bool:

@@ -353,8 +353,8 @@ def segment(
     Parameters
     ----------
     frames : frames
-        The path of a folder of images or of a video file (which needs PyAV), an array of uint8 of shape (frames,
-        height, width, 3), or arrays, Pillow images, or paths or bytes of image files one by one. All have the same
+        The path of a folder of images or of a video file (which needs PyAV), an open video file, an array of uint8 of
+        shape (frames, height, width, 3), or arrays, Pillow images, or paths or bytes of image files one by one. All have the same
         size; RGB, RGBA or grey.
     window : int or None, default 50
         Length of a window in frames. Longer clips are processed window by window, in the memory of one window; a cut
