@@ -167,7 +167,8 @@ def whole(name: str, value: Any, low: int, high: int, kind: str = "a whole numbe
 def real(name: str, value: Any, expected: str = "a number") -> float:
     """Returns a finite number."""
     try:
-        number = None if is_bool(value) or is_text(value) else float(value)
+        is_number = not (is_bool(value) or is_text(value) or getattr(value, "ndim", 0) > 0)
+        number = float(value) if is_number else None
     except (TypeError, ValueError, OverflowError):
         number = None
     if number is None:
