@@ -399,7 +399,7 @@ class Session(SessionView):
     ----------
     **params
         Parameters by section, such as ``flow={"patch_stride": 5}``, or ``preset="paper"`` or ``"fast"``; dotted names
-        as ``**{"flow.patch_stride": 5}``. `tracecut.parameters` lists them.
+        as ``**{"flow.patch_stride": 5}``, which type checkers do not know. `tracecut.parameters` lists them.
 
     Raises
     ------
