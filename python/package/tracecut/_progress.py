@@ -50,9 +50,13 @@ class Bar:
         self._num_frames = num_frames
         self._window, self._overlap = window, overlap
         self._settled, self._share = 0, 0.0
-        self._bar: Any = tqdm(total=num_frames(), unit="frame")
+        # Made at the first step, when the frames of the first window have been read: a short clip's length is known then.
+        self._make: Any = lambda: tqdm(total=num_frames(), unit="frame")
+        self._bar: Any = None
 
     def __call__(self, stage: str, done: int, total: int) -> None:
+        if self._bar is None:
+            self._bar = self._make()
         before = 0.0
         for name, share in _SHARES.items():
             if name == stage:
@@ -75,7 +79,8 @@ class Bar:
 
     def close(self) -> None:
         """Closes the bar."""
-        self._bar.close()
+        if self._bar is not None:
+            self._bar.close()
 
     def _frames_at_work(self) -> int:
         """Returns the number of frames that the present window settles at least."""
@@ -84,6 +89,8 @@ class Bar:
         return left if left is not None and left <= self._window else max(0, self._window - self._overlap)
 
     def _move_to(self, frames: int) -> None:
+        if self._bar is None:
+            return
         total = self._num_frames()
         if total != self._bar.total:
             self._bar.total = total
