@@ -7,12 +7,13 @@ import signal
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, Optional
 
 import numpy as np
 import pytest
 import tracecut
-from tracecut import Session, Stroke, TraceCutError, Trajectories
+from tracecut import Session, Stroke, TraceCutError, Trajectories, __main__
 
 STAGES = [
     "flow",
@@ -492,6 +493,16 @@ def test_a_bar_counts_the_frames_of_all_shots(bars: list[Any]) -> None:
     for window in (50, 5):
         assert tracecut.segment(frames, window=window, progress=True).shots == [0, 6]
         check_bar(bars, 15)
+
+
+def test_the_program_shows_the_bar_in_a_terminal(
+    bars: list[Any], folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for is_terminal in (False, True):
+        monkeypatch.setattr(__main__, "_is_terminal", lambda shown=is_terminal: shown)
+        assert __main__.main([str(folder), "--out", str(tmp_path / str(is_terminal)), "--set", "preset=fast"]) == 0
+        assert len(bars) == is_terminal
+    check_bar(bars, 12)
 
 
 def test_the_bar_of_a_correction_and_of_windows(bars: list[Any], clip: list[np.ndarray]) -> None:

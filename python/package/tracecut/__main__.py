@@ -8,6 +8,7 @@ import signal
 import sys
 import time
 from difflib import get_close_matches
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Optional
 
@@ -134,7 +135,8 @@ def _run(clip: str, out: Path, args: argparse.Namespace) -> None:
     report: dict[str, Any] = {"input": clip, "options": options, "settings": settings}
     damage: Optional[TraceCutError] = None
     try:
-        result = segment(clip, **options, threads=args.threads, **settings)
+        bar = _is_terminal() and find_spec("tqdm") is not None
+        result = segment(clip, **options, threads=args.threads, progress=bar, **settings)
     except TraceCutError as error:
         if error.result is None:
             raise
@@ -145,6 +147,10 @@ def _run(clip: str, out: Path, args: argparse.Namespace) -> None:
     print(f"{summary}, {time.perf_counter() - start:.2f} s; see {out}", flush=True)
     if damage is not None:
         raise damage
+
+
+def _is_terminal() -> bool:
+    return sys.stderr.isatty()
 
 
 def _check_target(out: Path, overwrite: bool) -> None:
