@@ -13,21 +13,22 @@ Listener = Union[bool, Callable[[Progress], object], None]
 
 Raw = Optional[Callable[[str, int, int], object]]
 
-#: The share of a run's time that each stage usually takes, in their order: between those of docs/speed.md and of a
-#: synthetic clip. Trajectories alternate with the flow, and count with it.
-_SHARES = {
-    "flow": 0.50,
+#: The usual time of each stage for a frame, in their order, as on the command line. Trajectories alternate with the flow,
+#: and count with it.
+_COSTS = {
+    "flow": 1.0,
     "trajectories": 0.0,
-    "affinities": 0.02,
-    "embedding": 0.02,
-    "discontinuities": 0.01,
-    "saliency": 0.05,
-    "connectedness": 0.01,
+    "affinities": 0.03,
+    "embedding": 0.01,
+    "discontinuities": 0.02,
+    "saliency": 0.06,
+    "connectedness": 0.02,
     "clusters": 0.01,
-    "superpixels": 0.17,
-    "cut": 0.12,
-    "masks": 0.09,
+    "superpixels": 0.25,
+    "cut": 0.32,
+    "masks": 0.13,
 }
+_TOTAL_COST = sum(_COSTS.values())
 
 
 class Bar:
@@ -58,12 +59,12 @@ class Bar:
         if self._bar is None:
             self._bar = self._make()
         before = 0.0
-        for name, share in _SHARES.items():
+        for name, cost in _COSTS.items():
             if name == stage:
                 # The cut may take more steps than expected, and some stages may run again.
-                self._share = max(self._share, before + share * min(1.0, done / total))
+                self._share = max(self._share, (before + cost * min(1.0, done / total)) / _TOTAL_COST)
                 break
-            before += share
+            before += cost
         self._bar.set_postfix_str(stage, refresh=False)
         self._move_to(self._settled + int(self._share * self._frames_at_work()))
 
