@@ -5,8 +5,10 @@ all three.
 
 ``--wheel`` instead builds the wheel for publishing, installs it into an empty environment and tests it there, with the
 tests marked ``wheel``: the notebook, the recipes for other tools, whose packages take long to install, and slow tests.
+Twine checks its metadata, and abi3audit that it uses the stable interface of Python alone.
 
-``--long`` instead runs the tests marked ``long``, with Ray, which it adds to the environment.
+``--long`` instead runs the tests marked ``long``, with Ray and OpenCV, which it adds to the environment, and with
+PyTorch where that is installed.
 """
 
 from __future__ import annotations
@@ -22,10 +24,13 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 VENV = Path(os.environ.get("TRACECUT_VENV") or HERE / ".venv")
 TOOLS = ["maturin>=1.7,<2", "numpy", "pytest", "mypy", "pyright", "pycocotools", "pillow", "av", "tqdm", "pyarrow"]
-WITHOUT_EXTRAS = ["test_segment.py", "test_session.py"]
+PUBLISHING = ["twine", "abi3audit"]
+WITHOUT_EXTRAS = ["test_segment.py", "test_session.py", "test_errors.py", "test_types.py"]
 WITH_VIDEO_AND_NOTEBOOK = ["test_frames.py", "test_video.py", "test_package.py"]
+WITH_OTHER_TOOLS = ["test_interchange.py", "test_documents.py"]
 NOTEBOOK = ["matplotlib", "nbclient", "ipykernel"]
 OTHER_TOOLS = ["datumaro", "label-studio-sdk", "fiftyone"]
+RECIPES = ["opencv-python-headless"]
 RAY = "ray>=2.9"
 NOTHING_TO_RUN = 5
 """Exit code of pytest if it selects no test of a file."""
@@ -91,7 +96,7 @@ def develop(arguments: list[str]) -> None:
 
 def long(arguments: list[str]) -> None:
     """Runs the long tests in the permanent environment."""
-    run(python_of(VENV), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", RAY)
+    run(python_of(VENV), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", RAY, *RECIPES)
     test(python_of(VENV), ["-m", "long", *arguments], [HERE / "tests"])
 
 
@@ -100,20 +105,22 @@ def wheel(arguments: list[str]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder)
         build = ["-m", "maturin", "build", "--out", out, "--manifest-path", HERE / "Cargo.toml", "--locked"]
-        run(python_of(VENV), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", TOOLS[0])
+        run(python_of(VENV), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", TOOLS[0], *PUBLISHING)
         run(python_of(VENV), *build)
         (package,) = out.glob("*.whl")
         print(f"{package.name}: {package.stat().st_size} bytes")
+        run(python_of(VENV), "-m", "twine", "check", "--strict", package)
+        run(python_of(VENV), "-m", "abi3audit", "--strict", "--report", package)
         python = python_of(out / "venv")
         run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", package)
         # With only the wheel and NumPy: the code of the READMEs.
-        run(python, HERE / "tests" / "readme.py", PYTHONPATH="")
+        run(python, HERE / "tests" / "documents.py", PYTHONPATH="")
         run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "pytest", "pillow", "pycocotools")
         test(python, ["-m", "not long", *arguments], [HERE / "tests" / name for name in WITHOUT_EXTRAS])
         run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", f"{package}[video]", *NOTEBOOK)
         test(python, ["-m", "not long", *arguments], [HERE / "tests" / name for name in WITH_VIDEO_AND_NOTEBOOK])
         run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *OTHER_TOOLS)
-        test(python, ["-m", "not long", *arguments], [HERE / "tests" / "test_interchange.py"])
+        test(python, ["-m", "not long", *arguments], [HERE / "tests" / name for name in WITH_OTHER_TOOLS])
 
 
 STEPS = {

@@ -1,7 +1,7 @@
-//! Parameters from keyword arguments and dictionaries: names in snake_case here, in camelCase in the library.
+//! Parameters from keyword arguments and dictionaries.
 
 use crate::error::Result;
-use crate::names::{camel, snake};
+use crate::names::snake;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
 use std::collections::BTreeMap;
@@ -18,7 +18,7 @@ pub(crate) fn params_from(options: &Bound<'_, PyDict>) -> Result<Params> {
 fn tree(options: &Bound<'_, PyDict>) -> Result<BTreeMap<String, ParamValue>> {
     let mut entries = BTreeMap::new();
     for (name, value) in options {
-        entries.insert(camel(&name.str()?.to_string_lossy()), value_of(&value)?);
+        entries.insert(name.str()?.to_string_lossy().into_owned(), value_of(&value)?);
     }
     Ok(entries)
 }

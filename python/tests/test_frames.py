@@ -104,6 +104,8 @@ def test_videos_are_read_by_pyav(tmp_path: Path) -> None:
     read = list(tracecut.read_video(path))
     assert len(read) == 10 and all(np.array_equal(a, b) for a, b in zip(read, clip))
     assert np.array_equal(masks(path), masks(clip))
+    with path.open("rb") as file:
+        assert np.array_equal(masks(file), masks(clip))
     # The README's first command, on a video.
     command = [sys.executable, "-m", "tracecut", str(path), "--out", str(tmp_path / "masks")]
     subprocess.run(command, check=True, capture_output=True)
@@ -117,6 +119,7 @@ def test_videos_are_read_by_pyav(tmp_path: Path) -> None:
         ([np.zeros((4, 5))] * 2, "data", "frame is an array of float64 of shape (4, 5) (expected uint8"),
         ([np.zeros((4, 5, 2), np.uint8)] * 2, "data", "frame is an array of uint8 of shape (4, 5, 2)"),
         (np.zeros((4, 5), np.uint8), "data", "frames are an array of shape 4x5"),
+        (np.zeros((4, 5, 3), np.uint8), "data", "frames are an array of shape 4x5x3 (expected (frames, height, width)"),
         ([np.zeros((0, 5), np.uint8)] * 2, "frame-size", "frame size 5x0 is not supported"),
         ([np.zeros((8, n), np.uint8) for n in (9, 10)], "frame-size-changed", "frame 1 is 10x8 (expected 9x8"),
         ([b"no image"], "decode", "image cannot be decoded"),
@@ -154,7 +157,7 @@ def test_limits_are_parameters_and_the_session_goes_on() -> None:
     session = tracecut.Session(clip={"max_pixels": 320, "max_frames": 3})
     for frame in frames[:3]:
         session.push(frame)
-    for frame, name in [(frames[3], "clip.maxFrames"), (np.zeros((17, 20), np.uint8), "clip.maxPixels")]:
+    for frame, name in [(frames[3], "clip.max_frames"), (np.zeros((17, 20), np.uint8), "clip.max_pixels")]:
         with pytest.raises(tracecut.TraceCutError, match=name) as caught:
             session.push(frame)
         assert caught.value.code == "too-large"

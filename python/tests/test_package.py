@@ -1,4 +1,4 @@
-"""The package as installed: licences, types, what READMEs and docstrings show, and the notebook."""
+"""The package as installed: licences, what docstrings show, and the notebook."""
 
 from __future__ import annotations
 
@@ -7,12 +7,9 @@ import importlib
 import importlib.metadata
 import pkgutil
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-import readme
 import tracecut
 from conftest import ROOT
 
@@ -27,46 +24,6 @@ def installed(name: str) -> str:
 @pytest.mark.parametrize("name", ["LICENSE-APACHE", "LICENSE-MIT"])
 def test_the_licences_are_installed(name: str) -> None:
     assert installed(name) == (ROOT / name).read_text("utf-8")
-
-
-PYTHON = Path(__file__).resolve().parents[1]
-WRONG = "import tracecut\nbad: int = tracecut.segment('clip')[0]\ntracecut.Session().labels('first')\n"
-
-
-@pytest.mark.parametrize(
-    ("tool", "options"),
-    [
-        ("mypy", []),
-        # It takes the Python of PATH otherwise, which may not be this one. Its first run fetches it.
-        pytest.param("pyright", ["--pythonpath", sys.executable], marks=pytest.mark.long),
-    ],
-)
-def test_a_wrong_use_is_found_and_nothing_else(tool: str, options: list[str], tmp_path: Path) -> None:
-    pytest.importorskip(tool)
-    (tmp_path / "wrong.py").write_text(WRONG)
-    files = ["package/tracecut", "tests/typed.py", str(tmp_path / "wrong.py")]
-    command = [sys.executable, "-m", tool, *options, *files]
-    checked = subprocess.run(command, cwd=PYTHON, capture_output=True, text=True)
-    errors = [line for line in checked.stdout.splitlines() if re.search(r":\d+.*\berror\b", line)]
-    places = sorted({tuple(re.findall(r"(\w+\.pyi?):(\d+)", line)[-1]) for line in errors})
-    assert places == [("wrong.py", "2"), ("wrong.py", "3")], checked.stdout + checked.stderr
-
-
-PIECES = readme.pieces()
-
-
-def test_the_readmes_have_their_pieces() -> None:
-    assert len(PIECES) == 5 and all("import tracecut" in piece for piece in PIECES)
-    assert 8 <= len([line for line in PIECES[0].splitlines() if line.strip()]) <= 10
-
-
-@pytest.mark.parametrize("number", range(len(PIECES)))
-def test_a_piece_of_the_readme_runs(number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
-    monkeypatch.chdir(tmp_path)
-    readme.run(PIECES[number])
-    assert capsys.readouterr().out.strip()
-    if number in (0, 4):
-        assert len(list((tmp_path / "masks").glob("*.png"))) == 12
 
 
 def modules() -> list[str]:

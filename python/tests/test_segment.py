@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import copy
 import inspect
 import io
 import json
+import multiprocessing
+import pickle
+import re
 import subprocess
 import sys
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import sam
 import tracecut
-from conftest import fnv1a, golden
+from conftest import ROOT, fnv1a, golden
 from PIL import Image
+from tracecut import __main__
 from tracecut._masks import Runs
 from tracecut.synth import Scene
 
@@ -26,9 +34,7 @@ def test_masks_are_those_of_rust_and_javascript(name: str) -> None:
     clip = Scene("sample", scene["width"], scene["height"], scene["frames"], scene["seed"])
     result = tracecut.segment(clip)
     assert [fnv1a(mask) for mask in result] == expected["masks"]
-    assert result.session is not None
     clusters = result.session.clusters()
-    assert clusters is not None
     assert clusters.label.tolist() == expected["label"]
 
 
@@ -91,7 +97,6 @@ def test_borders_of_reduced_frames_come_to_those_of_the_source() -> None:
     small = {"max_side": 80}
     by_windows, at_once = (tracecut.segment(clip, window=w, clip=small) for w in (50, None))
     assert np.array_equal(by_windows.array(), at_once.array())
-    assert at_once.session is not None
     coarse = at_once.session.labels(0)
     assert coarse.shape == by_windows[0].shape and not np.array_equal(coarse, by_windows[0])
     enlarged = tracecut.enlarge(at_once.session.working_labels(0), clip[0])
@@ -104,11 +109,101 @@ def test_a_result_tells_of_its_masks(clip: list[np.ndarray], tmp_path: Path) -> 
     assert masks.shape == (8, 64, 96) and masks.dtype == np.uint8 and (result.width, result.height) == (96, 64)
     assert result.objects == [int(v) for v in np.unique(masks) if v]
     assert np.array_equal(result.areas()[2], np.bincount(masks[2].ravel(), minlength=256))
-    assert result.shots == [0] and result.trajectories is not None
+    assert result.shots == [0] and len(result.trajectories) > 0
     paths = result.save(tmp_path / "masks")
     assert len(paths) == 8 and np.array_equal(np.asarray(Image.open(paths[7])), masks[7])
     for label, segmentation in result.coco(3).items():
         assert np.array_equal(tracecut.from_coco_rle(segmentation), masks[3] == label)
+
+
+def test_frames_are_chosen_as_in_numpy(clip: list[np.ndarray]) -> None:
+    result = tracecut.segment(clip, preset="fast")
+    masks = result.array()
+    for place in (slice(2, 4), slice(None, None, -2), slice(-3, None), slice(6, 2), slice(None), slice(5, 99)):
+        assert np.array_equal(result[place], masks[place]) and result[place].dtype == np.uint8
+        assert result[place].shape == masks[place].shape
+    for t in (-1, -8, np.int64(3), np.uint8(7)):
+        assert np.array_equal(result[t], masks[t]) and np.array_equal(result.labels(t), masks[t])
+        assert result.png(t) == tracecut.mask_png(masks[t]) and result.coco(t).keys() == set(np.unique(masks[t])) - {0}
+    for t in (8, -9, 10**30):
+        for call in (result.__getitem__, result.labels, result.coco, result.png):
+            with pytest.raises(IndexError, match=rf"t = {t} \(expected a frame, -8\.\.=7\)") as caught:
+                call(t)
+            assert isinstance(caught.value, tracecut.TraceCutError) and caught.value.code == "param"
+    scene = Scene("sample", 96, 64, 8, seed=3)
+    assert np.array_equal(scene[-2:], clip[-2:]) and np.array_equal(scene[-1], clip[-1])
+    assert scene[5:2].shape == (0, 64, 96, 3) and np.array_equal(scene.mask(-8), scene.mask(0))
+    assert np.array_equal(scene.flow(-2).u, scene.flow(6).u)
+
+
+def test_negative_frames_count_from_the_end_everywhere(done: tracecut.Session) -> None:
+    session = done
+    for name in ("labels", "working_labels", "cluster_labels", "confidence", "background", "saliency_map"):
+        assert np.array_equal(getattr(session, name)(-2), getattr(session, name)(6)), name
+    assert np.array_equal(session.flow(-2).u, session.flow(6).u)
+    assert np.array_equal(session.superpixels(-1).label, session.superpixels(7).label)
+    assert np.array_equal(session.boundaries(-1).pb, session.boundaries(7).pb)
+    assert session.explain(-1, 5, 5) == session.explain(7, 5, 5)
+    tracks = session.trajectories()
+    assert np.array_equal(tracks.at(-1), tracks.at(7)) and np.array_equal(tracks.alive(-3), tracks.alive(5))
+    assert np.array_equal(tracks.points(-1), tracks.points(len(tracks) - 1))
+    corrected = [tracecut.Session(preset="fast") for _ in range(2)]
+    for each, t in zip(corrected, (-1, 7)):
+        each.push_all(Scene("sample", 96, 64, 8, seed=3))
+        each.run()
+        y, x = (int(v) for v in np.argwhere(each.labels(7) == 1).mean(axis=0))
+        each.split(1, at=(t, x, y))
+        each.run()
+        each.apart([tracecut.Stroke(t, [(x, y)]), tracecut.Stroke(t, [(2, 2)])])
+        each.run()
+    assert all(np.array_equal(corrected[0].labels(t), corrected[1].labels(t)) for t in range(8))
+
+
+def test_a_result_is_plain_data(clip: list[np.ndarray]) -> None:
+    result = tracecut.segment(clip, preset="fast")
+    tracks = result.trajectories
+    for copied in (pickle.loads(pickle.dumps(result)), copy.deepcopy(result), copy.copy(result)):
+        assert np.array_equal(copied.array(), result.array()) and copied.objects == result.objects
+        assert copied.as_json() == result.as_json() and repr(copied) == repr(result)
+        assert np.array_equal(copied.trajectories.x, tracks.x)
+        again = pickle.loads(pickle.dumps(copied))
+        for orphan in (copied, again):
+            with pytest.raises(
+                tracecut.TraceCutError, match="a copy of a result has no session.*before you copy"
+            ) as caught:
+                orphan.session.explain(0, 0, 0)
+            assert caught.value.code == "state"
+    assert len(pickle.dumps(result)) < 1.2 * (tracks.x.nbytes * 2 + tracks.offset.nbytes * 3) + 100_000
+    assert result.session.num_frames == 8, "the first one keeps its session"
+    long = tracecut.segment(clip, window=6, overlap=2, preset="fast")
+    for each in (long, pickle.loads(pickle.dumps(long))):
+        for name in ("session", "trajectories"):
+            with pytest.raises(tracecut.TraceCutError, match="several windows has no session.*tracecut.windows"):
+                getattr(each, name)
+
+
+def test_a_pool_of_processes_segments_clips() -> None:
+    clips = [Scene("sample", 96, 64, 4, seed=seed) for seed in range(3)]
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
+        results = list(pool.map(tracecut.segment, clips))
+        with pytest.raises(FileNotFoundError, match="nowhere") as caught:
+            pool.submit(tracecut.segment, "nowhere").result()
+    assert isinstance(caught.value, tracecut.TraceCutError) and caught.value.filename == "nowhere"
+    for clip, result in zip(clips, results):
+        assert np.array_equal(result.array(), tracecut.segment(clip).array())
+
+
+@pytest.mark.parametrize("make", [copy.deepcopy, pickle.dumps])
+def test_what_stays_in_its_process_says_so(make: Callable[[Any], Any], clip: list[np.ndarray], tmp_path: Path) -> None:
+    window = next(tracecut.windows(clip, preset="fast"))
+    for thing in (window, window.session, tracecut.Session()):
+        with pytest.raises(TypeError, match="a session stays in its process.*read what you need") as caught:
+            make(thing)
+        assert isinstance(caught.value, tracecut.TraceCutError)
+    pytest.importorskip("av")
+    (tmp_path / "a.mp4").write_bytes(b"no video")
+    with pytest.raises(tracecut.TraceCutError, match="pass its path instead"):
+        make(tracecut.read_video(tmp_path / "a.mp4"))
 
 
 def camouflaged_square(width: int = 120, height: int = 90, side: int = 30) -> list[np.ndarray]:
@@ -130,9 +225,8 @@ def camouflaged_square(width: int = 120, height: int = 90, side: int = 30) -> li
 
 def test_an_object_without_pixels_is_none() -> None:
     result = tracecut.segment(camouflaged_square())
-    assert result.session is not None
     of_clusters = result.session.objects()
-    assert of_clusters is not None and of_clusters.max() == 1, "the clip has lost what it is for"
+    assert of_clusters.max() == 1, "the clip has lost what it is for"
     assert result.objects == [] and result.as_json()["objects"] == [] and result.coco(0) == {}
     assert len(result.session.object_table().splitlines()) == 1 and tracecut.prompts(result) == []
 
@@ -153,7 +247,7 @@ def test_a_cut_begins_a_shot() -> None:
         ({"preset": "best"}, 'preset = "best" (expected default, fast or paper)'),
         ({"flow": {"patch_stridde": 5}}, "flow.patch_stridde = 5 (expected a known parameter, such as flow.patch_stri"),
         ({"window": 1}, "window = 1 (expected a whole number of frames, 2..=400)"),
-        ({"window": -5}, "window = -5 (expected a whole number of frames)"),
+        ({"window": -5}, "window = -5 (expected a whole number of frames, 2..=400)"),
         ({"window": 8, "overlap": 8}, "overlap = 8 (expected a whole number of frames, 1..=7)"),
         ({"threads": 0}, "threads = 0 (expected a whole number, 1..=256)"),
     ],
@@ -199,6 +293,41 @@ def test_the_module_runs_as_a_program(folder: Path, tmp_path: Path) -> None:
         assert np.array_equal(mask, np.asarray(Image.open(tmp_path / "masks" / f"{t:05}.png")))
     failed = program(folder, "--out", tmp_path, "--set", "clip.max_side=1")
     assert failed.returncode == 2 and failed.stderr.startswith("error: clip.max_side = 1 (expected")
+
+
+def run_main(words: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int | str | None, str, str]:
+    """The exit code and the output of the program."""
+    with pytest.raises(SystemExit) as caught:
+        __main__.main(words)
+    return caught.value.code, *capsys.readouterr()
+
+
+def test_the_help_and_the_readme_name_every_option_of_the_program(capsys: pytest.CaptureFixture[str]) -> None:
+    code, text, _ = run_main(["--help"], capsys)
+    options = set(re.findall(r"^  (--[a-z]+)", text, re.MULTILINE)) | {"--help"}
+    assert code == 0 and options >= {"--out", "--window", "--overlap", "--threads", "--set", "--overwrite", "--version"}
+    readme = (ROOT / "python" / "README.md").read_text("utf-8")
+    section = readme.split("\n## As a program\n")[1].split("\n## ")[0]
+    assert set(re.findall(r"--[a-z]+", section)) - {"--resume"} == options
+    codes = re.findall(r"^  (\d+) ", text, re.MULTILINE)
+    cli = (ROOT / "docs" / "cli.md").read_text("utf-8").split("| exit code | meaning |")[1].split("\n\n")[0]
+    assert codes == re.findall(r"^\| (\d+)", cli, re.MULTILINE)
+    assert run_main(["--version"], capsys)[:2] == (0, f"tracecut {tracecut.__version__}\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--thread", "2"], "unknown option --thread (expected a known option, such as --threads, "),
+        (["--overwrit"], "unknown option --overwrit (expected a known option, such as --overwrite, "),
+        (["--set", "window"], "argument --set: 'window' (expected NAME=VALUE, such as flow.patch_stride=5)"),
+    ],
+)
+def test_the_program_refuses_options_that_it_does_not_know(
+    words: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, _, error = run_main(["clip", "--out", "out", *words], capsys)
+    assert code == 2 and message in error
 
 
 RUN = """
@@ -375,34 +504,8 @@ def test_json_holds_the_same() -> None:
         assert np.array_equal(tracecut.from_coco_rle(entry["mask"]), prompt.mask)
 
 
-def video_predictor() -> Any:
-    """SAM 2's, or a class with the signatures of its version 1.1.0 where it is not installed."""
-    try:
-        from sam2.sam2_video_predictor import SAM2VideoPredictor
-
-        return SAM2VideoPredictor
-    except ImportError:
-
-        class Recorded:
-            def add_new_points_or_box(
-                self,
-                inference_state: Any,
-                frame_idx: int,
-                obj_id: int,
-                points: Any = None,
-                labels: Any = None,
-                clear_old_points: bool = True,
-                normalize_coords: bool = True,
-                box: Any = None,
-            ) -> None: ...
-
-            def add_new_mask(self, inference_state: Any, frame_idx: int, obj_id: int, mask: Any) -> None: ...
-
-        return Recorded
-
-
 def test_sam_2_takes_them() -> None:
-    predictor, state = video_predictor(), object()
+    predictor, state = sam.video_predictor(), object()
     for prompt in tracecut.prompts(two_objects()):
         inspect.signature(predictor.add_new_points_or_box).bind(predictor, state, **prompt.as_points_and_box())
         inspect.signature(predictor.add_new_mask).bind(predictor, state, **prompt.as_mask())

@@ -7,11 +7,13 @@ import signal
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Optional
 
 import numpy as np
 import pytest
 import tracecut
-from tracecut import Session, Stroke, TraceCutError, Trajectories
+from tracecut import Session, Stroke, TraceCutError, Trajectories, __main__
 
 STAGES = [
     "flow",
@@ -38,24 +40,32 @@ def all_masks(session: Session) -> np.ndarray:
     return np.stack([session.labels(t) for t in range(session.num_frames)])
 
 
+def check_missing(*results: Callable[[], object]) -> None:
+    """Holds that these results are not there yet, and that the error says when they are."""
+    for result in results:
+        with pytest.raises(TraceCutError, match="not available: they come with the stage") as caught:
+            result()
+        assert caught.value.code == "state"
+
+
 def test_results_can_be_read_as_soon_as_their_stage_is_done(clip: list[np.ndarray], done: Session) -> None:
     session = fresh(clip)
-    assert session.trajectories() is None and session.clusters() is None and session.objects() is None
+    check_missing(session.trajectories, session.clusters, session.objects, session.agreement)
     seen: dict[str, int] = {}
     for progress in session.steps():
         seen[progress.stage] = progress.done
         assert 1 <= progress.done <= progress.total
         if progress.stage == "affinities":
-            assert session.trajectories() is not None and session.embedding() is None
+            assert len(session.trajectories()) > 0
+            check_missing(session.embedding)
         if progress.stage == "superpixels":
-            assert session.clusters() is not None
+            assert session.clusters().count > 0
     assert list(seen) == STAGES
     assert np.array_equal(all_masks(session), all_masks(done))
 
 
 def test_trajectories_and_what_is_found_of_them(done: Session) -> None:
     tracks, affinities, embedding = done.trajectories(), done.affinities(), done.embedding()
-    assert tracks is not None and affinities is not None and embedding is not None
     count = len(tracks)
     assert tracks.offset[-1] == len(tracks.x) == len(tracks.y) and len(tracks.id) == count
     assert (tracks.num_frames, tracks.width, tracks.height) == (8, 96, 64)
@@ -73,7 +83,6 @@ def test_trajectories_and_what_is_found_of_them(done: Session) -> None:
 def test_discontinuities_saliency_components_and_clusters(done: Session) -> None:
     tracks, edges, saliency = done.trajectories(), done.discontinuities(), done.saliency()
     components, clusters, pieces = done.components(), done.clusters(), done.threshold_clusters()
-    assert tracks and edges and saliency and components and clusters and pieces
     assert edges.pair.shape == (len(edges.d), 2) and edges.pair.max() < len(tracks)
     assert len(edges.frame_offset) == 9 and edges.frame_offset[-1] == len(edges.frame_edge)
     assert 0 <= edges.d.min() and edges.d.max() <= 1
@@ -85,14 +94,14 @@ def test_discontinuities_saliency_components_and_clusters(done: Session) -> None
 
 def test_maps_of_frames(done: Session, clip: list[np.ndarray]) -> None:
     labels, clusters, objects = done.labels(2), done.cluster_labels(2), done.objects()
-    assert objects is not None and np.array_equal(objects[clusters], labels)
+    assert np.array_equal(objects[clusters], labels)
     assert labels.dtype == np.uint8 and labels.shape == (64, 96)
     flow = done.flow(0)
     assert flow.u.shape == flow.v.shape == (64, 96) and flow.u.dtype == np.float32
     assert done.saliency_map(7).shape == (64, 96) and done.confidence(0).max() <= 1
     assert len(done.object_confidence()) == objects.max() + 1
     agreement = done.agreement()
-    assert agreement is not None and agreement[0].shape == (8,) and len(agreement[1]) == objects.max()
+    assert agreement[0].shape == (8,) and len(agreement[1]) == objects.max()
     assert 0 <= agreement[0].min() <= agreement[0].max() <= 1
     low = np.flatnonzero(agreement[0] < 0.7 * np.median(agreement[0]))
     assert all(any(t in doubt for doubt in done.doubts()) for t in low)
@@ -121,24 +130,24 @@ def test_arrays_are_the_callers_own(clip: list[np.ndarray]) -> None:
     session = fresh(clip)
     session.run()
     tracks, mask = session.trajectories(), session.labels(0)
-    assert tracks is not None
     x, kept = tracks.x.copy(), mask.copy()
     tracks.x[:] = -1
     mask[:] = 77
     later = session.trajectories()
-    assert later is not None and np.array_equal(later.x, x) and np.array_equal(session.labels(0), kept)
+    assert np.array_equal(later.x, x) and np.array_equal(session.labels(0), kept)
     again = session.labels(0)
     session.clear()
-    assert np.array_equal(again, kept) and session.num_frames == 0 and session.trajectories() is None
+    assert np.array_equal(again, kept) and session.num_frames == 0
+    check_missing(session.trajectories)
 
 
 def test_trajectories_go_out_and_in(clip: list[np.ndarray], done: Session, tmp_path) -> None:
     tracks, clusters = done.trajectories(), done.clusters()
-    assert tracks is not None and clusters is not None
     alone = Session()
     alone.set_trajectories(tracks)
     alone.run()
-    assert len(alone.clusters().label) == len(tracks) and alone.objects() is None  # type: ignore[union-attr]
+    assert len(alone.clusters().label) == len(tracks)
+    check_missing(alone.objects, alone.saliency, alone.agreement)
     with_frames = tracecut.segment(clip, trajectories=tracks)
     assert with_frames.array().shape == (8, 64, 96)
     tracecut.write_tracks(tmp_path / "tracks.dat", tracks, clusters.label)
@@ -240,7 +249,6 @@ def test_a_window_that_is_gone_is_not_corrected() -> None:
 def test_an_explanation_tells_why_a_pixel_has_its_label(done: Session) -> None:
     label, cells = done.labels(2), done.superpixels(2).label
     clusters, objects, affinities = done.clusters(), done.objects(), done.affinities()
-    assert clusters is not None and objects is not None and affinities is not None
     sources = set()
     for y in range(1, 64, 9):
         for x in range(2, 96, 9):
@@ -276,18 +284,16 @@ def test_an_explanation_knows_strokes_and_borders_between_objects(clip: list[np.
     session.run()
     assert session.explain(0, 2, 2).source == "stroke"
     tracks = session.trajectories()
-    assert tracks is not None
     border = session.explain(0, *inside).border
     assert border is not None and border.edges > 0 and 0 <= border.mean <= border.d <= 1
     assert {border.i, border.j} <= set(tracks.alive(0).tolist())
 
 
 def test_other_discretizations_can_be_compared(done: Session, clip: list[np.ndarray]) -> None:
-    clusters, embedding = done.clusters(), done.embedding()
-    assert clusters is not None and embedding is not None
+    clusters = done.clusters()
     for method in ("rotation-merge", "rotation", "k-means"):
         found = done.clusters_by(method, 2)
-        assert found is not None and len(found.label) == len(clusters.label)
+        assert len(found.label) == len(clusters.label)
         assert found.count == found.label.max() + 1 <= 2
     with pytest.raises(TraceCutError, match=r"method = \"best\" \(expected one of rotation-merge, rotation, k-means"):
         done.clusters_by("best", 2)
@@ -297,10 +303,9 @@ def test_other_discretizations_can_be_compared(done: Session, clip: list[np.ndar
     without = fresh(clip, connectedness={"mode": "off"})
     without.run()
     expected = without.clusters()
-    assert by_motion is not None and expected is not None
     assert np.array_equal(by_motion.label, expected.label)
     unknown = fresh(clip)
-    assert unknown.clusters_by("rotation", 2) is None and unknown.motion_clusters() is None
+    check_missing(lambda: unknown.clusters_by("rotation", 2), unknown.motion_clusters)
 
 
 @pytest.mark.parametrize(
@@ -311,13 +316,13 @@ def test_other_discretizations_can_be_compared(done: Session, clip: list[np.ndar
         (lambda s: s.split(0), "param"),
         (lambda s: s.together([]), "param"),
         (lambda s: s.apart([Stroke(99, [(0, 0)])]), "param"),
-        (lambda s: s.apart([Stroke(-1, [(0, 0)])]), "param"),
+        (lambda s: s.apart([Stroke(-9, [(0, 0)])]), "param"),
         (lambda s: s.undo_correction(), "state"),
         (lambda s: s.explain(0, 96, 0), "param"),
         (lambda s: s.explain(0, 0, -1), "param"),
-        (lambda s: s.explain(8, 0, 0), "state"),
-        (lambda s: s.background(2**64 - 1), "state"),
-        (lambda s: s.labels(8), "state"),
+        (lambda s: s.explain(8, 0, 0), "param"),
+        (lambda s: s.background(2**64 - 1), "param"),
+        (lambda s: s.labels(8), "param"),
         (lambda s: s.flow(7), "state"),
         (lambda s: s.push(np.zeros((64, 96), np.uint8)), "state"),
     ],
@@ -410,7 +415,8 @@ def test_a_signal_from_outside_ends_a_run_without_a_callback() -> None:
     with pytest.raises(KeyboardInterrupt):
         session.run()
     timer.join()
-    assert session.objects() is None and session.step() is not None
+    check_missing(session.objects)
+    assert session.step() is not None
 
 
 def test_other_threads_go_on_while_the_library_works() -> None:
@@ -433,8 +439,8 @@ def test_other_threads_go_on_while_the_library_works() -> None:
     thread.start()
     try:
         # With the interpreter's lock held there would be one or two, however long a call takes.
-        while session.clusters() is None:
-            session.step()
+        while (progress := session.step()) is not None and progress.stage != "clusters":
+            pass
         assert max(ticks_in(session.step) for _ in range(3)) > 8, "superpixels of a frame"
         assert ticks_in(lambda: tracecut.image_discontinuities(scene[0])) > 8
     finally:
@@ -442,8 +448,72 @@ def test_other_threads_go_on_while_the_library_works() -> None:
         thread.join()
 
 
-def test_a_bar_is_shown_for_each_stage(clip: list[np.ndarray], capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("tqdm")
-    tracecut.segment(clip, progress=True)
-    shown = capsys.readouterr().err
-    assert "flow: 100%" in shown and "masks: 100%" in shown and "trajectories" not in shown
+@pytest.fixture
+def bars(monkeypatch: pytest.MonkeyPatch) -> list[list[tuple[int, Optional[int]]]]:
+    """What each bar of tqdm shows: after each change, the frames done and the total."""
+    tqdm = pytest.importorskip("tqdm.auto")
+    shown: list[list[tuple[int, Optional[int]]]] = []
+
+    class Recorded(tqdm.tqdm):
+        def __init__(self, *args: Any, **options: Any) -> None:
+            super().__init__(*args, **options)
+            self.shown: list[tuple[int, Optional[int]]] = []
+            shown.append(self.shown)
+
+        def update(self, n: float = 1) -> Optional[bool]:
+            outcome = super().update(n)
+            self.shown.append((self.n, self.total))
+            return outcome
+
+    monkeypatch.setattr(tqdm, "tqdm", Recorded)
+    return shown
+
+
+def check_bar(bars: list[list[tuple[int, Optional[int]]]], total: int) -> None:
+    """Holds that one bar was shown, which rises to its total."""
+    (shown,) = bars
+    done = [frames for frames, _ in shown]
+    assert done == sorted(set(done)) and shown[-1] == (total, total)
+    assert all(of in (None, total) for _, of in shown)
+    bars.clear()
+
+
+@pytest.mark.parametrize("is_known", [True, False])
+def test_a_run_has_one_bar_whose_total_is_true(bars: list[Any], is_known: bool) -> None:
+    scene = tracecut.synth.Scene("sample", 96, 64, 20, seed=3)
+    for options in ({}, {"window": None}, {"window": 8}, {"window": 9, "overlap": 8}, {"window": 8, "overlap": 1}):
+        tracecut.segment(scene if is_known else iter(scene), progress=True, **options)
+        rises = len(bars[0])
+        check_bar(bars, 20)
+        assert rises > 10, "the bar moves within windows"
+
+
+def test_a_bar_counts_the_frames_of_all_shots(bars: list[Any]) -> None:
+    frames = [*tracecut.synth.Scene("sample", 96, 64, 6, seed=1), *tracecut.synth.Scene("sample", 96, 64, 9, seed=7)]
+    for window in (50, 5):
+        assert tracecut.segment(frames, window=window, progress=True).shots == [0, 6]
+        check_bar(bars, 15)
+
+
+def test_the_program_shows_the_bar_in_a_terminal(
+    bars: list[Any], folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for is_terminal in (False, True):
+        monkeypatch.setattr(__main__, "_is_terminal", lambda shown=is_terminal: shown)
+        assert __main__.main([str(folder), "--out", str(tmp_path / str(is_terminal)), "--set", "preset=fast"]) == 0
+        assert len(bars) == is_terminal
+    check_bar(bars, 12)
+
+
+def test_the_bar_of_a_correction_and_of_windows(bars: list[Any], clip: list[np.ndarray]) -> None:
+    for window in tracecut.windows(clip, window=6, overlap=2, progress=True):
+        assert window.settled
+    check_bar(bars, 8)
+    session = fresh(clip)
+    session.run(progress=True)
+    check_bar(bars, 8)
+    session.split(1)
+    session.run(progress=True)
+    check_bar(bars, 8)
+    with pytest.raises(TraceCutError):
+        tracecut.segment([clip[0], clip[1], clip[2][:-1]], progress=True)

@@ -172,7 +172,7 @@ def test_results_and_exports_have_the_times(frames: list[np.ndarray], tmp_path: 
     path = write_video(tmp_path / "a.mp4", [frames], times_ms=[100 * t for t in range(NUM_FRAMES)])
     result = tracecut.segment(path)
     assert len(result) == NUM_FRAMES
-    assert result.times is not None and result.session is not None and result.objects
+    assert result.times is not None and result.objects
     report = json.loads(json.dumps(result.as_json()))
     assert report["times"] == result.times.tolist() and len(report["durations"]) == NUM_FRAMES
     assert report["frameRate"] == pytest.approx(NUM_FRAMES / (result.times[-1] + result.durations[-1]))
@@ -360,12 +360,13 @@ def test_an_animation_without_its_first_picture_is_none(kind: str, frames: list[
     assert caught.value.code in ("truncated", "codec") and not caught.value.frames
 
 
-def test_an_error_goes_to_other_processes_without_its_result(frames: list[np.ndarray], tmp_path: Path) -> None:
+def test_an_error_goes_to_other_processes_with_its_result(frames: list[np.ndarray], tmp_path: Path) -> None:
     path = cut(write_video(tmp_path / "a.mkv", [frames]))
     with pytest.raises(tracecut.TraceCutError) as caught:
         tracecut.segment(path)
     copy = pickle.loads(pickle.dumps(caught.value))
-    assert (copy.code, copy.frames, copy.result) == ("truncated", caught.value.frames, None)
+    assert (copy.code, copy.frames) == ("truncated", caught.value.frames)
+    assert np.array_equal(copy.result.array(), caught.value.result.array())
     assert str(copy) == str(caught.value)
 
 
@@ -455,8 +456,10 @@ def test_the_program_keeps_results_and_tells_what_failed(frames: list[np.ndarray
     before = list(contents(out))
     again = program(clip, "--out", out)
     assert again.returncode == 2 and "exists already (use --overwrite" in again.stderr and list(contents(out)) == before
-    assert program(clip, "--out", out, "--overwrite", "--window", 4).returncode == 0
-    assert json.loads((out / "result.json").read_text())["options"] == {"window": 4}
+    for options in ({"window": 4}, {"window": 5, "overlap": 2}):
+        words = [word for name, value in options.items() for word in (f"--{name}", value)]
+        assert program(clip, "--out", out, "--overwrite", *words).returncode == 0
+        assert json.loads((out / "result.json").read_text())["options"] == options
     other = tmp_path / "other"
     other.mkdir()
     (other / "notes.txt").write_text("mine")

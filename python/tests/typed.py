@@ -41,7 +41,7 @@ def told(progress: Progress) -> None:
     print(stage, progress.done / progress.total)
 
 
-def stages(frames: list[Mask], tracks: Optional[Trajectories]) -> Optional[Clusters]:
+def stages(frames: list[Mask], tracks: Optional[Trajectories]) -> Clusters:
     session = Session(clip={"max_side": 320})
     for frame in frames:
         session.push(frame)

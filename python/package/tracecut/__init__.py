@@ -11,6 +11,7 @@ from ._errors import TraceCutError
 from ._frames import FrameLike, Frames, as_array, in_name_order, read_image, read_video
 from ._images import boundaries, enlarge, flow, image_discontinuities, parameters, superpixels
 from ._masks import Prompt, coco_rle, from_coco_rle, mask_png, prompts
+from ._params import Params
 from ._segment import Result, Window, segment, windows
 from ._session import Session, SessionView
 from ._tracecut import version as __version__
@@ -55,6 +56,7 @@ __all__ = [
     "ImageDiscontinuities",
     "LabelCost",
     "Parameter",
+    "Params",
     "Progress",
     "Prompt",
     "Result",

@@ -7,12 +7,15 @@ import json
 import signal
 import sys
 import time
+from difflib import get_close_matches
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Optional
 
 from ._errors import TraceCutError
 from ._segment import WINDOW, Result, segment
 from ._session import Session
+from ._tracecut import version
 from .interchange._output import new_folder
 
 #: Exit codes, those of the command line.
@@ -21,9 +24,12 @@ _LATER, _USAGE, _INPUT, _MEMORY, _INTERRUPTED = 1, 2, 3, 4, 130
 _EXIT_CODES = {"param": _USAGE, "frame-size": _MEMORY, "too-large": _MEMORY, "state": _LATER}
 
 _HELP = """\
+tracecut.parameters() lists the parameters that --set sets; --set preset=fast or preset=paper sets many.
+
 Results in the folder, which appears when everything is done:
   00000.png ...  label of each pixel, 0 for the background, at the size of the frames
-  result.json    sizes, objects, times of the frames, settings, and any damage of the clip
+  result.json    version, sizes, objects, number of shots, times of the frames of a video, options and settings,
+                 and any damage of the clip
 
 Exit codes; of several failures, the lowest:
   0    success
@@ -33,7 +39,9 @@ Exit codes; of several failures, the lowest:
   3    bad input, which will not succeed later: no images or video, frames of different sizes, fewer than two
        frames; or damaged: results hold the frames before the damage
   4    out of memory, or frames too large
-  130  interrupted (SIGINT), 143 ended (SIGTERM): no results of the current clip"""
+  130  interrupted (SIGINT), 143 ended (SIGTERM): no results of the current clip
+
+The program tracecut writes other formats and resumes an interrupted run; see docs/cli.md."""
 
 
 def main(argv: Optional[list[str]] = None) -> int:
@@ -61,18 +69,28 @@ def _parse(argv: Optional[list[str]]) -> argparse.Namespace:
         description="Finds the moving objects in videos.",
         epilog=_HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
     )
     clips = "folders of PNG or JPEG files in name order, or videos (which need PyAV)"
     parser.add_argument("clips", nargs="+", metavar="CLIP", help=clips)
     out = "folder for the results; with several clips, a folder in it for each"
     parser.add_argument("--out", required=True, type=Path, metavar="FOLDER", help=out)
     parser.add_argument("--overwrite", action="store_true", help="replace existing results")
-    parser.add_argument("--window", type=int, default=WINDOW, metavar="N", help=f"frames per window [{WINDOW}]")
+    window = f"frames of a window, 2 to 400; a longer clip is segmented window by window [{WINDOW}]"
+    parser.add_argument("--window", type=int, default=WINDOW, metavar="N", help=window)
+    overlap = "frames that neighbouring windows share [10 if the window has more]"
+    parser.add_argument("--overlap", type=int, metavar="N", help=overlap)
     threads = "number of threads [as many as the machine runs at once]; results do not depend on it"
     parser.add_argument("--threads", type=int, metavar="N", help=threads)
     setting = "a parameter, such as flow.patch_stride=5; may be repeated"
     parser.add_argument("--set", action="append", default=[], type=_setting, metavar="NAME=VALUE", help=setting)
-    return parser.parse_args(argv)
+    parser.add_argument("--version", action="version", version=f"tracecut {version}")
+    args, unknown = parser.parse_known_args(argv)
+    if unknown:
+        known = [name for action in parser._actions for name in action.option_strings]
+        similar = ", ".join(get_close_matches(unknown[0], known, 3, 0.0))
+        parser.error(f"unknown option {unknown[0]} (expected a known option, such as {similar})")
+    return args
 
 
 def _setting(text: str) -> tuple[str, Any]:
@@ -101,22 +119,24 @@ def _attempt(clip: str, out: Path, args: argparse.Namespace) -> int:
     """Segments a clip, prints the outcome, and returns the exit code."""
     try:
         _run(clip, out, args)
+    except (OSError, ImportError) as error:
+        return _print_error(error, _LATER)
     except TraceCutError as error:
         return _print_error(error, _EXIT_CODES.get(error.code, _INPUT))
     except MemoryError:
         return _print_error(f"{clip}: there is not enough memory", _MEMORY)
-    except (OSError, ImportError) as error:
-        return _print_error(error, _LATER)
     return 0
 
 
 def _run(clip: str, out: Path, args: argparse.Namespace) -> None:
     start, settings = time.perf_counter(), dict(args.set)
     _check_target(out, args.overwrite)
-    report: dict[str, Any] = {"input": clip, "options": {"window": args.window}, "settings": settings}
+    options = {"window": args.window, **({} if args.overlap is None else {"overlap": args.overlap})}
+    report: dict[str, Any] = {"input": clip, "options": options, "settings": settings}
     damage: Optional[TraceCutError] = None
     try:
-        result = segment(clip, window=args.window, threads=args.threads, **settings)
+        bar = _is_terminal() and find_spec("tqdm") is not None
+        result = segment(clip, **options, threads=args.threads, progress=bar, **settings)
     except TraceCutError as error:
         if error.result is None:
             raise
@@ -127,6 +147,10 @@ def _run(clip: str, out: Path, args: argparse.Namespace) -> None:
     print(f"{summary}, {time.perf_counter() - start:.2f} s; see {out}", flush=True)
     if damage is not None:
         raise damage
+
+
+def _is_terminal() -> bool:
+    return sys.stderr.isatty()
 
 
 def _check_target(out: Path, overwrite: bool) -> None:

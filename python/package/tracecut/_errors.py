@@ -1,8 +1,15 @@
-"""The exception of the package."""
+"""The exceptions of the package, and the checks of arguments that raise them."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Optional
+import operator
+import reprlib
+from collections.abc import Generator, Iterable
+from contextlib import contextmanager
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any, Optional
+
+import numpy as np
 
 if TYPE_CHECKING:
     from ._segment import Result
@@ -11,12 +18,17 @@ if TYPE_CHECKING:
 class TraceCutError(Exception):
     """An error with a stable code and a message that names the value and what is allowed.
 
+    Every error that the package raises is one, and also of Python's own class where there is one: a `TypeError` for an
+    argument of a wrong type, an `IndexError` for a frame that does not exist, an `OSError` such as `FileNotFoundError`
+    for a file, an `ImportError` for a package that is not installed.
+
     Parameters
     ----------
     code : str
         ``frame-size``, ``frame-bytes``, ``frame-size-changed``, ``too-few-frames``, ``too-large``, ``decode``,
-        ``param``, ``data`` or ``state``, as in Rust, on the command line and in JavaScript; for videos
-        ``no-video``, ``codec``, ``unsupported`` (by the installed PyAV) and ``truncated`` (truncated or damaged).
+        ``param``, ``data`` or ``state``, as in Rust, on the command line and in JavaScript; ``file`` for a file that
+        cannot be read or written; for videos ``no-video``, ``codec``, ``unsupported`` (PyAV is missing, or cannot read
+        the format) and ``truncated`` (truncated or damaged).
     message : str
         Describes the error.
 
@@ -27,8 +39,7 @@ class TraceCutError(Exception):
     frames : int or None
         The number of whole frames before the damage, for the code ``truncated``.
     result : Result or None
-        The result of these frames, from `segment` if there are at least two. It stays in its process: a copy of the
-        error in another process has none.
+        The result of these frames, from `segment` if there are at least two.
     """
 
     def __init__(self, code: str, message: str) -> None:
@@ -38,13 +49,153 @@ class TraceCutError(Exception):
         self.frames: Optional[int] = None
         self.result: Optional[Result] = None
 
-    def __reduce__(self) -> tuple[type[TraceCutError], tuple[str, str], dict[str, Optional[int]]]:
-        return type(self), (self.code, self.message), {"frames": self.frames}
+    def __reduce__(self) -> tuple[type[TraceCutError], tuple[str, str], dict[str, Any]]:
+        return type(self), (self.code, self.message), self._state()
+
+    def _state(self) -> dict[str, Any]:
+        return {"frames": self.frames, "result": self.result}
 
     def __str__(self) -> str:
         return self.message
 
 
+class WrongTypeError(TraceCutError, TypeError):
+    """An argument of a wrong type."""
+
+
+class FrameIndexError(TraceCutError, IndexError):
+    """A frame that does not exist."""
+
+
+class MissingPackageError(TraceCutError, ImportError):
+    """A package that is needed and not installed."""
+
+
+class FileError(TraceCutError, OSError):
+    """A file that cannot be read or written."""
+
+    def _state(self) -> dict[str, Any]:
+        return {"errno": self.errno, "strerror": self.strerror, "filename": self.filename}
+
+
+class _MissingFileError(FileError, FileNotFoundError):
+    pass
+
+
+class _ForbiddenFileError(FileError, PermissionError):
+    pass
+
+
+class _ExistingFileError(FileError, FileExistsError):
+    pass
+
+
+class _NoFolderError(FileError, NotADirectoryError):
+    pass
+
+
+class _FolderError(FileError, IsADirectoryError):
+    pass
+
+
+_FILE_ERRORS: dict[type[OSError], type[FileError]] = {
+    FileNotFoundError: _MissingFileError,
+    FileExistsError: _ExistingFileError,
+    PermissionError: _ForbiddenFileError,
+    NotADirectoryError: _NoFolderError,
+    IsADirectoryError: _FolderError,
+}
+
+
+@contextmanager
+def file_errors() -> Generator[None, None, None]:
+    """Turns errors of the system into those of the package. No code of the user's may run in the block."""
+    try:
+        yield
+    except TraceCutError:
+        raise
+    except OSError as error:
+        name = "" if error.filename is None else f"{error.filename}: "
+        kind = _FILE_ERRORS.get(type(error), FileError)
+        found = kind("file", f"{name}{error.strerror or error}")
+        found.errno, found.strerror, found.filename = error.errno, error.strerror, error.filename
+        raise found from error
+
+
 def illegal(name: str, value: object, expected: str) -> TraceCutError:
     """Returns the error for an invalid argument."""
-    return TraceCutError("param", f"{name} = {value!r} (expected {expected})")
+    return TraceCutError("param", f"{name} = {_shown(value)} (expected {expected})")
+
+
+def wrong_type(name: str, value: object, expected: str, code: str = "param") -> TraceCutError:
+    """Returns the error for an argument of a wrong type."""
+    return WrongTypeError(code, f"{name} = {_shown(value)} (expected {expected})")
+
+
+def _shown(value: Any) -> str:
+    """Returns a value as a short text; of an array its type and shape."""
+    shape: Any = getattr(value, "shape", ())
+    if shape and hasattr(value, "dtype"):
+        return f"array of {value.dtype} of shape {tuple(shape)}"
+    return repr(value) if isinstance(value, str) else reprlib.repr(value)
+
+
+def is_bool(value: object) -> bool:
+    """Returns True for truth values, which Python and NumPy take for numbers."""
+    return isinstance(value, (bool, np.bool_))
+
+
+def is_text(value: object) -> bool:
+    """Returns True for text and bytes, which are no list of items, and no number."""
+    return isinstance(value, (str, bytes, bytearray))
+
+
+def whole(name: str, value: Any, low: int, high: int, kind: str = "a whole number") -> int:
+    """Returns a whole number in ``low..=high``, NumPy's included."""
+    expected = f"{kind}, {low}..={high}"
+    if is_bool(value):
+        raise wrong_type(name, value, expected)
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise wrong_type(name, value, expected) from None
+    if not low <= number <= high:
+        raise illegal(name, number, expected)
+    return number
+
+
+def real(name: str, value: Any, expected: str = "a number") -> float:
+    """Returns a finite number."""
+    try:
+        is_number = not (is_bool(value) or is_text(value) or getattr(value, "ndim", 0) > 0)
+        number = float(value) if is_number else None
+    except (TypeError, ValueError, OverflowError):
+        number = None
+    if number is None:
+        raise wrong_type(name, value, expected)
+    if not np.isfinite(number):
+        raise illegal(name, value, expected)
+    return number
+
+
+def index_of(t: Any, count: int, name: str = "t", kind: str = "a frame") -> int:
+    """Returns the number of a frame, or of another item of ``count``; negative ones count from the end, as in NumPy."""
+    legal = f"{kind}, -{count}..={count - 1}" if count > 0 else f"{kind}, of which there is none"
+    if is_bool(t):
+        raise wrong_type(name, t, legal)
+    try:
+        number = operator.index(t)
+    except TypeError:
+        raise wrong_type(name, t, legal) from None
+    if not -count <= number < count:
+        raise FrameIndexError("param", f"{name} = {number} (expected {legal})")
+    return number % count
+
+
+def check_options(options: dict[str, Any], legal: Iterable[str]) -> None:
+    """Refuses the first option that is not legal; the message lists similar ones."""
+    names = list(legal)
+    for name, value in options.items():
+        if name not in names:
+            similar = ", ".join(get_close_matches(name, names, 3, 0.0))
+            raise illegal(name, value, f"a known option, such as {similar}")

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, Optional, TypeVar, Union
+from typing import TYPE_CHECKING, Any, BinaryIO, Optional, TypeVar, Union, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _tracecut
-from ._errors import TraceCutError
+from ._errors import TraceCutError, file_errors, wrong_type
 from ._types import U8
 from ._video import VideoReader
 
@@ -24,8 +24,11 @@ if TYPE_CHECKING:
 FrameLike = Union[npt.NDArray[np.uint8], str, "os.PathLike[str]", bytes, Any]
 
 #: A clip: frames one by one (those of `read_video` bring their times), an array of shape (frames, height, width[,
-#: channels]), or the path of a folder of images or of a video file.
-Frames = Union[npt.NDArray[np.uint8], str, "os.PathLike[str]", Iterable[FrameLike]]
+#: channels]), the path of a folder of images or of a video file, or an open video file.
+Frames = Union[npt.NDArray[np.uint8], str, "os.PathLike[str]", BinaryIO, Iterable[FrameLike]]
+
+_CLIP = "the path of a folder of images or of a video, an array of shape (frames, height, width[, channels]), or frames"
+_FRAME = "an array of uint8 of shape (height, width[, channels]), a Pillow image, or the path or bytes of an image file"
 
 _Path = TypeVar("_Path", str, Path)
 
@@ -33,10 +36,14 @@ _IMAGES = {".png", ".jpg", ".jpeg"}
 
 
 class Source:
-    """Frames one by one, their number if it is known in advance, and their video if there is one.
+    """Frames one by one, and their video if there is one.
 
     Attributes
     ----------
+    num_read : int
+        The number of frames read so far.
+    length : int or None
+        The number of frames that there are, if it is known in advance or all are read.
     damage : TraceCutError or None
         The reason why `read_whole` ended before the clip.
     """
@@ -44,17 +51,21 @@ class Source:
     def __init__(self, frames: Iterator[Any], length: Optional[int] = None) -> None:
         self.frames = frames
         self.length = length
+        self.num_read = 0
         self.video = frames if isinstance(frames, VideoReader) else None
         self.damage: Optional[TraceCutError] = None
 
     def read_whole(self) -> Iterator[Any]:
         """Yields the frames before any damage, which is stored instead of raised."""
         try:
-            yield from self.frames
+            for frame in self.frames:
+                self.num_read += 1
+                yield frame
         except TraceCutError as error:
             if error.code != "truncated":
                 raise
             self.damage = error
+        self.length = self.num_read
 
 
 def open_frames(source: Frames) -> Source:
@@ -63,13 +74,28 @@ def open_frames(source: Frames) -> Source:
         return _open_path(Path(source))
     if isinstance(source, VideoReader):
         return Source(source)
+    if hasattr(source, "read") and hasattr(source, "seek"):
+        return Source(read_video(cast("BinaryIO", source)))
     shape: Any = getattr(source, "shape", None)
-    if shape is not None and len(shape) not in (3, 4):
+    if shape is not None and (len(shape) not in (3, 4) or _is_frame(shape)):
         expected = "expected (frames, height, width) or (frames, height, width, channels)"
         raise TraceCutError("data", f"frames are an array of shape {'x'.join(map(str, shape))} ({expected})")
-    frames: Any = source
-    length = len(frames) if hasattr(frames, "__len__") else None
-    return Source((as_array(frame) for frame in frames), length)
+    given: Any = source
+    if not _is_iterable(given):
+        raise wrong_type("frames", source, _CLIP, "data")
+    length = len(given) if hasattr(given, "__len__") else None
+    return Source((as_array(frame) for frame in given), length)
+
+
+def _is_frame(shape: Sequence[int]) -> bool:
+    """Returns True for the shape of one picture in colours."""
+    return len(shape) == 3 and shape[2] in (3, 4)
+
+
+def _is_iterable(source: object) -> bool:
+    """Returns True unless frames cannot be read from it one by one; those of a mapping would be its keys."""
+    has_items = hasattr(source, "__iter__") or hasattr(source, "__getitem__")
+    return has_items and not isinstance(source, (bytes, bytearray, Mapping))
 
 
 def _is_path(source: object) -> TypeGuard[Union[str, os.PathLike[str]]]:
@@ -88,27 +114,44 @@ def as_array(frame: FrameLike) -> Any:
     picture: Any = frame
     if getattr(picture, "mode", "RGB") not in ("RGB", "RGBA", "L") and hasattr(picture, "convert"):
         picture = picture.convert("RGB")
-    return np.asarray(picture)
+    try:
+        array = np.asarray(picture)
+    except (TypeError, ValueError) as error:
+        raise wrong_type("frame", frame, _FRAME, "data") from error
+    if array.ndim == 0 or array.dtype == object:
+        raise wrong_type("frame", frame, _FRAME, "data")
+    return array
 
 
-def read_image(path: Path) -> U8:
+def read_image(path: Union[str, "os.PathLike[str]"]) -> U8:
     """Reads a PNG or JPEG file.
 
     Raises
     ------
     TraceCutError
-        ``decode`` with the file's name.
+        ``decode`` with the file's name; ``file`` if it cannot be read.
     """
+    file = as_path("path", path)
+    with file_errors():
+        data = file.read_bytes()
     try:
-        return _tracecut.decode(path.read_bytes())
+        return _tracecut.decode(data)
     except TraceCutError as error:
         raise TraceCutError(error.code, f"{path}: {error}") from error
 
 
+def as_path(name: str, path: Any) -> Path:
+    """Returns the path of a file or folder."""
+    if not _is_path(path):
+        raise wrong_type(name, path, "a path")
+    return Path(path)
+
+
 def _open_path(path: Path) -> Source:
-    if not path.is_dir():
-        return Source(read_video(path))
-    images = in_name_order(p for p in path.iterdir() if _is_frame_name(p.name) and p.is_file())
+    with file_errors():
+        if not path.is_dir():
+            return Source(read_video(path))
+        images = in_name_order(p for p in path.iterdir() if _is_frame_name(p.name) and p.is_file())
     if not images:
         raise TraceCutError("data", f"{path}: has no images (expected PNG or JPEG files, one per frame)")
     return Source((read_image(image) for image in images), len(images))
@@ -124,7 +167,13 @@ def in_name_order(paths: Iterable[_Path]) -> list[_Path]:
 
     ``2.png`` comes before ``10.png``, and ``img_3.png`` between ``IMG_2.png`` and ``IMG_4.png``.
     """
-    return sorted(paths, key=_name_key)
+    given: Any = paths
+    if _is_path(given) or not hasattr(given, "__iter__"):
+        raise wrong_type("paths", given, "paths one by one")
+    listed = list(paths)
+    for path in listed:
+        as_path("path", path)
+    return sorted(listed, key=_name_key)
 
 
 def _name_key(path: Union[str, os.PathLike[str]]) -> tuple[list[tuple[int, int, str]], str]:
@@ -160,13 +209,11 @@ def read_video(path: Union[str, "os.PathLike[str]", BinaryIO]) -> VideoReader:
 
     Raises
     ------
-    ImportError
-        If PyAV is not installed (``pip install tracecut[video]``).
-    OSError
-        If the file does not exist or cannot be opened.
     TraceCutError
-        ``no-video`` if the file is not a video or has no video track, ``codec`` if it cannot be decoded,
-        ``unsupported`` if this PyAV cannot read its format; ``truncated``, after the whole frames, if it is truncated
-        or damaged. These come with the first frame, or later.
+        ``file``, also an `OSError`, if the file does not exist or cannot be opened; ``unsupported``, also an
+        `ImportError`, if PyAV is not installed (``pip install tracecut[video]``).
+        With the first frame, or later: ``no-video`` if the file is not a video or has no video track, ``codec`` if it
+        cannot be decoded, ``unsupported`` if this PyAV cannot read its format; ``truncated``, after the whole frames,
+        if it is truncated or damaged.
     """
     return VideoReader(path)

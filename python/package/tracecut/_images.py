@@ -5,12 +5,15 @@ from __future__ import annotations
 from typing import Any, Optional
 
 from . import _tracecut
-from ._errors import illegal
+from ._errors import is_bool, whole, wrong_type
 from ._frames import FrameLike, as_array
+from ._masks import check_mask
+from ._options import Unpack, raw_params
+from ._params import Params
 from ._types import U8, BoundaryMap, EnlargedMask, FlowField, ImageDiscontinuities, Parameter, Superpixels
 
 
-def boundaries(image: FrameLike, **params: Any) -> BoundaryMap:
+def boundaries(image: FrameLike, **params: Unpack[Params]) -> BoundaryMap:
     """The boundary probability of an image, at its own size.
 
     Parameters
@@ -20,10 +23,10 @@ def boundaries(image: FrameLike, **params: Any) -> BoundaryMap:
     **params
         As for `Session`; only ``clip.max_pixels`` is used.
     """
-    return BoundaryMap(*_tracecut.boundaries(as_array(image), params))
+    return BoundaryMap(*_tracecut.boundaries(as_array(image), raw_params(params)))
 
 
-def superpixels(image: FrameLike, count: Optional[int] = None, **params: Any) -> Superpixels:
+def superpixels(image: FrameLike, count: Optional[int] = None, **params: Unpack[Params]) -> Superpixels:
     """The Gabriel superpixels of an image, at its own size.
 
     Parameters
@@ -35,12 +38,12 @@ def superpixels(image: FrameLike, count: Optional[int] = None, **params: Any) ->
     **params
         As for `Session`; the sections ``contour`` and ``superpixel`` are used.
     """
-    if count is not None and not 1 <= count <= 1 << 26:
-        raise illegal("count", count, f"a whole number, 1..={1 << 26}")
-    return Superpixels(**_tracecut.superpixels(as_array(image), count, params))
+    raw = raw_params(params, "count")
+    most = None if count is None else whole("count", count, 1, 1 << 26)
+    return Superpixels(**_tracecut.superpixels(as_array(image), most, raw))
 
 
-def image_discontinuities(image: FrameLike, **params: Any) -> ImageDiscontinuities:
+def image_discontinuities(image: FrameLike, **params: Unpack[Params]) -> ImageDiscontinuities:
     """Boundaries of an image from the discontinuities of its pixel embedding.
 
     Parameters
@@ -50,10 +53,10 @@ def image_discontinuities(image: FrameLike, **params: Any) -> ImageDiscontinuiti
     **params
         As for `Session`; the section ``still`` is used.
     """
-    return ImageDiscontinuities(**_tracecut.image_discontinuities(as_array(image), params))
+    return ImageDiscontinuities(**_tracecut.image_discontinuities(as_array(image), raw_params(params)))
 
 
-def flow(first: FrameLike, second: FrameLike, **params: Any) -> FlowField:
+def flow(first: FrameLike, second: FrameLike, **params: Unpack[Params]) -> FlowField:
     """The optical flow from one image to another of the same size.
 
     Parameters
@@ -68,7 +71,7 @@ def flow(first: FrameLike, second: FrameLike, **params: Any) -> FlowField:
     TraceCutError
         ``frame-size-changed`` if they differ in size.
     """
-    return FlowField(*_tracecut.flow(as_array(first), as_array(second), params))
+    return FlowField(*_tracecut.flow(as_array(first), as_array(second), raw_params(params)))
 
 
 def enlarge(mask: U8, picture: FrameLike) -> EnlargedMask:
@@ -81,7 +84,7 @@ def enlarge(mask: U8, picture: FrameLike) -> EnlargedMask:
     picture : frame
         The frame at its original size.
     """
-    return EnlargedMask(*_tracecut.enlarge(mask, as_array(picture)))
+    return EnlargedMask(*_tracecut.enlarge(check_mask(mask), as_array(picture)))
 
 
 def parameters(expert: bool = False) -> list[Parameter]:
@@ -92,11 +95,13 @@ def parameters(expert: bool = False) -> list[Parameter]:
     expert : bool, default False
         Lists the expert parameters instead of the common ones. All can be set.
     """
-    return [_parameter(*raw) for raw in _tracecut.parameters(expert)]
+    if not is_bool(expert):
+        raise wrong_type("expert", expert, "true or false")
+    return [_parameter(*raw) for raw in _tracecut.parameters(bool(expert))]
 
 
 def _parameter(
-    name: str, doc: str, kind: str, low: float, high: float, default: float, choices: list[str]
+    name: str, doc: str, kind: Any, low: float, high: float, default: float, choices: list[str]
 ) -> Parameter:
     text = " ".join(doc.split())
     if kind == "boolean":

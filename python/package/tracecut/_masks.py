@@ -4,14 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Union
+from typing import Any, TypedDict, Union, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _tracecut
-from ._errors import TraceCutError
+from ._errors import TraceCutError, whole, wrong_type
 from ._types import U8, Bool
+
+_MASK = "an array of uint8 of shape (height, width)"
+
+
+def check_mask(mask: Any, name: str = "mask") -> U8:
+    """Returns a mask; bool becomes uint8.
+
+    Raises
+    ------
+    TraceCutError
+        ``data`` if it is not an array of uint8 or bool of two dimensions.
+    """
+    if not isinstance(mask, np.ndarray):
+        raise wrong_type(name, mask, _MASK, "data")
+    array = cast("npt.NDArray[Any]", mask)
+    if array.ndim != 2 or array.size == 0 or array.dtype.name not in ("uint8", "bool"):
+        raise wrong_type(name, array, _MASK, "data")
+    return array.astype(np.uint8, copy=False)
+
+
+class CocoRle(TypedDict):
+    """A segmentation in COCO's format: height and width, and compressed run lengths."""
+
+    size: list[int]
+    counts: str
 
 
 class Runs:
@@ -39,7 +64,7 @@ class Runs:
         return ends[1:] - ends[:-1]
 
 
-def coco_rle(mask: Union[U8, Bool], label: int = 1) -> dict[str, Any]:
+def coco_rle(mask: Union[U8, Bool], label: int = 1) -> CocoRle:
     """The pixels of one label as a COCO segmentation, as pycocotools reads it.
 
     Parameters
@@ -53,10 +78,9 @@ def coco_rle(mask: Union[U8, Bool], label: int = 1) -> dict[str, Any]:
     dict
         ``{"size": [height, width], "counts": str}``
     """
-    if mask.ndim != 2:
-        raise TraceCutError("data", f"mask has {mask.ndim} dimensions (expected 2: height and width)")
-    lengths = _tracecut.run_lengths((mask == label).astype(np.uint8))
-    return {"size": [int(mask.shape[0]), int(mask.shape[1])], "counts": _tracecut.run_text(lengths)}
+    array, value = check_mask(mask), whole("label", label, 0, 255, "a label")
+    lengths = _tracecut.run_lengths((array == value).astype(np.uint8))
+    return {"size": [int(array.shape[0]), int(array.shape[1])], "counts": _tracecut.run_text(lengths)}
 
 
 def from_coco_rle(segmentation: Mapping[str, Any]) -> Bool:
@@ -73,7 +97,7 @@ def from_coco_rle(segmentation: Mapping[str, Any]) -> Bool:
         text = counts.decode("ascii") if isinstance(counts, bytes) else counts
         lengths = _tracecut.run_counts(text) if isinstance(text, str) else [int(count) for count in text]
         return _tracecut.run_mask(lengths, width, height).astype(bool)
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
+    except (LookupError, TypeError, ValueError, OverflowError) as error:
         expected = "expected {'size': [height, width], 'counts': run lengths}"
         raise TraceCutError("data", f"segmentation cannot be read ({expected})") from error
 
@@ -97,7 +121,7 @@ def mask_png(mask: U8) -> bytes:
     ----------
     mask : array of uint8, shape (height, width)
     """
-    return _tracecut.palette_png(mask, _PALETTE)
+    return _tracecut.palette_png(check_mask(mask), _PALETTE)
 
 
 @dataclass(frozen=True)
@@ -162,9 +186,12 @@ def prompts(masks: Iterable[U8]) -> list[Prompt]:
     list of Prompt
         Sorted by object.
     """
+    given: Any = masks
+    if not hasattr(given, "__iter__"):
+        raise wrong_type("masks", given, "a result, or masks one by one", "data")
     finder = _tracecut.Prompts()
-    for mask in masks:
-        finder.add(mask)
+    for t, mask in enumerate(masks):
+        finder.add(check_mask(mask, f"masks[{t}]"))
     return [_prompt(raw) for raw in finder.finish()]
 
 

@@ -6,19 +6,23 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Optional, Union
+from typing import Any, NamedTuple, Optional, Union, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _masks, _progress, _tracecut
-from ._errors import TraceCutError, illegal
-from ._frames import Frames, Source, open_frames
+from ._errors import FrameIndexError, TraceCutError, file_errors, index_of, whole
+from ._frames import Frames, Source, as_path, open_frames
+from ._options import Unpack, raw_params
+from ._params import Params
 from ._session import Session, SessionView, threads_of
+from ._tracks import check_trajectories
 from ._types import F64, U8, Trajectories
 
 #: Frames of a window, as on the command line and in the npm package.
 WINDOW = _tracecut.window_frames
+_MAX_WINDOW = 400
 
 
 @dataclass(frozen=True)
@@ -48,11 +52,15 @@ class Window:
     session: SessionView
 
     def labels(self, t: int) -> U8:
-        """The mask of frame ``t`` of the clip, at the size of the frames; until the next window is requested."""
-        if not self.first_frame <= t < self.first_frame + self.session.num_frames:
-            frames = f"{self.first_frame}..{self.first_frame + self.session.num_frames}"
-            raise illegal("t", t, f"a frame of the window, {frames}")
-        return self.session.labels(t - self.first_frame)
+        """The mask of frame ``t`` of the clip, at the size of the frames; until the next window is requested.
+
+        The clip may go on, so there are no negative frames.
+        """
+        number = whole("t", t, -(2**62), 2**62, "a frame")
+        end = self.first_frame + self.session.num_frames
+        if not self.first_frame <= number < end:
+            raise FrameIndexError("param", f"t = {t} (expected a frame of the window, {self.first_frame}..={end - 1})")
+        return self.session.labels(number - self.first_frame)
 
 
 def windows(
@@ -62,7 +70,7 @@ def windows(
     overlap: Optional[int] = None,
     threads: Optional[int] = None,
     progress: _progress.Listener = None,
-    **params: Any,
+    **params: Unpack[Params],
 ) -> Iterator[Window]:
     """Segments a clip of any length window by window, in the memory of one window.
 
@@ -98,31 +106,50 @@ def windows(
     range(0, 10) (54, 96)
     range(10, 20) (54, 96)
     """
+    plan = _Plan.of(window, overlap, threads, raw_params(params, *_OPTIONS))
     source = open_frames(frames)
-    return _then_damage(_run_windows(source, window, overlap, threads, progress, params), source)
+    return _then_damage(_run_windows(source, plan, progress), source)
 
 
-def _run_windows(
-    source: Source,
-    window: int,
-    overlap: Optional[int],
-    threads: Optional[int],
-    progress: _progress.Listener,
-    params: dict[str, Any],
-) -> Iterator[Window]:
-    listener = _progress.raw_listener(progress)
-    for name, value in (("window", window), ("overlap", overlap)):
-        if value is not None and value < 0:
-            raise illegal(name, value, "a whole number of frames")
-    frames, count = source.read_whole(), threads_of(threads)
-    return _all(_tracecut.Windows(params, frames, window, overlap, source.length, count, listener), listener)
+#: The options of `windows`, besides parameters.
+_OPTIONS = ("window", "overlap", "threads", "progress")
+
+
+class _Plan(NamedTuple):
+    """The checked options of a run window by window."""
+
+    window: int
+    overlap: Optional[int]
+    threads: int
+    params: dict[str, Any]
+
+    @classmethod
+    def of(cls, window: int, overlap: Optional[int], threads: Optional[int], params: dict[str, Any]) -> _Plan:
+        size = whole("window", window, 2, _MAX_WINDOW, "a whole number of frames")
+        shared = None if overlap is None else whole("overlap", overlap, 1, size - 1, "a whole number of frames")
+        return cls(size, shared, threads_of(threads), params)
+
+
+def _run_windows(source: Source, plan: _Plan, progress: _progress.Listener) -> Iterator[Window]:
+    # The usual overlap is at most half of a window.
+    overlap = plan.window // 2 if plan.overlap is None else plan.overlap
+    listener = _progress.raw_listener(progress, lambda: source.length, plan.window, overlap)
+    frames = source.read_whole()
+    try:
+        raw = _tracecut.Windows(plan.params, frames, plan.window, plan.overlap, source.length, plan.threads, listener)
+    except BaseException:
+        _progress.close(listener)
+        raise
+    return _all(raw, listener)
 
 
 def _all(raw: _tracecut.Windows, listener: _progress.Raw) -> Iterator[Window]:
     try:
         while (item := raw.next()) is not None:
             (index, shot, first, begin, end), session = item
+            _progress.settle(listener, end - begin)
             yield Window(index, shot, first, range(first + begin, first + end), SessionView(session))
+        _progress.finish(listener)
     finally:
         _progress.close(listener)
 
@@ -136,7 +163,10 @@ def _then_damage(parts: Iterator[Window], source: Source) -> Iterator[Window]:
 class Result:
     """The masks of a clip, stored as run lengths.
 
-    ``result[t]`` is the mask of frame ``t``; iterating yields all masks in order.
+    ``result[t]`` is the mask of frame ``t``, and ``result[2:4]`` an array of masks; negative frames count from the end,
+    here and in all methods. Iterating yields all masks in order.
+
+    A result is plain data: it can be copied, pickled, and sent to another process. Copies have no ``session``.
 
     Attributes
     ----------
@@ -148,8 +178,6 @@ class Result:
         Duration of each frame in seconds.
     working_size : tuple of int
         Width and height at which frames were processed.
-    session : SessionView or None
-        The results of all stages for a clip of one window; None for longer clips, whose windows are gone.
     """
 
     def __init__(self) -> None:
@@ -157,8 +185,15 @@ class Result:
         self.times: Optional[F64] = None
         self.durations: Optional[F64] = None
         self.working_size: tuple[int, int] = (0, 0)
-        self.session: Optional[SessionView] = None
+        self._session: Optional[SessionView] = None
+        self._reason = _NO_SESSION
+        self._trajectories: Optional[Trajectories] = None
         self._runs: list[_masks.Runs] = []
+
+    def __getstate__(self) -> dict[str, Any]:
+        if self._session is None:
+            return self.__dict__
+        return {**self.__dict__, "_session": None, "_reason": _COPIED, "_trajectories": self.trajectories}
 
     def __repr__(self) -> str:
         return f"<Result: {len(self)} frames of {self.width}x{self.height}, objects {self.objects}>"
@@ -166,8 +201,12 @@ class Result:
     def __len__(self) -> int:
         return len(self._runs)
 
-    def __getitem__(self, t: int) -> U8:
-        return self._runs[t].mask()
+    @overload
+    def __getitem__(self, t: int) -> U8: ...
+    @overload
+    def __getitem__(self, t: slice) -> U8: ...
+    def __getitem__(self, t: Union[int, slice]) -> U8:
+        return self._stack(self._runs[t]) if isinstance(t, slice) else self.labels(t)
 
     def __iter__(self) -> Iterator[U8]:
         return (runs.mask() for runs in self._runs)
@@ -195,23 +234,45 @@ class Result:
         return [int(label) for label in np.flatnonzero(self.areas().sum(axis=0)) if label > 0]
 
     @property
-    def trajectories(self) -> Optional[Trajectories]:
-        """The trajectories of a clip of one window."""
-        return None if self.session is None else self.session.trajectories()
+    def session(self) -> SessionView:
+        """The results of all stages, for a clip of one window, in the process that computed them.
+
+        Raises
+        ------
+        TraceCutError
+            ``state`` for longer clips and for copies of a result; the message says what to do instead.
+        """
+        if self._session is None:
+            raise TraceCutError("state", self._reason)
+        return self._session
+
+    @property
+    def trajectories(self) -> Trajectories:
+        """The trajectories of a clip of one window.
+
+        Raises
+        ------
+        TraceCutError
+            ``state`` for longer clips.
+        """
+        return self.session.trajectories() if self._trajectories is None else self._trajectories
 
     def labels(self, t: int) -> U8:
         """The mask of frame ``t``: 0 for the background, or an object's label; shape (height, width)."""
-        return self._runs[t].mask()
+        return self._runs[index_of(t, len(self))].mask()
 
     def array(self) -> U8:
         """All masks, shape (frames, height, width)."""
-        return np.stack(list(self)) if self._runs else np.zeros((0, 0, 0), np.uint8)
+        return self._stack(self._runs)
+
+    def _stack(self, runs: list[_masks.Runs]) -> U8:
+        return np.stack([each.mask() for each in runs]) if runs else np.zeros((0, self.height, self.width), np.uint8)
 
     def areas(self) -> npt.NDArray[np.int64]:
         """Number of pixels of each label in each frame, shape (frames, 256)."""
         return np.array([runs.areas() for runs in self._runs], np.int64).reshape(-1, 256)
 
-    def coco(self, t: int) -> dict[int, dict[str, Any]]:
+    def coco(self, t: int) -> dict[int, _masks.CocoRle]:
         """The COCO segmentation of each object in frame ``t``, by label."""
         mask = self.labels(t)
         return {int(label): _masks.coco_rle(mask, int(label)) for label in np.unique(mask) if label > 0}
@@ -240,11 +301,12 @@ class Result:
 
     def save(self, folder: Union[str, "os.PathLike[str]"]) -> list[Path]:
         """Writes all masks as ``00000.png`` and so on into a folder, creating it if needed."""
-        out = Path(folder)
-        out.mkdir(parents=True, exist_ok=True)
+        out = as_path("folder", folder)
         paths = [out / f"{t:05}.png" for t in range(len(self))]
-        for t, path in enumerate(paths):
-            path.write_bytes(self.png(t))
+        with file_errors():
+            out.mkdir(parents=True, exist_ok=True)
+            for t, path in enumerate(paths):
+                path.write_bytes(self.png(t))
         return paths
 
     def _add(self, mask: U8) -> None:
@@ -253,6 +315,17 @@ class Result:
     def _set_times(self, source: Source) -> None:
         if source.video is not None:
             self.times, self.durations = source.video.times, source.video.durations
+
+
+_NO_SESSION = (
+    "a clip of several windows has no session: read results of the stages from each window of "
+    "tracecut.windows(frames), or take all frames at once with window=None"
+)
+
+_COPIED = (
+    "a copy of a result has no session, which stays in the process that computed it: read results of the stages and "
+    "make corrections there, before you copy or pickle the result, or run tracecut.segment here"
+)
 
 
 def _object_json(label: int, pixels: npt.NDArray[np.int64]) -> dict[str, int]:
@@ -273,15 +346,15 @@ def segment(
     threads: Optional[int] = None,
     progress: _progress.Listener = None,
     trajectories: Optional[Trajectories] = None,
-    **params: Any,
+    **params: Unpack[Params],
 ) -> Result:
     """Finds the moving objects of a clip.
 
     Parameters
     ----------
     frames : frames
-        The path of a folder of images or of a video file (which needs PyAV), an array of uint8 of shape (frames,
-        height, width, 3), or arrays, Pillow images, or paths or bytes of image files one by one. All have the same
+        The path of a folder of images or of a video file (which needs PyAV), an open video file, an array of uint8 of
+        shape (frames, height, width, 3), or arrays, Pillow images, or paths or bytes of image files one by one. All have the same
         size; RGB, RGBA or grey.
     window : int or None, default 50
         Length of a window in frames. Longer clips are processed window by window, in the memory of one window; a cut
@@ -292,7 +365,7 @@ def segment(
     threads : int, optional
         As many as the machine runs at once by default; results are bit-identical for any number.
     progress : callable or bool, optional
-        Called with a `Progress` at each step; True shows tqdm bars.
+        Called with a `Progress` at each step; True shows a tqdm bar, which counts frames.
     trajectories : Trajectories, optional
         The trajectories of another tracker, used instead of tracking; all frames are then taken at once.
     **params
@@ -305,7 +378,7 @@ def segment(
     Raises
     ------
     TraceCutError
-        ``param`` for an unknown or invalid parameter; ``frame-size``, ``frame-size-changed``, ``too-few-frames``,
+        ``param`` for an unknown or invalid argument; ``frame-size``, ``frame-size-changed``, ``too-few-frames``,
         ``data`` and ``decode`` for frames; those of `read_video` for videos. For a truncated or damaged video
         (``truncated``) the error has the ``result`` of the ``frames`` before the damage, if there are at least two.
     KeyboardInterrupt
@@ -319,12 +392,15 @@ def segment(
     >>> len(result), result[0].shape
     (8, (90, 160))
     """
+    raw = raw_params(params, *_OPTIONS, "trajectories")
+    tracks = None if trajectories is None else check_trajectories(trajectories)
+    plan = _Plan.of(WINDOW if window is None else window, overlap, threads, raw)
     source = open_frames(frames)
     try:
-        if window is None or trajectories is not None:
-            result = _at_once(source, trajectories, threads, progress, params)
+        if window is None or tracks is not None:
+            result = _at_once(Session(**params), source, tracks, plan.threads, progress)
         else:
-            result = _by_windows(_run_windows(source, window, overlap, threads, progress, params))
+            result = _by_windows(_run_windows(source, plan, progress))
     except TraceCutError as error:
         if error.code == "too-few-frames" and source.damage is not None:
             raise source.damage from None
@@ -345,7 +421,7 @@ def _by_windows(parts: Iterator[Window]) -> Result:
             result.shots.append(part.first_frame)
         for t in part.settled:
             result._add(part.labels(t))
-        result.session = part.session if part.index == 0 else None
+        result._session = part.session if part.index == 0 else None
         result.working_size = part.session.working_size or (0, 0)
         num_frames = part.first_frame + part.session.num_frames
     if num_frames < 2:
@@ -355,23 +431,19 @@ def _by_windows(parts: Iterator[Window]) -> Result:
 
 
 def _at_once(
-    source: Source,
-    trajectories: Optional[Trajectories],
-    threads: Optional[int],
-    progress: _progress.Listener,
-    params: dict[str, Any],
+    session: Session, source: Source, tracks: Optional[Trajectories], threads: int, progress: _progress.Listener
 ) -> Result:
-    session, originals = Session(**params), _OriginalFrames()
+    originals = _OriginalFrames()
     for frame in source.read_whole():
         session.push(frame)
         originals.add(session, frame)
-    if trajectories is not None:
-        session.set_trajectories(trajectories)
+    if tracks is not None:
+        session.set_trajectories(tracks)
     session.run(threads=threads, progress=progress)
     result = Result()
-    result.session, result.shots = session, [0]
+    result._session, result.shots = session, [0]
     result.working_size = session.working_size or (0, 0)
-    if session.objects() is not None:
+    if session._raw.objects() is not None:
         for t in range(session.num_frames):
             result._add(session.labels(t, originals.get(t)))
     return result
@@ -389,5 +461,3 @@ class _OriginalFrames:
 
     def get(self, t: int) -> Any:
         return self._frames[t] if self._frames else None
-
-

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, Optional, TypeVar, Union
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, Literal, Optional, TypeVar, cast
 
 import numpy as np
 
 from . import _progress, _tracecut
-from ._errors import TraceCutError, illegal
+from ._errors import TraceCutError, WrongTypeError, index_of, is_text, real, whole, wrong_type
 from ._frames import FrameLike, Frames, as_array, open_frames
+from ._options import Unpack, raw_params
+from ._params import Params
+from ._tracks import check_trajectories
 from ._types import (
     F32,
     U8,
@@ -24,33 +27,44 @@ from ._types import (
     FlowField,
     Progress,
     Saliency,
+    Stage,
     Stroke,
     Superpixels,
     Trajectories,
 )
 from ._why import Explanation, explanation
 
+#: The ways to discretize an embedding, those of the parameter ``discretize.method``.
+Method = Literal["rotation-merge", "rotation", "k-means", "rotation-evidence"]
+
 _Type = TypeVar("_Type")
+
+_MAX_SIDE = 1 << 24
 
 
 def threads_of(threads: Optional[int]) -> int:
     """Returns the number of threads: the given one, or as many as this process may run at once."""
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if not 1 <= threads <= 256:
-        raise illegal("threads", threads, "a whole number, 1..=256")
-    return threads
+    return whole("threads", threads, 1, 256)
 
 
-def _wrap(kind: Callable[..., _Type], raw: Optional[Union[dict[str, Any], tuple[Any, ...]]]) -> Optional[_Type]:
-    """Wraps a value of the native module in a class; None stays None."""
+def _known(what: str, stage: str, raw: Optional[_Type]) -> _Type:
+    """Returns a result of a stage.
+
+    Raises
+    ------
+    TraceCutError
+        ``state`` if there is none.
+    """
     if raw is None:
-        return None
-    return kind(**raw) if isinstance(raw, dict) else kind(*raw)
+        reason = f"{what} are not available: they come with the stage {stage} (take more steps, or run the session)"
+        raise TraceCutError("state", reason)
+    return raw
 
 
 class SessionView:
-    """The results of a session, stage by stage. Missing results are None, or an error with the code ``state``.
+    """The results of a session, stage by stage. A missing result is an error with the code ``state``.
 
     Masks can be corrected: `merge`, `split`, `together`, `apart`, then `run` if they must be computed again,
     `undo_correction`.
@@ -65,6 +79,14 @@ class SessionView:
     def __repr__(self) -> str:
         width, height = self.size or (0, 0)
         return f"<{type(self).__name__}: {self.num_frames} frames of {width}x{height}>"
+
+    def __reduce__(self) -> Any:
+        reason = "a session stays in its process and cannot be copied: read what you need from it, such as labels(t)"
+        raise WrongTypeError("state", f"{reason} or trajectories(), and pass that")
+
+    def _frame(self, t: int) -> int:
+        """Returns the number of a frame; negative ones count from the end."""
+        return index_of(t, self.num_frames)
 
     @property
     def num_frames(self) -> int:
@@ -90,53 +112,55 @@ class SessionView:
 
     def flow(self, t: int) -> FlowField:
         """Forward flow from frame ``t`` to ``t + 1``, in input pixels on the grid of the working size."""
-        return FlowField(*self._raw.flow(t))
+        return FlowField(*self._raw.flow(self._frame(t)))
 
-    def trajectories(self) -> Optional[Trajectories]:
+    def trajectories(self) -> Trajectories:
         """Trajectories in input pixels."""
-        return _wrap(Trajectories, self._raw.trajectories())
+        return Trajectories(**_known("trajectories", "trajectories", self._raw.trajectories()))
 
-    def mask_trajectories(self) -> Optional[Trajectories]:
+    def mask_trajectories(self) -> Trajectories:
         """The denser trajectories for the masks, in pixels of the working size."""
-        return _wrap(Trajectories, self._raw.mask_trajectories())
+        return Trajectories(
+            **_known("trajectories for masks", "trajectories, if there are masks", self._raw.mask_trajectories())
+        )
 
-    def affinities(self) -> Optional[Affinities]:
+    def affinities(self) -> Affinities:
         """Similarities of the trajectories' motions."""
-        return _wrap(Affinities, self._raw.affinities())
+        return Affinities(*_known("affinities", "affinities", self._raw.affinities()))
 
-    def embedding(self) -> Optional[Embedding]:
+    def embedding(self) -> Embedding:
         """The leading eigenvectors of the affinities."""
-        return _wrap(Embedding, self._raw.embedding())
+        return Embedding(**_known("positions in the embedding", "embedding", self._raw.embedding()))
 
-    def discontinuities(self) -> Optional[Discontinuities]:
+    def discontinuities(self) -> Discontinuities:
         """Discontinuities of the embedding between neighbouring trajectories."""
-        return _wrap(Discontinuities, self._raw.discontinuities())
+        return Discontinuities(**_known("discontinuities", "discontinuities", self._raw.discontinuities()))
 
-    def saliency(self) -> Optional[Saliency]:
-        """Saliency of the trajectories; None without frames."""
-        return _wrap(Saliency, self._raw.saliency())
+    def saliency(self) -> Saliency:
+        """Saliency of the trajectories; there is none without frames."""
+        return Saliency(**_known("saliencies", "saliency, if there are frames", self._raw.saliency()))
 
     def saliency_map(self, t: int) -> F32:
         """Saliency of each pixel of frame ``t``, 0 to 1, at working size; computed at each call."""
-        return self._raw.saliency_map(t)
+        return self._raw.saliency_map(self._frame(t))
 
-    def components(self) -> Optional[Components]:
+    def components(self) -> Components:
         """Connected components of the foreground, frame by frame."""
-        return _wrap(Components, self._raw.components())
+        return Components(*_known("components", "connectedness, if there are frames", self._raw.components()))
 
-    def clusters(self) -> Optional[Clusters]:
+    def clusters(self) -> Clusters:
         """The cluster of each trajectory."""
-        return _wrap(Clusters, self._raw.clusters())
+        return Clusters(*_known("clusters", "clusters", self._raw.clusters()))
 
-    def threshold_clusters(self) -> Optional[Clusters]:
+    def threshold_clusters(self) -> Clusters:
         """Connected components after cutting discontinuities above ``discontinuity.threshold``."""
-        return _wrap(Clusters, self._raw.threshold_clusters())
+        return Clusters(*_known("clusters", "discontinuities", self._raw.threshold_clusters()))
 
-    def motion_clusters(self) -> Optional[Clusters]:
+    def motion_clusters(self) -> Clusters:
         """The clusters without connectedness, for comparison; computed at each call."""
-        return _wrap(Clusters, self._raw.motion_clusters())
+        return Clusters(*_known("clusters", "discontinuities", self._raw.motion_clusters()))
 
-    def clusters_by(self, method: str, count: int) -> Optional[Clusters]:
+    def clusters_by(self, method: Method, count: int) -> Clusters:
         """Clusters of the embedding by another discretization, for comparison with `clusters`; computed at each call.
 
         Parameters
@@ -149,34 +173,33 @@ class SessionView:
 
         Returns
         -------
-        Clusters or None
-            None until the discontinuities are known.
+        Clusters
 
         Raises
         ------
         TraceCutError
-            ``param`` for an invalid method or count.
+            ``param`` for an invalid method or count; ``state`` until the discontinuities are known.
         """
-        embedding = self.embedding()
-        max_count = 1 if embedding is None else max(1, len(embedding.eigenvalues))
-        if not 1 <= count <= max_count and embedding is not None:
-            raise illegal("count", count, f"a whole number, 1..={max_count}")
-        return _wrap(Clusters, self._raw.clusters_by(method, max(1, count)))
+        given: Any = method
+        if not isinstance(given, str):
+            raise wrong_type("method", given, "the name of a method")
+        most = whole("count", count, 1, max(1, len(self.embedding().eigenvalues)))
+        return Clusters(*_known("clusters", "discontinuities", self._raw.clusters_by(given, most)))
 
     def superpixels(self, t: int) -> Superpixels:
         """The Gabriel superpixels of frame ``t``, at working size."""
-        return Superpixels(**self._raw.superpixels(t))
+        return Superpixels(**self._raw.superpixels(self._frame(t)))
 
     def boundaries(self, t: int) -> BoundaryMap:
         """The boundary probability of frame ``t``, at working size; computed at each call."""
-        return BoundaryMap(*self._raw.boundaries(t))
+        return BoundaryMap(*self._raw.boundaries(self._frame(t)))
 
-    def objects(self) -> Optional[U8]:
-        """The mask label of each cluster, 0 for the background; None until the cut is done.
+    def objects(self) -> U8:
+        """The mask label of each cluster, 0 for the background.
 
         An object may have no pixel in any mask: `Result.objects` omits these.
         """
-        return self._raw.objects()
+        return _known("objects", "cut, if there are masks", self._raw.objects())
 
     def labels(self, t: int, picture: Optional[FrameLike] = None) -> U8:
         """The mask of frame ``t``.
@@ -184,7 +207,7 @@ class SessionView:
         Parameters
         ----------
         t : int
-            The frame.
+            The frame; negative ones count from the end, here and in all methods.
         picture : frame, optional
             The frame as it was pushed. If frames are scaled down for processing (``clip.max_side``), the mask's borders
             follow this picture, as in the files of the command line.
@@ -194,34 +217,33 @@ class SessionView:
         array of uint8, shape (height, width)
             0 for the background, or the number of an object, the same in all frames.
         """
-        return self._raw.labels(t, None if picture is None else as_array(picture))
+        return self._raw.labels(self._frame(t), None if picture is None else as_array(picture))
 
     def working_labels(self, t: int) -> U8:
         """The mask of frame ``t`` at working size."""
-        return self._raw.working_labels(t)
+        return self._raw.working_labels(self._frame(t))
 
     def cluster_labels(self, t: int) -> U32:
         """The cluster of each pixel of frame ``t``, before clusters become objects or background."""
-        return self._raw.cluster_labels(t)
+        return self._raw.cluster_labels(self._frame(t))
 
     def confidence(self, t: int) -> F32:
         """The probability that the label of each pixel of frame ``t`` is right, 0 to 1, at working size."""
-        return self._raw.confidence(t)
+        return self._raw.confidence(self._frame(t))
 
     def object_confidence(self) -> F32:
         """The mean confidence of each label, the background first."""
         return self._raw.object_confidence()
 
-    def agreement(self) -> Optional[tuple[F32, list[F32]]]:
+    def agreement(self) -> tuple[F32, list[F32]]:
         """The agreement of the masks with those of nearby frames, moved along the flow, 0 to 1.
 
         Returns
         -------
-        tuple of (num_frames,) float32 and list of (num_frames,) float32, or None
-            Of all objects as one, then of each object from label 1 on; NaN where there is nothing to compare. None without
-            masks.
+        tuple of (num_frames,) float32 and list of (num_frames,) float32
+            Of all objects as one, then of each object from label 1 on; NaN where there is nothing to compare.
         """
-        return self._raw.agreement()
+        return _known("agreements", "masks", self._raw.agreement())
 
     def doubts(self) -> list[range]:
         """The frames whose masks should be looked at: those that agree much less with their neighbours, or jump in size.
@@ -232,7 +254,7 @@ class SessionView:
 
     def background(self, t: int) -> U8:
         """The scene of frame ``t`` without the objects: RGBA at working size, alpha 0 where no frame shows it."""
-        return self._raw.background(t)
+        return self._raw.background(self._frame(t))
 
     def explain(self, t: int, x: int, y: int) -> Explanation:
         """Why a pixel has its label.
@@ -252,13 +274,10 @@ class SessionView:
         Raises
         ------
         TraceCutError
-            ``state`` unless the run is done and has masks, or if there is no such frame; ``param`` if the pixel is
-            outside the frame.
+            ``state`` unless the run is done and has masks; ``param`` if there is no such frame or pixel.
         """
-        for name, value in (("t", t), ("x", x), ("y", y)):
-            if value < 0:
-                raise illegal(name, value, "a whole number, 0 or more")
-        return explanation(self._raw.explain(t, x, y))
+        place = whole("x", x, 0, _MAX_SIDE), whole("y", y, 0, _MAX_SIDE)
+        return explanation(self._raw.explain(self._frame(t), *place))
 
     def object_table(self, times: Optional[Sequence[float]] = None) -> str:
         """Box, area, centre and mean motion of each object in each frame, like ``objects.csv`` of the command line.
@@ -273,7 +292,7 @@ class SessionView:
         TraceCutError
             ``data`` unless there is one for each frame.
         """
-        seconds = None if times is None else [float(time) for time in times]
+        seconds = None if times is None else [real("times", time) for time in _listed("times", times)]
         if seconds is not None and len(seconds) != self.num_frames:
             expected = f"expected {self.num_frames}, one for each frame"
             raise TraceCutError("data", f"times has {len(seconds)} entries ({expected})")
@@ -292,7 +311,7 @@ class SessionView:
         threads : int, optional
             As many as the machine runs at once by default.
         progress : callable or bool, optional
-            Called with a `Progress` at each step; True shows tqdm bars.
+            Called with a `Progress` at each step; True shows a tqdm bar.
 
         Raises
         ------
@@ -301,9 +320,11 @@ class SessionView:
         TraceCutError
             ``too-few-frames`` with fewer than two.
         """
-        listener = _progress.raw_listener(progress)
+        count, frames = threads_of(threads), self.num_frames
+        listener = _progress.raw_listener(progress, lambda: frames or None, frames)
         try:
-            self._raw.run(threads_of(threads), listener)
+            self._raw.run(count, listener)
+            _progress.finish(listener)
         finally:
             _progress.close(listener)
 
@@ -332,15 +353,15 @@ class SessionView:
         TraceCutError
             As `merge`, and ``data`` if there is nothing to split.
         """
-        self._raw.split(_label("label", label), at)
+        self._raw.split(_label("label", label), None if at is None else self._point(at))
 
     def together(self, strokes: Iterable[Stroke]) -> None:
         """Joins everything the strokes touch into one object; `run` computes the masks. Errors as `split`."""
-        self._raw.strokes(False, _raw_strokes(strokes))
+        self._raw.strokes(False, self._raw_strokes(strokes))
 
     def apart(self, strokes: Iterable[Stroke]) -> None:
         """Makes what each stroke touches a separate object; `run` computes the masks. Errors as `split`."""
-        self._raw.strokes(True, _raw_strokes(strokes))
+        self._raw.strokes(True, self._raw_strokes(strokes))
 
     def undo_correction(self) -> None:
         """Undoes the last correction.
@@ -351,6 +372,21 @@ class SessionView:
             ``state`` without an active correction.
         """
         self._raw.undo_correction()
+
+    def _point(self, at: Any) -> tuple[int, float, float]:
+        values = _listed("at", at, _POINT)
+        if len(values) != 3:
+            raise wrong_type("at", at, _POINT)
+        return index_of(values[0], self.num_frames), real("x", values[1]), real("y", values[2])
+
+    def _raw_strokes(self, strokes: Iterable[Stroke]) -> list[tuple[int, float, list[float]]]:
+        raw: list[tuple[int, float, list[float]]] = []
+        for stroke in _listed("strokes", strokes, "strokes one by one"):
+            if not isinstance(stroke, Stroke):
+                raise wrong_type("stroke", stroke, "a Stroke")
+            t, radius = index_of(stroke.t, self.num_frames), real("radius", stroke.radius)
+            raw.append((t, radius, _coordinates(stroke.points)))
+        return raw
 
 
 class Session(SessionView):
@@ -363,7 +399,7 @@ class Session(SessionView):
     ----------
     **params
         Parameters by section, such as ``flow={"patch_stride": 5}``, or ``preset="paper"`` or ``"fast"``; dotted names
-        as ``**{"flow.patch_stride": 5}``. `tracecut.parameters` lists them.
+        as ``**{"flow.patch_stride": 5}``, which type checkers do not know. `tracecut.parameters` lists them.
 
     Raises
     ------
@@ -384,8 +420,8 @@ class Session(SessionView):
     (54, 96)
     """
 
-    def __init__(self, **params: Any) -> None:
-        super().__init__(_tracecut.Session(params))
+    def __init__(self, **params: Unpack[Params]) -> None:
+        super().__init__(_tracecut.Session(raw_params(params)))
 
     def push(self, frame: FrameLike) -> None:
         """Adds the next frame.
@@ -415,10 +451,9 @@ class Session(SessionView):
             ``data`` if they are not as `Trajectories` describes, or differ from the frames in size; ``state`` if the
             run has begun.
         """
-        t = trajectories
-        start, offset = np.asarray(t.start_frame, np.uint32).tolist(), np.asarray(t.offset, np.uint32).tolist()
-        x, y = (np.ascontiguousarray(v, np.float32) for v in (t.x, t.y))
-        self._raw.set_trajectories(t.num_frames, (t.width, t.height), start, offset, x, y)
+        t = check_trajectories(trajectories)
+        columns = t.start_frame.tolist(), t.offset.tolist()
+        self._raw.set_trajectories(t.num_frames, (t.width, t.height), *columns, t.x, t.y)
 
     def step(self) -> Optional[Progress]:
         """Takes one bounded step; returns None when the run is done.
@@ -428,7 +463,8 @@ class Session(SessionView):
         TraceCutError
             ``too-few-frames`` with fewer than two.
         """
-        return _wrap(Progress, self._raw.step())
+        step = self._raw.step()
+        return None if step is None else Progress(cast("Stage", step[0]), *step[1:])
 
     def steps(self) -> Iterator[Progress]:
         """Takes all steps, one at a time."""
@@ -440,17 +476,27 @@ class Session(SessionView):
         self._raw.clear()
 
 
+_POINT = "a point: frame, x and y"
+
+
 def _label(name: str, label: int) -> int:
-    if not 0 <= label <= 255:
-        raise illegal(name, label, "a label, 0..=255")
-    return label
+    return whole(name, label, 0, 255, "a label")
 
 
-def _raw_strokes(strokes: Iterable[Stroke]) -> list[tuple[int, float, list[float]]]:
-    raw: list[tuple[int, float, list[float]]] = []
-    for stroke in strokes:
-        points: Sequence[float] = np.asarray(stroke.points, np.float64).reshape(-1, 2).ravel().tolist()
-        if stroke.t < 0:
-            raise TraceCutError("param", f"t = {stroke.t} (expected a frame)")
-        raw.append((stroke.t, float(stroke.radius), list(points)))
-    return raw
+def _listed(name: str, values: Any, expected: str = "numbers one by one") -> list[Any]:
+    try:
+        if not is_text(values):
+            return list(values)
+    except TypeError:
+        pass
+    raise wrong_type(name, values, expected)
+
+
+def _coordinates(points: Any) -> list[float]:
+    """Returns x and y of each point in turn."""
+    try:
+        array = np.asarray(points, np.float64)
+        coordinates: list[float] = array.reshape(-1, 2).ravel().tolist()
+    except (TypeError, ValueError, OverflowError):
+        raise wrong_type("points", points, "x and y of each point") from None
+    return coordinates

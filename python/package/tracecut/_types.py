@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Optional
+from typing import Any, Literal, NamedTuple, Optional
 
 import numpy as np
 import numpy.typing as npt
+
+from ._errors import index_of
 
 U8 = npt.NDArray[np.uint8]
 U32 = npt.NDArray[np.uint32]
@@ -16,10 +18,26 @@ F64 = npt.NDArray[np.float64]
 Bool = npt.NDArray[np.bool_]
 
 
-class Progress(NamedTuple):
-    """Progress of a run: ``done`` of ``total`` steps of ``stage``."""
+#: The stages of a run, in their order; flow and trajectories alternate.
+Stage = Literal[
+    "flow",
+    "trajectories",
+    "affinities",
+    "embedding",
+    "discontinuities",
+    "saliency",
+    "connectedness",
+    "clusters",
+    "superpixels",
+    "cut",
+    "masks",
+]
 
-    stage: str
+
+class Progress(NamedTuple):
+    """Progress of a run: ``done`` of ``total`` steps of ``stage``. During the cut the total may grow."""
+
+    stage: Stage
     done: int
     total: int
 
@@ -103,16 +121,19 @@ class Trajectories:
 
     def points(self, i: int) -> F32:
         """The points of trajectory ``i``: x and y, shape (points, 2)."""
+        i = index_of(i, len(self), "i", "a trajectory")
         here = slice(int(self.offset[i]), int(self.offset[i + 1]))
         return np.stack([self.x[here], self.y[here]], axis=1)
 
     def alive(self, t: int) -> npt.NDArray[np.intp]:
         """The trajectories that have a point in frame ``t``."""
+        t = index_of(t, self.num_frames)
         start = self.start_frame.astype(np.int64)
         return np.flatnonzero((start <= t) & (t < start + np.diff(self.offset.astype(np.int64))))
 
     def at(self, t: int) -> F32:
         """The points in frame ``t`` of the trajectories in `alive`: x and y, shape (alive, 2)."""
+        t = index_of(t, self.num_frames)
         alive = self.alive(t)
         point = self.offset[alive].astype(np.int64) + t - self.start_frame[alive]
         return np.stack([self.x[point], self.y[point]], axis=1)
@@ -252,7 +273,7 @@ class Stroke:
     Parameters
     ----------
     t : int
-        The frame.
+        The frame; negative ones count from the end.
     points : sequence of (x, y)
         Its path in input pixels.
     radius : float
@@ -282,7 +303,7 @@ class Parameter:
 
     name: str
     doc: str
-    kind: str
+    kind: Literal["number", "integer", "boolean", "choice"]
     low: Optional[float]
     high: Optional[float]
     default: Any

@@ -13,7 +13,7 @@ from typing import Any, BinaryIO, NamedTuple, Optional, Union
 import numpy as np
 
 from ._decode import DEFAULT_DURATION_S, ERROR_MESSAGES, TEXT_DEMUXERS, Damage, Decoder, open_track
-from ._errors import TraceCutError
+from ._errors import MissingPackageError, TraceCutError, WrongTypeError, file_errors, wrong_type
 from ._types import F64, U8
 
 #: Bicubic, bit-identical on every machine. The command line and the package for Node give ffmpeg the same flags.
@@ -146,9 +146,11 @@ class VideoReader(Iterator[U8]):
         if isinstance(file, (str, os.PathLike)):
             self._name = os.fspath(file)
             self._stream: Any = None
-        else:
+        elif hasattr(file, "read") and hasattr(file, "seek"):
             self._name = str(getattr(file, "name", "video"))
             self._stream = file
+        else:
+            raise wrong_type("path", file, "a path, or an open file")
         self._start = self._read_start()
         self._pyav = _load_pyav()
         self._times: list[float] = []
@@ -157,6 +159,10 @@ class VideoReader(Iterator[U8]):
 
     def __iter__(self) -> VideoReader:
         return self
+
+    def __reduce__(self) -> Any:
+        reason = "a video that is being read cannot be copied, or sent to another process: pass its path instead"
+        raise WrongTypeError("state", reason)
 
     def __next__(self) -> U8:
         with ERROR_MESSAGES.listen():
@@ -220,7 +226,7 @@ class VideoReader(Iterator[U8]):
     def _read_start(self) -> bytes:
         """Returns the first bytes. A missing or unreadable file raises the system's error."""
         if self._stream is None:
-            with open(self._name, "rb") as file:
+            with file_errors(), open(self._name, "rb") as file:
                 return file.read(_START_BYTES)
         self._stream.seek(0)
         return bytes(self._stream.read(_START_BYTES))
@@ -256,7 +262,9 @@ def _load_pyav() -> Any:
         import av
         from av import stream
     except ImportError as error:
-        raise ImportError("reading video files needs PyAV: pip install 'tracecut[video]'") from error
+        reason = "reading video files needs PyAV: pip install 'tracecut[video]'"
+        raise MissingPackageError("unsupported", reason) from error
     if not hasattr(stream, "Disposition"):
-        raise ImportError(f"reading video files needs PyAV 14.1 or newer (this is {av.__version__})")
+        reason = f"reading video files needs PyAV 14.1 or newer (this is {av.__version__})"
+        raise MissingPackageError("unsupported", reason)
     return av

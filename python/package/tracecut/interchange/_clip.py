@@ -69,7 +69,8 @@ def frames_of(masks: Masks, names: Optional[Iterable[str]]) -> Iterator[Frame]:
     """
     missing: Any = object()
     times: Any = getattr(masks, "times", None)
-    given_names = (f"{t:05}.jpg" for t in itertools.count()) if names is None else iter(names)
+    numbered: Iterator[str] = (f"{t:05}.jpg" for t in itertools.count())
+    given_names = numbered if names is None else iter(names)
     first: Optional[U8] = None
     seen: set[str] = set()
     for t, mask in enumerate(_each(masks)):

@@ -8,7 +8,7 @@ from typing import Any, Optional
 
 from .._masks import coco_rle
 from ._clip import Classes, Frame, Masks, box_of, check_text, frames_of
-from ._output import PathLike, json_line, new_folder
+from ._output import PathLike, append_text, json_line, new_folder
 
 
 def to_coco(
@@ -64,19 +64,22 @@ def to_coco(
     """
     description, classes = check_text("name", name), Classes(objects)
     images: list[dict[str, Any]] = []
-    with new_folder(path) as folder, (folder / "labels.json").open("w", encoding="utf-8") as out:
-        out.write('{"annotations":[')
+    with new_folder(path) as folder:
+        file = folder / "labels.json"
+        append_text(file, '{"annotations":[')
         count = 0
         for frame in frames_of(masks, frames):
             height, width = (int(side) for side in frame.mask.shape)
             image = {"id": frame.t + 1, "file_name": frame.name, "width": width, "height": height}
             images.append(image if frame.time is None else {**image, "timestamp": frame.time})
+            text = ""
             for label in frame.objects():
                 count += 1
-                out.write(("," if count > 1 else "") + "\n" + json_line(_annotation(frame, label, count, classes)))
+                text += ("," if count > 1 else "") + "\n" + json_line(_annotation(frame, label, count, classes))
+            append_text(file, text)
         categories = [{"id": number, "name": name} for name, number in classes.numbers.items()]
-        out.write(f'\n],\n"images":{json_line(images)},\n"categories":{json_line(categories)},\n')
-        out.write(f'"info":{json_line({"description": description})}}}\n')
+        append_text(file, f'\n],\n"images":{json_line(images)},\n"categories":{json_line(categories)},\n')
+        append_text(file, f'"info":{json_line({"description": description})}}}\n')
     return Path(path)
 
 

@@ -10,7 +10,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Union
 
-from .._errors import illegal
+from .._errors import file_errors, illegal
+from .._frames import as_path
 
 PathLike = Union[str, "os.PathLike[str]"]
 
@@ -45,16 +46,19 @@ def new_folder(path: PathLike, parameter: str = "path", overwrite: bool = False)
     TraceCutError
         ``param`` if the path exists, unless ``overwrite`` is set.
     """
-    out = Path(path)
+    out = as_path(parameter, path)
     if os.path.lexists(out) and not overwrite:
         raise illegal(parameter, str(out), "a path where nothing is yet")
-    created = _create_folders(out.parent)
+    with file_errors():
+        created = _create_folders(out.parent)
     part = out.with_name(f".{out.name}.{os.getpid()}.part")
     try:
-        part.mkdir()
+        with file_errors():
+            part.mkdir()
         created.append(part)
         yield part
-        _replace_folder(part, out)
+        with file_errors():
+            _replace_folder(part, out)
     except BaseException:
         if part in created:
             shutil.rmtree(part, ignore_errors=True)
@@ -89,13 +93,26 @@ def _create_folders(folder: Path) -> list[Path]:
     return missing
 
 
+def append_text(path: Path, text: str) -> None:
+    """Adds a text to a file, creating it if needed."""
+    with file_errors(), path.open("a", encoding="utf-8") as file:
+        file.write(text)
+
+
+def read_text(path: Path) -> str:
+    """Reads a file; an empty text if there is none."""
+    with file_errors():
+        return path.read_bytes().decode("utf-8", "replace") if path.exists() else ""
+
+
 def replace_text(path: Path, text: str) -> None:
     """Replaces a file atomically: readers see the old or the new text."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
+        with file_errors():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            part.write_text(text, encoding="utf-8")
+            part.replace(path)
     except BaseException:
         with suppress(OSError):
             part.unlink()

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any, Optional
 
 from .. import _tracecut
-from .._errors import TraceCutError, illegal
+from .._errors import TraceCutError, file_errors, illegal
+from .._frames import as_path
 from ._clip import Classes, Masks, check_folder_name, frames_of
-from ._output import PALETTE, PathLike, new_folder, removed_on_failure, replace_text
+from ._output import PALETTE, PathLike, new_folder, read_text, removed_on_failure, replace_text
 
 #: The label of ignored pixels in both benchmarks.
 _VOID = 255
@@ -59,12 +60,12 @@ def to_davis(masks: Masks, root: PathLike, *, name: str, subset: str = "val", re
     ...     len(list(interchange.to_davis(result, folder, name="made").iterdir()))
     4
     """
-    clip = check_folder_name("name", name)
-    listed = Path(root) / "ImageSets" / "2017" / f"{check_folder_name('subset', subset)}.txt"
-    folder = Path(root) / "Annotations" / check_folder_name("resolution", resolution) / clip
+    clip, base = check_folder_name("name", name), as_path("root", root)
+    listed = base / "ImageSets" / "2017" / f"{check_folder_name('subset', subset)}.txt"
+    folder = base / "Annotations" / check_folder_name("resolution", resolution) / clip
     _write_masks(masks, folder)
     with removed_on_failure(folder):
-        names = listed.read_text(encoding="utf-8").split("\n") if listed.exists() else []
+        names = read_text(listed).split("\n")
         others = [each.strip() for each in names if each.strip() and each.strip() != clip]
         replace_text(listed, "\n".join([*others, clip]) + "\n")
     return folder
@@ -112,7 +113,7 @@ def to_youtube_vos(
     labels.
     """
     clip, classes = check_folder_name("name", name), Classes(objects)
-    base = Path(root) / check_folder_name("subset", subset)
+    base = as_path("root", root) / check_folder_name("subset", subset)
     path = base / "meta.json"
     meta = _read_meta(path)
     if clip in meta["videos"]:
@@ -137,15 +138,17 @@ def _write_masks(masks: Masks, folder: Path) -> dict[int, list[str]]:
             if _VOID in seen:
                 expected = "expected 0 to 254: 255 are pixels that the benchmark does not count"
                 raise TraceCutError("data", f"mask of frame {frame.t} has label {_VOID} ({expected})")
-            (out / f"{stem}.png").write_bytes(_tracecut.palette_png(frame.mask, PALETTE))
+            with file_errors():
+                (out / f"{stem}.png").write_bytes(_tracecut.palette_png(frame.mask, PALETTE))
     return seen
 
 
 def _read_meta(path: Path) -> dict[str, Any]:
+    text = read_text(path)
     if not path.exists():
         return {"videos": {}}
     try:
-        meta = json.loads(path.read_text(encoding="utf-8"))
+        meta = json.loads(text)
         if isinstance(meta["videos"], dict):
             return dict(meta)
     except (ValueError, KeyError, TypeError):
