@@ -1,27 +1,14 @@
 //! The progress of a clip in windows: the finished share, which never falls, and the seconds left.
 
 use std::collections::BTreeMap;
+use std::iter;
 use tracecut::{Stage, Window};
 
 /// A stage of a window; `None` is decoding, before the session's own stages.
 type Step = Option<Stage>;
 
-/// Usual time of the stages for a frame; flow and trajectories together are one unit. Those of the session fit runs of the
-/// sample clip, and that of decoding videos of 640 x 360.
-const COSTS: [(Step, f64); 12] = [
-    (None, 0.1),
-    (Some(Stage::Flow), 0.5),
-    (Some(Stage::Trajectories), 0.5),
-    (Some(Stage::Affinities), 0.03),
-    (Some(Stage::Embedding), 0.01),
-    (Some(Stage::Discontinuities), 0.02),
-    (Some(Stage::Saliency), 0.06),
-    (Some(Stage::Connectedness), 0.02),
-    (Some(Stage::Clusters), 0.01),
-    (Some(Stage::Superpixels), 0.25),
-    (Some(Stage::Cut), 0.32),
-    (Some(Stage::Masks), 0.13),
-];
+/// Usual time of decoding a frame, in the unit of [`Stage::cost`]: fits videos of 640 x 360.
+const DECODING_COST: f64 = 0.1;
 
 /// Smallest share of a run, and its shortest time, with an estimate of the time left; chosen by eye.
 const MIN_SHARE: f64 = 0.02;
@@ -159,7 +146,8 @@ impl ClipProgress {
         };
         let runs = |stage: Step| self.has_masks || stage < Some(Stage::Superpixels);
         let (mut done, mut total) = (0.0, 0.0);
-        for (stage, cost) in COSTS.into_iter().filter(|&(stage, _)| runs(stage)) {
+        for stage in iter::once(None).chain(Stage::ALL.map(Some)).filter(|&stage| runs(stage)) {
+            let cost = stage.map_or(DECODING_COST, Stage::cost);
             let fraction = self.stages.get(&stage).map_or(0.0, |steps| steps.fraction());
             done += cost * if is_over(stage) { 1.0 } else { fraction };
             total += cost;

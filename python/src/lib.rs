@@ -49,6 +49,7 @@ mod _tracecut {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("window_frames", tracecut::Window::FRAMES)?;
+        module.add("stage_costs", tracecut::Stage::ALL.map(|stage| (stage.name(), stage.cost())).to_vec())?;
         module.add("version", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Optional, Union, cast
 
+from . import _tracecut
 from ._errors import MissingPackageError, wrong_type
 from ._types import Progress, Stage
 
@@ -15,19 +16,9 @@ Raw = Optional[Callable[[str, int, int], object]]
 
 #: The usual time of each stage for a frame, in their order, as on the command line. Trajectories alternate with the flow,
 #: and count with it.
-_COSTS = {
-    "flow": 1.0,
-    "trajectories": 0.0,
-    "affinities": 0.03,
-    "embedding": 0.01,
-    "discontinuities": 0.02,
-    "saliency": 0.06,
-    "connectedness": 0.02,
-    "clusters": 0.01,
-    "superpixels": 0.25,
-    "cut": 0.32,
-    "masks": 0.13,
-}
+_COSTS = dict(_tracecut.stage_costs)
+_COSTS["flow"] += _COSTS["trajectories"]
+_COSTS["trajectories"] = 0.0
 _TOTAL_COST = sum(_COSTS.values())
 
 

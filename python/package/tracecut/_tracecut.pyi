@@ -7,6 +7,7 @@ from ._types import F32, I32, U8, U32
 
 version: str
 window_frames: int
+stage_costs: list[tuple[str, float]]
 
 _Listener = Optional[Callable[[str, int, int], object]]
 

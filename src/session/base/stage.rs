@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-/// Declares the list of stages: `/// meaning` `Variant = "name",`.
+/// Declares the list of stages: `/// meaning` `Variant = "name", cost;`.
 macro_rules! stages {
-    ($(#[$meta:meta])* pub enum $stage:ident { $($(#[$doc:meta])* $variant:ident = $name:literal,)* }) => {
+    ($(#[$meta:meta])* pub enum $stage:ident { $($(#[$doc:meta])* $variant:ident = $name:literal, $cost:literal;)* }) => {
         $(#[$meta])*
         pub enum $stage {
             $($(#[$doc])* $variant,)*
@@ -12,8 +12,17 @@ macro_rules! stages {
 
         impl $stage {
             /// All stages in order.
-            #[cfg(test)]
-            pub(crate) const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
+            #[doc(hidden)] // For the command line and the Python package.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
+
+            /// Returns the usual time of the stage for a frame, as a fit to runs of the sample clip; flow and trajectories together
+            /// are one unit.
+            #[doc(hidden)] // For the command line and the Python package.
+            pub fn cost(self) -> f64 {
+                match self {
+                    $(Self::$variant => $cost,)*
+                }
+            }
 
             /// Returns the name used in JSON and JavaScript.
             #[doc(hidden)] // Users have `Display`.
@@ -39,29 +48,29 @@ stages! {
     #[non_exhaustive]
     pub enum Stage {
         /// Dense optical flow, forward and backward; a step is one field.
-        Flow = "flow",
+        Flow = "flow", 0.5;
         /// Point trajectories; a step is one frame pair.
-        Trajectories = "trajectories",
+        Trajectories = "trajectories", 0.5;
         /// Motion affinities; a step is a block of trajectories.
-        Affinities = "affinities",
+        Affinities = "affinities", 0.03;
         /// Spectral embedding; one step, up to a few seconds for 10 000 trajectories.
-        Embedding = "embedding",
+        Embedding = "embedding", 0.01;
         /// Delaunay neighbourhoods and embedding discontinuities; one step.
-        Discontinuities = "discontinuities",
+        Discontinuities = "discontinuities", 0.02;
         /// Saliency of pixels and trajectories; a step is the dominant motion of a flow field, a saliency map, or the average
         /// over the embedding.
-        Saliency = "saliency",
+        Saliency = "saliency", 0.06;
         /// Components of the foreground, and if they separate trajectories a second embedding and its discontinuities; one step
         /// or three.
-        Connectedness = "connectedness",
+        Connectedness = "connectedness", 0.02;
         /// Cluster labels; one step.
-        Clusters = "clusters",
+        Clusters = "clusters", 0.01;
         /// Boundary probability, contours and Gabriel superpixels; a step is one frame.
-        Superpixels = "superpixels",
+        Superpixels = "superpixels", 0.25;
         /// The Gabriel cut; a step is one expansion move, the first one also sets up the energy.
-        Cut = "cut",
+        Cut = "cut", 0.32;
         /// A label for every pixel; a step is one frame.
-        Masks = "masks",
+        Masks = "masks", 0.13;
     }
 }
 
