@@ -2,7 +2,7 @@
 // `cli/src/selftest.rs` is the same program: same clips, same bytes, same order.
 // It is given the package's exports, so that a page that has loaded the package loads nothing twice.
 
-import { illegal, isPlainObject } from '../check/errors.js';
+import { checkOptions } from '../check/errors.js';
 import { EXPECTED } from './expected.js';
 import type { SessionSettings, WasmSource } from '../check/options.js';
 import type { CocoAnnotation } from '../kit/export/coco.js';
@@ -55,10 +55,7 @@ export async function runSelftest(
   options: SelftestOptions = {},
   digest: Digest = createDigest(library),
 ): Promise<Selftest> {
-  if (!isPlainObject(options)) throw illegal('param', 'options', options, `an object of ${LEGAL.join(', ')}`);
-  const unknown = Object.entries(options).find(([name]) => !LEGAL.includes(name));
-  if (unknown) throw illegal('param', unknown[0], unknown[1], LEGAL.join(', '));
-  const { onCheck, signal, ...settings } = options;
+  const { onCheck, signal, ...settings } = checkOptions(options, LEGAL);
   const results: SelftestCheck[] = [];
   for await (const [name, what, parts] of runChecks(library, settings, signal)) {
     signal?.throwIfAborted();

@@ -1,6 +1,6 @@
 // Processes one clip at a time: `Session` checks its inputs, runs, aborts and corrects; an engine does the work.
 
-import { TraceCutError, checkWholeNumber, illegal, withFrame } from '../check/errors.js';
+import { TraceCutError, checkOptions, checkWholeNumber, illegal, withFrame } from '../check/errors.js';
 import { type SessionOptions, splitOptions } from '../check/options.js';
 import { type BoundaryMap, type Grid, type Superpixels, addScale } from '../stages/image.js';
 import { type FrameSource, toRawFrame } from '../worker/frames.js';
@@ -314,9 +314,7 @@ export class Session {
 }
 
 function checkRunOptions(options: RunOptions = {}): RunOptions {
-  if (typeof options !== 'object' || options === null)
-    throw illegal('param', 'options', options, 'an object {onProgress, signal}');
-  const { onProgress, signal } = options;
+  const { onProgress, signal } = checkOptions(options, ['onProgress', 'signal']);
   if (onProgress !== undefined && typeof onProgress !== 'function')
     throw illegal('param', 'onProgress', onProgress, 'a function');
   if (signal !== undefined && typeof signal?.throwIfAborted !== 'function')

@@ -3,7 +3,7 @@
 import { TraceCutError, checkSides, checkWholeNumber, illegal, isPlainObject } from '../check/errors.js';
 import { type SessionOptions, splitOptions } from '../check/options.js';
 import { reduceFrame } from '../video/pixels.js';
-import { asOptions, createEmptyError, splitTake, takeFrames } from '../video/reader.js';
+import { TAKE_NAMES, asOptions, createEmptyError, splitTake, takeFrames } from '../video/reader.js';
 import { type VideoSource, openReader } from '../video/source.js';
 import { untilAborted } from '../worker/pause.js';
 import { createDecoderLoader, openEngine } from '../worker/remote.js';
@@ -58,7 +58,7 @@ function checkTracking(options: unknown) {
   const { take, others: others } = splitTake(asOptions(options));
   const { onProgress = () => {}, ...session } = others;
   if (typeof onProgress !== 'function') throw illegal('param', 'onProgress', onProgress, 'a function');
-  const split = splitOptions(session);
+  const split = splitOptions(session, { others: [...TAKE_NAMES, 'onProgress'] });
   const clip = isPlainObject(split.parameters.clip) ? split.parameters.clip : {};
   // The denser trajectories are needed for masks only.
   const engine = { ...split, parameters: { ...split.parameters, clip: { ...clip, dense: false } } };

@@ -7,7 +7,16 @@ import { Pause, untilAborted } from '../worker/pause.js';
 import { createDecoderLoader, openEngine } from '../worker/remote.js';
 import { reduceFrame, toShownFrame } from './pixels.js';
 import { WINDOWS } from '../parameters.js';
-import { asOptions, countExpected, createEmptyError, splitTake, splitWindow, takeFrames } from './reader.js';
+import {
+  TAKE_NAMES,
+  WINDOW_NAMES,
+  asOptions,
+  countExpected,
+  createEmptyError,
+  splitTake,
+  splitWindow,
+  takeFrames,
+} from './reader.js';
 import { Collector, type VideoResult } from './result.js';
 import { type DecodedFrame, type VideoSource, openReader } from './source.js';
 import { Driver, type WindowResult } from './window.js';
@@ -78,7 +87,7 @@ function checkSegmentOptions(options: unknown): SegmentOptions {
     keep,
     onProgress: onProgress as SegmentOptions['onProgress'],
     onFrame: onFrame as SegmentOptions['onFrame'],
-    engine: splitOptions(engine),
+    engine: splitOptions(engine, { others: [...TAKE_NAMES, ...WINDOW_NAMES, 'onProgress', 'onFrame', 'keep'] }),
   };
 }
 

@@ -1,13 +1,12 @@
 // Detects the kind of a source, and opens a reader of its frames.
 
-import { TraceCutError, illegal, typeTag } from '../check/errors.js';
+import { TraceCutError, checkOptions, illegal, typeTag } from '../check/errors.js';
 import { loadPart } from '../places.js';
 import { createDecoderLoader } from '../worker/remote.js';
 import { openDemuxed } from './demux.js';
 import { type FileKind, detectKind } from './file-kind.js';
 import { type ShownFrame, reduceFrame, toShownFrame } from './pixels.js';
-import { asOptions, createEmptyError, splitTake, takeFrames } from './reader.js';
-import type { WasmSource } from '../check/options.js';
+import { TAKE_NAMES, createEmptyError, splitTake, takeFrames } from './reader.js';
 import type { ListedFrame } from './frame-list.js';
 import type { Reader, Take, TakeOptions, VideoInfo } from './reader.js';
 
@@ -177,17 +176,9 @@ export type DecodedFrame = ShownFrame & {
  * then `onDamage` is called, or an error ends the loop (`truncated`).
  */
 export function videoFrames(source: VideoSource, options?: TakeOptions): AsyncGenerator<DecodedFrame, void, undefined> {
-  const { decoder, ...takeOptions } = asOptions(options);
-  const { take, others } = splitTake(takeOptions);
-  const unknown = Object.keys(others)[0];
-  if (unknown)
-    throw illegal(
-      'param',
-      unknown,
-      others[unknown],
-      'start, end, step, maxFrames, size, frameRate, decoder, signal or onDamage',
-    );
-  return decodeFrames(source, take, createDecoderLoader(decoder as WasmSource | undefined));
+  const { decoder, ...takeOptions } = checkOptions(options ?? {}, [...TAKE_NAMES, 'decoder']);
+  const { take } = splitTake(takeOptions);
+  return decodeFrames(source, take, createDecoderLoader(decoder));
 }
 
 async function* decodeFrames(
@@ -220,9 +211,7 @@ async function* decodeFrames(
  * Without it that is an error (`truncated`).
  */
 export async function videoInfo(source: VideoSource, options?: Pick<TakeOptions, 'onDamage'>): Promise<VideoInfo> {
-  const { take, others } = splitTake(asOptions(options));
-  const unknown = Object.keys(others)[0];
-  if (unknown) throw illegal('param', unknown, others[unknown], 'onDamage');
+  const { take } = splitTake(checkOptions(options ?? {}, ['onDamage']));
   const reader = await openReader(source, take, createDecoderLoader(undefined));
   try {
     const info = { ...(await reader.info()), times: await reader.times() };

@@ -363,7 +363,7 @@ test('options out of range are named with their range, at once', () => {
     assert.throws(() => segmentVideo([], options), { name: 'TraceCutError', code: 'param', message });
 });
 
-test('an unknown parameter is refused when the work begins, and a small window gets a small overlap', async () => {
+test('an unknown parameter is refused, and a small window gets a small overlap', async () => {
   await rejects(windowsOf([plain(8, 8)], { flow: { speed: 1 } }), 'param', /flow.speed/);
   const windows = await windowsOf(await framesOf(TINY), { window: 7 });
   assert.deepEqual(each(windows, 'firstFrame'), [0, 1, 2, 3, 4, 5, 6, 7]);
