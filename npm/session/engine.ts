@@ -78,7 +78,7 @@ export interface RawResult {
   info: SessionInfo;
   seconds: Partial<Record<Stage, number>>;
   trajectories: TrajectoryList;
-  clusters: ClusterList & ClusterObjects;
+  clusters: ClusterList & { object: ClusterObjects['object'] | null };
   thresholdClusters: ClusterList;
   embedding: EmbeddingTable;
   edges: EdgeTable;

@@ -294,14 +294,14 @@ export class ClipJob extends Job {
 
 function toMaskResult(outputs: Result, agreement: Float32Array | null): ShownResult {
   const { width, height, numFrames, trajectories, clusters } = outputs;
-  const objectOf = clusters.object!;
+  const objectOf = clusters.object;
   const label = Uint8Array.from(clusters.label, (cluster) => objectOf[cluster]);
   return {
-    ...{ width, height, numFrames, clusters, objects: outputs.objects ?? [] },
+    ...{ width, height, numFrames, clusters, objects: outputs.objects },
     trajectories: { ...trajectories, label },
     labels: (t) => outputs.labels(t),
     toTracksDat: () => outputs.toTracksDat(),
-    doubts: outputs.doubts ?? [],
+    doubts: outputs.doubts,
     agreement,
   };
 }
