@@ -92,7 +92,8 @@ function checkSegmentOptions(options: unknown): SegmentOptions {
 }
 
 /**
- * Segments a video: a file, an address, a video element, a stream, or single frames (Node takes single frames only). Long
+ * Segments a video: a file, an address, a video element, a stream, or single frames (Node takes single frames, and files by
+ * path if ffmpeg is installed). Long
  * clips run window by window, in bounded memory; labels keep their meaning from window to window, and a cut starts a new
  * shot with new labels.
  *

@@ -2,6 +2,7 @@
 
 import { TraceCutError, checkOptions, illegal, typeTag } from '../check/errors.js';
 import { loadPart } from '../places.js';
+import { type Platform, platform } from '../platform.js';
 import { createDecoderLoader } from '../worker/remote.js';
 import { openDemuxed } from './demux.js';
 import { type FileKind, detectKind } from './file-kind.js';
@@ -13,7 +14,8 @@ import type { Reader, Take, TakeOptions, VideoInfo } from './reader.js';
 /**
  * Source of frames: a video file (MP4, MOV, WebM, MKV, MTS, …) or an animated GIF, PNG, WebP or AVIF as a `Blob`, its bytes
  * or its address, whatever its name; a video element that plays a file; a stream of a camera, a screen or a canvas; or
- * single frames, as a list, a generator or a stream. Node takes single frames only.
+ * single frames, as a list, a generator or a stream. Node takes single frames, and the path or address of a file if ffmpeg
+ * is installed.
  */
 export type VideoSource =
   | Blob
@@ -46,6 +48,7 @@ export async function openReader(
       return openFile(new Blob([source as ArrayBuffer]));
     case 'String':
     case 'URL':
+      if (platform.readVideo) return openWithPlatform(platform.readVideo, source as string | URL, take, maxPixels);
       return openAddress(source as string | URL);
     case 'HTMLVideoElement':
       return openVideoElement(source as HTMLVideoElement, take);
@@ -59,6 +62,27 @@ export async function openReader(
         maxPixels,
       });
   }
+}
+
+/** Opens a file that the platform reads frame by frame. */
+async function openWithPlatform(
+  readVideo: NonNullable<Platform['readVideo']>,
+  address: string | URL,
+  { signal, frameRate }: Take,
+  maxPixels: number | undefined,
+): Promise<Reader> {
+  const options = { ...(signal && { signal }), ...(maxPixels !== undefined && { maxPixels }) };
+  const frames = await readVideo(address, options);
+  // They are decoded already.
+  const loadDecoder = () => Promise.reject(new TraceCutError('state', 'a decoded frame needs no decoder'));
+  const reader = (await loadPart(import('./frame-list.js'))).openListed(frames, { frameRate, loadDecoder });
+  const info = async () => {
+    throw new TraceCutError(
+      'unsupported',
+      'in Node a file has no info before its frames are read; videoFrames reads them',
+    );
+  };
+  return { ...reader, info };
 }
 
 async function openStream(stream: MediaStream, take: Take) {
@@ -151,10 +175,12 @@ function parseAddress(source: string | URL) {
 
 function checkBrowser() {
   if (typeof document !== 'undefined' || typeof VideoDecoder !== 'undefined') return;
+  const files = platform.readVideo
+    ? 'in Node pass the path of the file, which an installed ffmpeg decodes (framesOfVideo of tracecut/node has its options), or frames'
+    : 'here pass frames';
   throw new TraceCutError(
     'unsupported',
-    'video files and addresses are decoded by browsers only; here pass the frames one by one, such as the bytes of PNG or JPEG files ' +
-      '(for example `ffmpeg -i clip.mp4 %05d.png`, then a list of what readFile gives)',
+    `the bytes of a video file are decoded by browsers only; ${files} one by one, such as the bytes of PNG or JPEG files`,
   );
 }
 
