@@ -32,7 +32,11 @@ export type ErrorCode =
   | 'no-frames'
   | 'fetch';
 
-/** An error with a stable `code` and a message that names the value and what is legal. */
+/**
+ * An error with a stable `code` and a message that names the value and what is legal. All errors of the package are of this
+ * class. Others pass unchanged: the reason of a signal that aborted (by default a `DOMException` named `AbortError`), and
+ * errors that the caller's source of frames or callbacks throw.
+ */
 export class TraceCutError extends Error {
   /** The result of the frames before the damage, set by `collect`. */
   result: VideoResult | undefined;

@@ -74,21 +74,6 @@ const SCENE = { width: 256, height: 144, frames: 8, seed: 1 };
 
 /** What a block takes for granted, and what is looked at when it is over. */
 const AROUND = {
-  Corrections: [
-    `import { createSession, synthClip } from 'tracecut';
-     const clip = await synthClip(${JSON.stringify(SCENE)});
-     const session = await createSession();
-     for (let t = 0; t < clip.numFrames; t += 1) await session.push(clip.frame(t));`,
-    'console.log(session.corrections, result.objects.length > 1, result.labels(0)[y * result.width + x] === result.labels(0)[y * result.width + x + 45]);',
-  ],
-  'Edits by hand': [
-    `import { createSession, synthClip } from 'tracecut';
-     const clip = await synthClip(${JSON.stringify(SCENE)});
-     const session = await createSession();
-     for (let t = 0; t < clip.numFrames; t += 1) await session.push(clip.frame(t));
-     const result = await session.run();`,
-    `console.log(edit.paints[0].parts.size > 1, editor.undoable, editor.labels(4)[80 * 256 + 100]); session.close();`,
-  ],
   'Single images': [
     `import { synthClip } from 'tracecut';
      const image = (await synthClip({ width: 128, height: 72 })).frame(0);`,
@@ -116,9 +101,17 @@ test('the blocks for Node work as described', async (t) => {
     readdirSync(join(folder, 'masks')).sort(),
     [...'01234567'].map((name) => `${name}.png`),
   );
-  assert.match(run(folder, 'Sessions'), /masks \d+ \d+\n\d{3,} trajectories, [1-9] objects\n$/);
-  assert.equal(run(folder, 'Corrections'), '3 true true\n');
-  assert.equal(run(folder, 'Edits by hand'), 'true 2 0\n');
+  // One program, as a reader who goes on writes it.
+  const program = ['Sessions', 'Corrections', 'Edits by hand'].map((heading) => code.get(heading)).join('\n');
+  writeFileSync(
+    join(folder, 'main.mjs'),
+    program.replace(
+      'session.close();',
+      'console.log(edit.paints[0].parts.size > 1, editor.undoable); session.close();',
+    ),
+  );
+  const printed = execFileSync(process.execPath, ['main.mjs'], { cwd: folder, encoding: 'utf8' });
+  assert.match(printed, /masks 1\n\d{3,} trajectories, [1-9] objects\ntrue 2\n$/);
   assert.equal(run(folder, 'Single images'), '9216 9216 9216 true true 9216 9216\n');
   assert.match(run(folder, 'Errors'), /^param clip\.maxSide = -1 \(expected /);
 });
