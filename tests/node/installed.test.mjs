@@ -7,6 +7,7 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { fromTracksDat } from 'tracecut/stages';
 import { outcome } from '../package/app/segment.js';
+import { root } from '../../scripts/tools.mjs';
 import { installed } from '../package/installed.mjs';
 import { freePort } from '../programs.mjs';
 import { codeOf, readmeCode, RUN, TASKS } from '../readme.mjs';
@@ -204,3 +205,42 @@ test(
     assert.ok(objects.length > 0 && objects.every(({ label, meanArea }) => label > 0 && meanArea > 0));
   },
 );
+
+/** What blocks take for granted: the file or image of the reader, and names that the text has introduced. */
+const FILE = 'declare const file: File;\n';
+const NAMES = `${FILE}
+import { encodeVideo, maskPng, masksZip, segmentVideo, videoFrames } from 'tracecut';
+import { cocoRle, labelsNpy } from 'tracecut/export';
+`;
+const GRANTED = {
+  Video: NAMES,
+  'What comes out': NAMES,
+  'Single images': 'declare const image: ImageData;\n',
+  Errors: "import { createSession } from 'tracecut';\n",
+  [TASKS.browser[0]]: FILE,
+};
+
+/** Blocks that continue each other, as one program. */
+const PROGRAM = ['Sessions', 'Corrections', 'Edits by hand'];
+/** The page's block finds its elements by any selector, so it has no types; the other configures a bundler. */
+const UNTYPED = ['In the browser', 'Bundlers'];
+
+test('the blocks of README, guide and tasks compile in strict mode', (t) => {
+  const folder = installed(t);
+  const blocks = [...code, ...taskCode].filter(([heading]) => ![...PROGRAM, ...UNTYPED].includes(heading));
+  const sources = blocks.map(([heading, source]) => `${GRANTED[heading] ?? ''}${source}`);
+  sources.push(PROGRAM.map((heading) => code.get(heading)).join('\n'));
+  const files = sources.map((source, k) => {
+    file(folder, `block${k}.ts`, `${source}\nexport {};\n`);
+    return `block${k}.ts`;
+  });
+  const settings =
+    '--strict --noEmit --target es2022 --module nodenext --lib es2023,esnext.disposable,dom,dom.iterable --types node';
+  const types = ['--typeRoots', join(root, 'node_modules', '@types')];
+  const tsc = join(root, 'node_modules', 'typescript', 'bin', 'tsc');
+  const { status, stdout } = spawnSync(process.execPath, [tsc, ...settings.split(' '), ...types, ...files], {
+    cwd: folder,
+    encoding: 'utf8',
+  });
+  assert.equal(status, 0, stdout);
+});
