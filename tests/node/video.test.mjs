@@ -3,7 +3,17 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { setTimeout as delay } from 'node:timers/promises';
-import { createSession, Result, segmentVideo, synthClip, VideoResult, VideoSegmentation, WindowResult } from 'tracecut';
+import {
+  createSession,
+  Result,
+  segmentVideo,
+  synthClip,
+  VideoResult,
+  VideoSegmentation,
+  videoFrames,
+  WindowResult,
+} from 'tracecut';
+import { trajectories } from 'tracecut/stages';
 import { framesOf, plain, png, rejects, STAGES } from './support.mjs';
 
 /** Windows that are run in a moment. */
@@ -520,4 +530,32 @@ test('a paused segmentation can be closed; one that has not begun waits', async 
   assert.equal(video.paused, true);
   video.close();
   await rejects(collecting, 'closed');
+});
+
+test('aborts, and errors of the caller’s source and callbacks, pass unchanged', async () => {
+  const frames = (await framesOf(TINY)).slice(0, 4);
+  const own = new RangeError('mine');
+  const fail = () => {
+    throw own;
+  };
+  async function* failing() {
+    yield frames[0];
+    fail();
+  }
+  for (const [source, options] of [
+    [failing(), {}],
+    [frames, { onFrame: fail }],
+    [frames, { onProgress: fail }],
+    [frames, { signal: AbortSignal.abort(own) }],
+  ]) {
+    await assert.rejects(segmentVideo(source, options).collect(), (error) => error === own);
+  }
+  for (const call of [
+    (signal) => segmentVideo(frames, { signal }).collect(),
+    (signal) => trajectories(frames, { signal }),
+    (signal) => videoFrames(frames, { signal }).next(),
+  ])
+    await assert.rejects(call(AbortSignal.abort()), { name: 'AbortError' });
+  await assert.rejects(trajectories(failing()), (error) => error === own);
+  await assert.rejects(trajectories(frames, { onProgress: fail }), (error) => error === own);
 });
