@@ -4,7 +4,7 @@
  * ```js
  * const session = await createSession();
  * for (const frame of frames) await session.push(frame);
- * const result = await session.run({ onProgress: ({ stage, done, total }) => {} });
+ * const result = await session.run({ onProgress: ({ stage, share, secondsLeft }) => {} });
  * result.labels(0); result.trajectories; result.clusters.label; session.close();
  * ```
  * @module
@@ -66,7 +66,8 @@ export type { SoundOptions } from './kit/export/sound.js';
 export type { EncodeFrame, EncodeFrames, EncodeVideoOptions } from './kit/export/video.js';
 export type { Parameter, ParameterOptions } from './parameters.js';
 export type { Places, WorkerSource } from './places.js';
-export type { FlowField, Progress, Stage } from './session/engine.js';
+export type { FlowField, Stage } from './session/engine.js';
+export type { Progress } from './session/progress.js';
 export type { Place, Stroke, TrajectoryInput } from './session/inputs.js';
 export type { ObjectList, SearchInput, SearchReport, VideoObject } from './session/report.js';
 export type {

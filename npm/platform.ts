@@ -4,6 +4,7 @@
 import { TraceCutError, illegal, typeTag } from './check/errors.js';
 import { type WorkerSource, getMissingFileHint, places, resolveFile, startImporter, startWorkerAt } from './places.js';
 import type { WasmSource } from './check/options.js';
+import type { FrameAtTime } from './video/frame-list.js';
 import type { HelperWorker } from './worker/helpers.js';
 
 export interface HelperData {
@@ -21,6 +22,11 @@ export interface Platform {
   startAside?: (() => Worker) | undefined;
   /** Starts a helper of a session on the calling thread. */
   startHelper?: (data: HelperData) => HelperWorker;
+  /** Reads the frames of a video file by its path or address, where browsers' own decoders are missing. */
+  readVideo?: (
+    address: string | URL,
+    options: { signal?: AbortSignal; maxPixels?: number },
+  ) => Promise<AsyncIterable<FrameAtTime>>;
   /** Returns the number of threads that the machine runs at once, if known. */
   cores: () => number | undefined;
 }

@@ -12,16 +12,18 @@ export function fingerprint(result) {
     clusters.label,
     embedding.eigenvalues,
     embedding.vectors,
-    ...Object.values(saliency ?? {}),
-    ...Object.values(components ?? {}),
+    ...Object.values(saliency),
+    ...Object.values(components),
   ];
-  const masks = objects && Array.from({ length: result.numFrames }, (_, t) => fnv1a(result.labels(t)));
+  const masks = Array.from({ length: result.masks.length > 0 ? result.numFrames : 0 }, (_, t) =>
+    fnv1a(result.labels(t)),
+  );
   return JSON.stringify([
     clusters.count,
     lists.map((list) => [...list]),
     edges,
-    Math.max(0, ...(objects ?? []).map(({ label }) => label)),
-    [...(clusters.object ?? [])],
+    Math.max(0, ...objects.map(({ label }) => label)),
+    [...clusters.object],
     masks,
   ]);
 }

@@ -171,15 +171,17 @@ export const LAYERS = {
     },
     legend({ result: { clusters }, mode }) {
       const labels =
-        mode === 'object' && clusters.object ? [...new Set(clusters.object)] : [...Array(clusters.count).keys()];
+        mode === 'object' && clusters.object.length > 0
+          ? [...new Set(clusters.object)]
+          : [...Array(clusters.count).keys()];
       const name = (label) => (mode === 'object' ? nameOf(label) : `Cluster ${label}`);
       const listed = labels.sort((a, b) => a - b).slice(0, MAX_ENTRIES);
       const entries = listed.map((label) => /** @type {Legend[0]} */ ([[objectColor(label)], name(label)]));
       const omitted = labels.length - listed.length;
       return omitted > 0 ? [...entries, [[], `and ${omitted} more`]] : entries;
     },
-    facts({ result: { clusters, objects } }) {
-      if (!objects) return `${clusters.count} clusters.`;
+    facts({ result: { clusters, objects, masks } }) {
+      if (masks.length === 0) return `${clusters.count} clusters.`;
       const background = clusters.object.filter((label) => label === 0).length;
       return `${clusters.count} clusters: ${background} background, ${clusters.count - background} in ${objects.length} objects.`;
     },
@@ -240,12 +242,12 @@ export const LAYERS = {
     },
     draw(context, { result, t }, { superpixels, background }) {
       if (background) return drawBackground(context, background, result);
-      if (result.masks) drawLabels(context, result, t);
+      if (result.masks.length > 0) drawLabels(context, result, t);
       if (superpixels) drawSuperpixels(context, superpixels, { fill: 'none' });
     },
     legend({ result, mode }, { confidence }) {
       if (mode === 'background') return [[['#000000'], 'covered in every frame']];
-      return (result.objects ?? []).map(({ label }) => [
+      return result.objects.map(({ label }) => [
         [objectColor(label)],
         `${nameOf(label)}, ${number(100 * confidence[label])}% confident`,
       ]);

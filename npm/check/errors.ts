@@ -32,7 +32,11 @@ export type ErrorCode =
   | 'no-frames'
   | 'fetch';
 
-/** An error with a stable `code` and a message that names the value and what is legal. */
+/**
+ * An error with a stable `code` and a message that names the value and what is legal. All errors of the package are of this
+ * class. Others pass unchanged: the reason of a signal that aborted (by default a `DOMException` named `AbortError`), and
+ * errors that the caller's source of frames or callbacks throw.
+ */
 export class TraceCutError extends Error {
   /** The result of the frames before the damage, set by `collect`. */
   result: VideoResult | undefined;
@@ -118,13 +122,63 @@ export function checkSides(code: ErrorCode, prefix: string, size: { width?: unkn
   checkWholeNumber(code, `${prefix}height`, size.height, 1, MAX_SIDE);
 }
 
-/** Returns the options; throws if they are no object or have unknown names. */
-export function checkOptions<T extends object>(options: T, legal: string[]): T {
-  if (!isPlainObject(options)) throw illegal('param', 'options', options, `an object with ${legal.join(', ')}`);
+/**
+ * Returns the options; throws if they are no object or have unknown names. Every public function with options calls it.
+ * @param legal names of all options of the call
+ * @param place.prefix of the names in the error, for an object inside of options
+ * @param place.nested further names that may have been meant
+ */
+export function checkOptions<T extends object>(
+  options: T,
+  legal: readonly string[],
+  { prefix = '', nested = [] }: { prefix?: string; nested?: readonly string[] } = {},
+): T {
+  if (!isPlainObject(options)) {
+    const name = prefix ? prefix.slice(0, -1) : 'options';
+    throw illegal('param', name, options, `an object with ${legal.join(', ')}`);
+  }
   const unknown = Object.keys(options).find((key) => !legal.includes(key));
-  if (unknown !== undefined)
-    throw illegal('param', unknown, options[unknown], `no such option; there are ${legal.join(', ')}`);
+  if (unknown !== undefined) {
+    const names = legal.map((name) => prefix + name);
+    const similar = findSimilar(unknown, [...names, ...nested]);
+    const hint = similar === undefined ? '' : `, such as ${similar}`;
+    throw illegal(
+      'param',
+      prefix + unknown,
+      options[unknown],
+      `a known option${hint}; the options are ${names.join(', ')}`,
+    );
+  }
   return options;
+}
+
+/** Returns the name that was probably meant: its last part differs in case or in a few letters; undefined if none does. */
+function findSimilar(name: string, candidates: readonly string[]): string | undefined {
+  const distances = candidates.map((candidate) => {
+    const last = candidate.slice(candidate.lastIndexOf('.') + 1);
+    return countEdits(name.toLowerCase(), last.toLowerCase());
+  });
+  const least = Math.min(...distances);
+  return least <= Math.max(1, name.length / 3) ? candidates[distances.indexOf(least)] : undefined;
+}
+
+/** Counts the letters to insert, delete, replace or swap with the next one to get from one word to another. */
+function countEdits(from: string, to: string): number {
+  const rows = [Array.from({ length: to.length + 1 }, (_, j) => j)];
+  for (let i = 1; i <= from.length; i += 1) {
+    const [row, last, lastButOne] = [[i], rows[i - 1]!, rows[i - 2]];
+    for (let j = 1; j <= to.length; j += 1) {
+      const isSwap = lastButOne && from[i - 1] === to[j - 2] && from[i - 2] === to[j - 1];
+      row[j] = Math.min(
+        last[j]! + 1,
+        row[j - 1]! + 1,
+        last[j - 1]! + Number(from[i - 1] !== to[j - 1]),
+        isSwap ? lastButOne[j - 2]! + 1 : Infinity,
+      );
+    }
+    rows.push(row);
+  }
+  return rows[from.length]![to.length]!;
 }
 
 /** Throws unless the value is true or false. */

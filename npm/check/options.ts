@@ -1,7 +1,7 @@
 // The options of a session, checked.
 
-import { checkWholeNumber, illegal, isPlainObject } from './errors.js';
-import type { ParameterOptions } from '../parameters.js';
+import { checkOptions, checkWholeNumber, illegal, isPlainObject } from './errors.js';
+import { PARAMETERS, type ParameterOptions } from '../parameters.js';
 import type { WorkerSource } from '../places.js';
 
 /** Source of the wasm file, if it is not beside the package. */
@@ -51,34 +51,56 @@ export const MAX_PIXELS = 2 ** 26;
 /** Most threads of a session. */
 const MAX_THREADS = 64;
 
-/** Parameters are two levels deep: anything much deeper is a mistake, or an object that contains itself. */
-const MAX_DEPTH = 4;
+/** Names of the settings. */
+const SETTINGS = ['preset', 'wasm', 'decoder', 'worker', 'threads'];
+
+/** Names of the options of a call. */
+export type OptionNames = {
+  /** Those that are checked elsewhere; the error of an unknown option lists them too. */
+  others?: readonly string[];
+  /** Groups of parameters; all if not given. */
+  groups?: readonly string[];
+  /** Settings; all if not given. */
+  settings?: readonly string[];
+};
 
 /**
  * Separates this layer's settings from the parameters and copies the latter without `undefined` values. Rust checks
- * names, types and ranges of parameters; here only values that cannot be passed on are refused.
+ * types and ranges of parameters; here only values that cannot be passed on are refused.
  */
-export function splitOptions(options: SessionOptions = {}): EngineOptions {
-  if (!isPlainObject(options)) throw illegal('param', 'options', options, 'an object such as {flow: {patchStride: 5}}');
+export function splitOptions(options: SessionOptions = {}, names: OptionNames = {}): EngineOptions {
+  checkTree(options, names);
   const { wasm, decoder, worker, threads, ...parameters } = options;
   if (worker !== undefined) checkWorker(worker);
   if (threads !== undefined) checkWholeNumber('param', 'threads', threads, 1, MAX_THREADS);
   const maxPixels = parameters.clip?.maxPixels ?? MAX_PIXELS;
-  return { wasm, decoder, worker, threads, maxPixels, parameters: copyTree(parameters, '', 0) };
+  return { wasm, decoder, worker, threads, maxPixels, parameters: copyTree(parameters) };
 }
 
-function copyTree(tree: Record<string, unknown>, prefix: string, depth: number): Record<string, unknown> {
+/** Throws for unknown names of settings, groups and parameters. */
+function checkTree(options: SessionOptions, { others = [], groups = listGroups(), settings = SETTINGS }: OptionNames) {
+  const nested = PARAMETERS.map(({ name }) => name).filter((name) => groups.includes(name.split('.')[0]!));
+  checkOptions(options, [...others, ...settings, ...groups], { nested });
+  for (const [group, parameters] of Object.entries(options)) {
+    if (!groups.includes(group) || parameters === undefined) continue;
+    const prefix = `${group}.`;
+    const legal = nested.filter((name) => name.startsWith(prefix)).map((name) => name.slice(prefix.length));
+    checkOptions(parameters as object, legal, { prefix });
+  }
+}
+
+function listGroups() {
+  return [...new Set(PARAMETERS.map(({ name }) => name.split('.')[0]!))];
+}
+
+/** Copies groups, and the parameters in them. */
+function copyTree(tree: Record<string, unknown>, group = ''): Record<string, unknown> {
   const copy: Record<string, unknown> = {};
   for (const [key, value] of Object.entries(tree)) {
-    const name = prefix + key;
     if (value === undefined) continue;
-    if (isPlainObject(value) && depth < MAX_DEPTH) {
-      copy[key] = copyTree(value, `${name}.`, depth + 1);
-    } else if (typeof value === 'number' || typeof value === 'boolean' || typeof value === 'string') {
-      copy[key] = value;
-    } else {
-      throw illegal('param', name, value, 'a number, true or false, or a name');
-    }
+    if (isPlainObject(value) && group === '') copy[key] = copyTree(value, `${key}.`);
+    else if (['number', 'boolean', 'string'].includes(typeof value)) copy[key] = value;
+    else throw illegal('param', group + key, value, 'a number, true or false, or a name');
   }
   return copy;
 }

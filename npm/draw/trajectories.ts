@@ -139,7 +139,7 @@ export class FramePoints {
     const { clusters, trajectories } = this.result;
     if (trajectories.label) return Number(trajectories.label[i]);
     const cluster = this.cluster(i);
-    return clusters?.object ? Number(clusters.object[cluster]) : cluster;
+    return clusters?.object?.length ? Number(clusters.object[cluster]) : cluster;
   }
 
   /** Returns the cluster of a trajectory, or its object if no clusters are known. */

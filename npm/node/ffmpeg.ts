@@ -109,7 +109,8 @@ export class Ffmpeg {
 function createStartError(error: NodeJS.ErrnoException, name: string) {
   const reason = error.code === 'ENOENT' ? 'it was not found' : error.message;
   const message =
-    `${name} could not be started: ${reason} (expected ffmpeg to be installed, or its path as the option ffmpeg; ` +
-    'without it pass frames, such as the bytes of PNG or JPEG files)';
+    `${name} could not be started: ${reason} (expected ffmpeg 5.1 or later on the PATH, from https://ffmpeg.org/download.html ` +
+    "or a package manager, or its path: framesOfVideo(file, { ffmpeg: '/path/of/ffmpeg' }) of tracecut/node; without it " +
+    'pass frames, such as the bytes of PNG or JPEG files)';
   return new TraceCutError('unsupported', message, { cause: error });
 }

@@ -21,8 +21,16 @@ setPlatform({
   startWorker: startThread,
   inProcess: true,
   startHelper,
+  readVideo,
   cores: availableParallelism,
 });
+
+/** Reads a video with ffmpeg; a string with a protocol is an address, any other a path. */
+async function readVideo(address: string | URL, options: { signal?: AbortSignal; maxPixels?: number }) {
+  const { framesOfVideo } = await import('./video.js');
+  const isAddress = typeof address === 'string' && /^[a-z][a-z\d+.-]+:\/\//i.test(address);
+  return framesOfVideo(isAddress ? new URL(address) : address, options);
+}
 
 function startHelper(data: HelperData): HelperWorker {
   const port = data.port as unknown as MessagePort;
@@ -54,9 +62,9 @@ function load(source: WasmSource) {
  */
 async function readPackaged(name: 'wasm' | 'decoder', file: string, make: () => URL) {
   const url = resolveFile(name, make, getBundlerHint(name, file));
-  const moduleUrl = import.meta.url;
+  const ownUrl = import.meta.url;
   const candidates = url.href.startsWith('file:') ? [new URL(url.href)] : [];
-  candidates.push(new URL(`../${file}`, moduleUrl));
+  candidates.push(new URL(`../${file}`, ownUrl));
   const existing = candidates.find((candidate) => existsSync(candidate)) ?? candidates[0];
   return readModule(existing!, getBundlerHint(name, file));
 }

@@ -2,7 +2,7 @@
 // `cli/src/selftest.rs` is the same program: same clips, same bytes, same order.
 // It is given the package's exports, so that a page that has loaded the package loads nothing twice.
 
-import { illegal, isPlainObject } from '../check/errors.js';
+import { checkOptions } from '../check/errors.js';
 import { EXPECTED } from './expected.js';
 import type { SessionSettings, WasmSource } from '../check/options.js';
 import type { CocoAnnotation } from '../kit/export/coco.js';
@@ -55,10 +55,7 @@ export async function runSelftest(
   options: SelftestOptions = {},
   digest: Digest = createDigest(library),
 ): Promise<Selftest> {
-  if (!isPlainObject(options)) throw illegal('param', 'options', options, `an object of ${LEGAL.join(', ')}`);
-  const unknown = Object.entries(options).find(([name]) => !LEGAL.includes(name));
-  if (unknown) throw illegal('param', unknown[0], unknown[1], LEGAL.join(', '));
-  const { onCheck, signal, ...settings } = options;
+  const { onCheck, signal, ...settings } = checkOptions(options, LEGAL);
   const results: SelftestCheck[] = [];
   for await (const [name, what, parts] of runChecks(library, settings, signal)) {
     signal?.throwIfAborted();
@@ -171,7 +168,7 @@ async function* checkMotion(result: Result): AsyncGenerator<Check> {
   const maps = [];
   for (const t of FRAMES) maps.push((await result.saliencyMap(t)).saliency);
   yield ['saliency', 'saliency of pixels', maps];
-  const { foreground } = required(result.saliency);
+  const { foreground } = result.saliency;
   yield ['foreground', 'which trajectories are salient', [foreground]];
   yield ['labels', 'the cluster of each trajectory', [result.clusters.label]];
   yield ['track-file', 'trajectories with their clusters as text', [encodeText(result.toTracksDat())]];
@@ -179,8 +176,8 @@ async function* checkMotion(result: Result): AsyncGenerator<Check> {
 
 /** Yields the masks, and the files made from them. */
 async function* checkMasks(library: Library, result: Result, settings: Settings): AsyncGenerator<Check> {
-  yield ['objects', 'the object of each cluster', [required(result.clusters.object)]];
-  yield ['masks', 'masks of all frames', [required(result.masks)]];
+  yield ['objects', 'the object of each cluster', [result.clusters.object]];
+  yield ['masks', 'masks of all frames', [result.masks]];
   const plates = [];
   for (const t of FRAMES) plates.push((await result.background(t)).data);
   yield ['background', 'frames without the objects', plates];
@@ -227,9 +224,4 @@ function toRgb(rgba: Uint8Array | Uint8ClampedArray) {
 
 function encodeText(text: string) {
   return new TextEncoder().encode(text);
-}
-
-function required<T>(value: T | null): T {
-  if (value === null) throw new Error('a run with frames ended without saliency or masks');
-  return value;
 }

@@ -41,12 +41,12 @@ export type Stage =
   | 'masks';
 
 /**
- * Progress of a run: `done` of `total` steps of a stage; steps differ in duration. `done` only grows; so does `total` during
+ * A step of a run: `done` of `total` steps of a stage; steps differ in duration. `done` only grows; so does `total` during
  * the cut, and is constant elsewhere.
  */
-export type Progress = { readonly stage: Stage; readonly done: number; readonly total: number };
+export type StageStep = { readonly stage: Stage; readonly done: number; readonly total: number };
 
-export type OnProgress = (progress: Progress) => void;
+export type OnStep = (step: StageStep) => void;
 
 /**
  * State of a session: `corrections` is the number in force, `memoryBytes` the linear memory of its wasm instance, which
@@ -78,7 +78,7 @@ export interface RawResult {
   info: SessionInfo;
   seconds: Partial<Record<Stage, number>>;
   trajectories: TrajectoryList;
-  clusters: ClusterList & ClusterObjects;
+  clusters: ClusterList & { object: ClusterObjects['object'] | null };
   thresholdClusters: ClusterList;
   embedding: EmbeddingTable;
   edges: EdgeTable;
@@ -103,9 +103,9 @@ export type RawConfidenceMap = Omit<ConfidenceMap, 'scaleX' | 'scaleY'>;
 /** An engine of a session, in this thread or in a worker. `run` resolves to `null` when it was aborted. */
 export interface Engine {
   request: <N extends RequestName>(name: N, ...args: Arguments<N>) => Promise<Answer<N>>;
-  run: (onProgress: OnProgress, signal: AbortSignal) => Promise<RawResult | null>;
+  run: (onStep: OnStep, signal: AbortSignal) => Promise<RawResult | null>;
   /** Runs until the end of the trajectories. */
-  track: (onProgress: OnProgress, signal: AbortSignal) => Promise<TrajectoryList | null>;
+  track: (onStep: OnStep, signal: AbortSignal) => Promise<TrajectoryList | null>;
   /** Releases the helpers, as no further window follows. */
   rest: () => void;
   close: () => void;
@@ -156,17 +156,17 @@ export class LocalEngine implements Engine {
     });
   }
 
-  run(onProgress: OnProgress, signal: AbortSignal) {
-    return this.#stepUntil(onProgress, signal, undefined, (session) => this.#collectResult(session));
+  run(onStep: OnStep, signal: AbortSignal) {
+    return this.#stepUntil(onStep, signal, undefined, (session) => this.#collectResult(session));
   }
 
-  track(onProgress: OnProgress, signal: AbortSignal) {
-    return this.#stepUntil(onProgress, signal, 'trajectories', (session) => session.trajectories());
+  track(onStep: OnStep, signal: AbortSignal) {
+    return this.#stepUntil(onStep, signal, 'trajectories', (session) => session.trajectories());
   }
 
   /** Steps to the end, or to the end of a stage. */
   #stepUntil<T>(
-    onProgress: OnProgress,
+    onStep: OnStep,
     signal: AbortSignal,
     last: Stage | undefined,
     getResult: (session: Session) => T,
@@ -177,7 +177,7 @@ export class LocalEngine implements Engine {
       signal.addEventListener('abort', wake);
       try {
         while (!signal.aborted && !this.#isClosed) {
-          const state = this.#runSlice(onProgress, last);
+          const state = this.#runSlice(onStep, last);
           if (state === 'done') {
             // Helpers have nothing left to do, unless another window follows.
             if (!this.#isWindowed) this.crew?.rest();
@@ -212,24 +212,24 @@ export class LocalEngine implements Engine {
    * each stage and of the slice.
    * @param until the last stage, if not all are needed
    */
-  #runSlice(onProgress: OnProgress, until: Stage | undefined): 'more' | 'waiting' | 'done' {
+  #runSlice(onStep: OnStep, until: Stage | undefined): 'more' | 'waiting' | 'done' {
     const began = performance.now();
-    let last: Progress | undefined;
+    let last: StageStep | undefined;
     for (let steps = 1; ; steps += 1) {
       const pause = this.#call((session) => this.#exchangeJobs(session));
       if (!pause) {
-        const progress = this.#call((session) => session.step()) as Progress | undefined;
-        if (last && progress?.stage !== last.stage) onProgress(last);
-        if (!progress) return 'done';
-        this.#addTime(progress.stage);
-        last = progress;
-        if (progress.stage === until && progress.done === progress.total) {
-          onProgress(last);
+        const step = this.#call((session) => session.step()) as StageStep | undefined;
+        if (last && step?.stage !== last.stage) onStep(last);
+        if (!step) return 'done';
+        this.#addTime(step.stage);
+        last = step;
+        if (step.stage === until && step.done === step.total) {
+          onStep(last);
           return 'done';
         }
       }
       if (pause || steps >= SLICE_STEPS || isSliceOver(began)) {
-        if (last) onProgress(last);
+        if (last) onStep(last);
         return pause ?? 'more';
       }
     }

@@ -178,7 +178,7 @@ function findLabels({
   trajectories,
   clusters,
 }: Pick<LabelledTrajectories, 'trajectories' | 'clusters'>): ArrayLike<number> | undefined {
-  if (trajectories.label || !clusters?.object) return trajectories.label ?? clusters?.label;
+  if (trajectories.label || !clusters?.object?.length) return trajectories.label ?? clusters?.label;
   const { label, object } = clusters;
   return Uint8Array.from(label, (cluster) => Number(object[cluster]));
 }

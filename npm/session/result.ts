@@ -48,10 +48,10 @@ export type EdgeTable = {
 export type Edges = { readonly i: Uint32Array; readonly j: Uint32Array; readonly d: Float32Array };
 
 /**
- * The object of each cluster: its label in the masks, 0 for the background; null without masks. Several clusters may form
+ * The object of each cluster: its label in the masks, 0 for the background; empty without masks. Several clusters may form
  * one object, or the background.
  */
-export type ClusterObjects = { readonly object: Uint8Array | null };
+export type ClusterObjects = { readonly object: Uint8Array };
 
 /**
  * Saliency of each trajectory against its surroundings, 0 to 1: `ofPoints`, the greatest saliency of the pixels along it
@@ -181,7 +181,15 @@ export interface Explanation {
   } | null;
 }
 
-/** Results of a run. */
+// Of a run without frames.
+const NO_SALIENCY: SaliencyTable = {
+  ofPoints: new Float32Array(0),
+  inContext: new Float32Array(0),
+  foreground: new Uint8Array(0),
+};
+const NO_COMPONENTS: ComponentTable = { count: new Uint32Array(0), ofPoint: new Int32Array(0) };
+
+/** Results of a run. Nothing in them is null: what a run without frames or masks does not have is empty. */
 export class Result {
   #ask;
 
@@ -201,20 +209,20 @@ export class Result {
   readonly embedding: EmbeddingTable;
   /** Seconds spent in each stage. */
   readonly seconds: Partial<Record<Stage, number>>;
-  /** The objects of the masks; null without masks (`clip.dense` off, or no frames). */
-  readonly objects: ObjectList | null;
-  /** Saliency of each trajectory, and the foreground; null for trajectories without frames, which have no flow. */
-  readonly saliency: SaliencyTable | null;
-  /** Connected components of the foreground in each frame; null for trajectories without frames. */
-  readonly components: ComponentTable | null;
+  /** The objects of the masks; empty without masks (`clip.dense` off, or no frames). */
+  readonly objects: ObjectList;
+  /** Saliency of each trajectory, and the foreground; empty for trajectories without frames, which have no flow. */
+  readonly saliency: SaliencyTable;
+  /** Connected components of the foreground in each frame; empty for trajectories without frames. */
+  readonly components: ComponentTable;
   /**
    * The frames, `from <= t < to`, whose masks should be looked at, in their order: those that agree much less with their
    * neighbours than the median frame does, or whose objects are suddenly larger or smaller, and up to two frames before
-   * and after them; null without masks.
+   * and after them; empty without masks.
    */
-  readonly doubts: readonly FrameRange[] | null;
-  /** Masks of all frames, one after the other; null without masks. `labels(t)` copies one. */
-  readonly masks: Uint8Array<ArrayBuffer> | null;
+  readonly doubts: readonly FrameRange[];
+  /** Masks of all frames, one after the other; empty without masks. `labels(t)` copies one. */
+  readonly masks: Uint8Array<ArrayBuffer>;
   /** Delaunay edges of all frames; `edges(t)` returns a frame's. */
   readonly edgeTable: EdgeTable;
 
@@ -223,15 +231,15 @@ export class Result {
     this.height = raw.info.height;
     this.numFrames = raw.info.numFrames;
     this.trajectories = raw.trajectories;
-    this.clusters = raw.clusters;
+    this.clusters = { ...raw.clusters, object: raw.clusters.object ?? new Uint8Array(0) };
     this.thresholdClusters = raw.thresholdClusters;
     this.embedding = raw.embedding;
     this.seconds = raw.seconds;
-    this.objects = raw.areas && listObjects(raw.areas);
-    this.saliency = raw.saliency;
-    this.components = raw.components;
-    this.doubts = raw.doubts ?? null;
-    this.masks = raw.labels;
+    this.objects = listObjects(raw.areas ?? []);
+    this.saliency = raw.saliency ?? NO_SALIENCY;
+    this.components = raw.components ?? NO_COMPONENTS;
+    this.doubts = raw.doubts ?? [];
+    this.masks = raw.labels ?? new Uint8Array(0);
     this.edgeTable = raw.edges;
     this.#ask = ask;
   }
@@ -242,7 +250,7 @@ export class Result {
    */
   labels(t: number): Uint8Array<ArrayBuffer> {
     checkWholeNumber('param', 't', t, 0, this.numFrames - 1);
-    if (!this.masks) throw createMissingError('masks', 'masks');
+    if (this.masks.length === 0) throw createMissingError('masks', 'masks');
     const size = this.width * this.height;
     return this.masks.slice(t * size, (t + 1) * size);
   }
@@ -318,7 +326,7 @@ export class Result {
 
   async #request<N extends ResultName>(name: N, ...args: Arguments<N>): Promise<Answer<N>> {
     const { noun, needs: from } = REQUESTS[name];
-    const available = { frames: true, saliency: this.saliency, masks: this.masks };
+    const available = { frames: true, saliency: this.components.count.length > 0, masks: this.masks.length > 0 };
     if (!available[from]) throw createMissingError(noun, from);
     return this.#ask(name, ...args);
   }
@@ -340,7 +348,7 @@ export class Result {
    * returns its data as a plain object without methods, which `fromJSON` accepts too.
    */
   toJSON(): Record<string, unknown> {
-    return toSaved({ ...this, masks: this.masks && encodeRuns(this.masks) });
+    return toSaved({ ...this, masks: this.masks.length > 0 ? encodeRuns(this.masks) : null });
   }
 
   /**
@@ -382,7 +390,7 @@ export function restoreResult<T>(
   const { masks, edgeTable, ...facts } = saved;
   const size = facts.width * facts.height * checkWholeNumber('data', 'numFrames', facts.numFrames, 1, 2 ** 31);
   const labels = masks instanceof Uint32Array ? decodeRuns(checkRuns('masks', masks, size)) : masks;
-  if (labels && labels.length !== size)
+  if (labels?.length && labels.length !== size)
     throw new TraceCutError('data', `the saved masks have ${labels.length} pixels (expected ${size})`);
   return create({ ...facts, info: facts, edges: edgeTable, areas: facts.objects, labels }, rejectRequest, facts);
 }

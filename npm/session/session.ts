@@ -1,21 +1,23 @@
 // Processes one clip at a time: `Session` checks its inputs, runs, aborts and corrects; an engine does the work.
 
-import { TraceCutError, checkWholeNumber, illegal, withFrame } from '../check/errors.js';
-import { type SessionOptions, splitOptions } from '../check/options.js';
+import { TraceCutError, checkOptions, checkWholeNumber, illegal, withFrame } from '../check/errors.js';
+import { type EngineOptions, type SessionOptions, splitOptions } from '../check/options.js';
 import { type BoundaryMap, type Grid, type Superpixels, addScale } from '../stages/image.js';
 import { type FrameSource, toRawFrame } from '../worker/frames.js';
 import { untilAborted } from '../worker/pause.js';
 import { createDecoderLoader, openEngine } from '../worker/remote.js';
+import { ClipWork, type Progress, RunMeter, STAGES_OF_FRAMES, STAGES_OF_MASKS } from './progress.js';
 import { toMerge, toRawTrajectories, toSplit, toStrokes } from './inputs.js';
 import { type Answer, type Arguments, type Ask, type MapName, REQUESTS, type ResultRequestSpec } from './requests.js';
 import { type Background, Result, type SaliencyMap } from './result.js';
-import type { Engine, FlowField, OnProgress, SessionInfo } from './engine.js';
+import type { Engine, FlowField, OnStep, SessionInfo } from './engine.js';
+import type { ParameterOptions } from '../parameters.js';
 import type { Place, RawCorrection, Stroke, TrajectoryInput } from './inputs.js';
 
 /** Opens a session. */
 export async function createSession(options?: SessionOptions): Promise<Session> {
   const split = splitOptions(options);
-  return new Session(await openEngine(split), createDecoderLoader(split.decoder), split.maxPixels);
+  return new Session(await openEngine(split), createDecoderLoader(split.decoder), split);
 }
 
 const EMPTY_INFO: SessionInfo = {
@@ -30,8 +32,8 @@ const EMPTY_INFO: SessionInfo = {
 
 /** Options of a run or a correction. */
 export interface RunOptions {
-  /** Called for each stage. */
-  onProgress?: OnProgress;
+  /** Called for each stage, with the finished share of the run and the time left. */
+  onProgress?: (progress: Progress) => void;
   /** Aborts the work: the promise rejects with its reason, and the session keeps its state. */
   signal?: AbortSignal;
 }
@@ -66,6 +68,7 @@ export class Session {
   #numPushed = 0;
   #loadDecoder;
   #maxPixels;
+  #isDense;
   /** Keeps the frames in the order of the calls, however long copying takes. */
   #lastCopy: Promise<unknown> = Promise.resolve();
 
@@ -73,10 +76,11 @@ export class Session {
   constructor(
     engine: Engine,
     loadDecoder: () => Promise<WebAssembly.Module>,
-    maxPixels?: number,
+    { maxPixels, parameters = {} }: Partial<Pick<EngineOptions, 'maxPixels' | 'parameters'>> = {},
     info: SessionInfo = EMPTY_INFO,
   ) {
     this.#maxPixels = maxPixels;
+    this.#isDense = (parameters.clip as ParameterOptions['clip'])?.dense ?? true;
     this.#engine = engine;
     this.#info = info;
     this.#numPushed = info.numFrames;
@@ -129,7 +133,7 @@ export class Session {
   }
 
   /**
-   * Runs all remaining work. `onProgress` is called for each stage. If `signal` aborts, the promise rejects with its reason
+   * Runs all remaining work. `onProgress` is called for each stage; its `share` begins at 0 in each run. If `signal` aborts, the promise rejects with its reason
    * and the session keeps its state: the next `run` continues from there, to the same result.
    */
   async run(options?: RunOptions): Promise<Result> {
@@ -206,7 +210,7 @@ export class Session {
     const onAbort = () => stop(signal?.reason);
     signal?.addEventListener('abort', onAbort);
     try {
-      const report = wrapProgress(onProgress, stop);
+      const report = this.#createReport(onProgress, stop);
       if (correction) await untilAborted(this.#apply(correction), inner.signal);
       const raw = await untilAborted(this.#engine.run(report, inner.signal), inner.signal);
       if (raw === null) throw new TraceCutError('closed', 'the session was closed');
@@ -215,6 +219,23 @@ export class Session {
       signal?.removeEventListener('abort', onAbort);
       this.#stopRun = undefined;
     }
+  }
+
+  /** Wraps the caller's `onProgress`: an error in it ends the run, which rejects with it. */
+  #createReport(onProgress: RunOptions['onProgress'], fail: (error: unknown) => void): OnStep {
+    const { numFrames } = this.#info;
+    const without = this.#numPushed === 0 ? STAGES_OF_FRAMES : this.#isDense ? [] : STAGES_OF_MASKS;
+    const meter = new RunMeter(new ClipWork(numFrames, numFrames, 0, false), without);
+    let hasFailed = false;
+    return (step) => {
+      if (hasFailed || !onProgress) return;
+      try {
+        onProgress({ ...step, ...meter.countStep({ ...step, window: 0 }, numFrames, numFrames) });
+      } catch (error) {
+        hasFailed = true;
+        fail(error);
+      }
+    };
   }
 
   async #apply(correction: RawCorrection) {
@@ -314,26 +335,10 @@ export class Session {
 }
 
 function checkRunOptions(options: RunOptions = {}): RunOptions {
-  if (typeof options !== 'object' || options === null)
-    throw illegal('param', 'options', options, 'an object {onProgress, signal}');
-  const { onProgress, signal } = options;
+  const { onProgress, signal } = checkOptions(options, ['onProgress', 'signal']);
   if (onProgress !== undefined && typeof onProgress !== 'function')
     throw illegal('param', 'onProgress', onProgress, 'a function');
   if (signal !== undefined && typeof signal?.throwIfAborted !== 'function')
     throw illegal('param', 'signal', signal, 'an AbortSignal');
   return options;
-}
-
-/** Wraps the caller's `onProgress`: an error in it ends the run, which rejects with it. */
-function wrapProgress(onProgress: OnProgress | undefined, fail: (error: unknown) => void): OnProgress {
-  let hasFailed = false;
-  return (progress) => {
-    if (hasFailed) return;
-    try {
-      onProgress?.(progress);
-    } catch (error) {
-      hasFailed = true;
-      fail(error);
-    }
-  };
 }

@@ -1,6 +1,6 @@
 // Synthetic clips with known masks: `synthClip`.
 
-import { checkWholeNumber, illegal, isPlainObject } from '../check/errors.js';
+import { checkOptions, checkWholeNumber } from '../check/errors.js';
 import { platform } from '../platform.js';
 import { type Instance, callInstance, release, startInstance } from '../worker/instance.js';
 import type { WasmSource } from '../check/options.js';
@@ -21,14 +21,11 @@ export interface ClipOptions {
   wasm?: WasmSource;
 }
 
+const LEGAL = ['width', 'height', 'frames', 'seed', 'wasm'];
+
 /** Creates a synthetic clip of moving objects with known masks and flow, on the calling thread. */
 export async function synthClip(options?: ClipOptions): Promise<Clip> {
-  const clipOptions = options ?? {};
-  if (!isPlainObject(clipOptions))
-    throw illegal('param', 'options', options, 'an object such as {width: 320, height: 180, frames: 30}');
-  const { width = 320, height = 180, frames = 30, seed = 0, wasm, ...others } = clipOptions;
-  const unknown = Object.keys(others)[0];
-  if (unknown) throw illegal('param', unknown, others[unknown], 'width, height, frames or seed');
+  const { width = 320, height = 180, frames = 30, seed = 0, wasm } = checkOptions(options ?? {}, LEGAL);
   checkWholeNumber('param', 'width', width, 1, 4096);
   checkWholeNumber('param', 'height', height, 1, 4096);
   checkWholeNumber('param', 'frames', frames, 1, 10000);

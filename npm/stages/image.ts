@@ -1,7 +1,7 @@
 // Boundary maps, superpixels and embedding discontinuities: their types, and the functions that compute them for a single
 // image.
 
-import { checkWholeNumber, illegal, isPlainObject } from '../check/errors.js';
+import { checkOptions, checkWholeNumber, isPlainObject } from '../check/errors.js';
 import { type SessionOptions, splitOptions } from '../check/options.js';
 import { type FrameSource, toRawFrame } from '../worker/frames.js';
 import { createDecoderLoader, openEngine } from '../worker/remote.js';
@@ -106,7 +106,6 @@ export type ImageEngineOptions = Pick<
 /** Options of the flow between two images. */
 export type FlowOptions = Pick<SessionOptions, 'flow' | 'wasm' | 'decoder' | 'worker'>;
 
-const COMMON_OPTIONS = ['wasm', 'decoder', 'worker'];
 /** Most superpixels: as many as pixels of the largest image. */
 const MAX_COUNT = 2 ** 26;
 
@@ -132,7 +131,8 @@ export class ImageEngine {
    * Returns the Gabriel superpixels of an image, at its own size.
    * @param options most superpixels, 1 to 2^26
    */
-  async superpixels(image: FrameSource, { count }: { count?: number } = {}): Promise<Superpixels> {
+  async superpixels(image: FrameSource, options: SuperpixelCount = {}): Promise<Superpixels> {
+    const { count } = checkOptions(options, ['count']);
     if (count !== undefined) checkWholeNumber('param', 'count', count, 1, MAX_COUNT);
     return toUnscaledGrid(await this.#engine.request('superpixelsOf', await this.#copy(image), count));
   }
@@ -162,8 +162,8 @@ export function createImageEngine(options?: ImageEngineOptions): Promise<ImageEn
   return openImageEngine(options, ['flow', 'contour', 'superpixel', 'still']);
 }
 
-async function openImageEngine(options: ImageEngineOptions | undefined, groups: string[]) {
-  const split = splitOptions(checkNames(options, [...groups, ...COMMON_OPTIONS]));
+async function openImageEngine(options: ImageEngineOptions | undefined, groups: string[], others: string[] = []) {
+  const split = splitOptions(options, { others, groups, settings: ['wasm', 'decoder', 'worker'] });
   const engine = await openEngine({ ...split, threads: 1 });
   return new ImageEngine(engine, createDecoderLoader(split.decoder));
 }
@@ -177,7 +177,8 @@ export function boundaries(image: FrameSource, options?: ImageOptions): Promise<
 export async function superpixels(image: FrameSource, options?: SuperpixelOptions): Promise<Superpixels> {
   const { count, ...engineOptions } = isPlainObject(options) ? options : { count: undefined };
   const checkedOptions = isPlainObject(options) ? engineOptions : options;
-  return requestOnce(checkedOptions, ['contour', 'superpixel'], (engine) => engine.superpixels(image, { count }));
+  const superpixelsOf = (engine: ImageEngine) => engine.superpixels(image, { count });
+  return requestOnce(checkedOptions, ['contour', 'superpixel'], superpixelsOf, ['count']);
 }
 
 /**
@@ -201,19 +202,14 @@ async function requestOnce<T>(
   options: ImageEngineOptions | undefined,
   groups: string[],
   request: (engine: ImageEngine) => Promise<T>,
+  others: string[] = [],
 ): Promise<T> {
-  const engine = await openImageEngine(options, groups);
+  const engine = await openImageEngine(options, groups, others);
   try {
     return await request(engine);
   } finally {
     engine.close();
   }
-}
-
-function checkNames(options: ImageEngineOptions | undefined, legal: string[]) {
-  const unknown = isPlainObject(options) && Object.keys(options).find((key) => !legal.includes(key));
-  if (unknown) throw illegal('param', unknown, options[unknown], legal.join(', '));
-  return options;
 }
 
 const toUnscaledGrid = <T extends { width: number; height: number }>(map: T) => addScale(map, map.width, map.height);

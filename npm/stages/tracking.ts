@@ -2,14 +2,18 @@
 
 import { TraceCutError, checkSides, checkWholeNumber, illegal, isPlainObject } from '../check/errors.js';
 import { type SessionOptions, splitOptions } from '../check/options.js';
+import { CLIP_STAGES, ClipWork, RunMeter } from '../session/progress.js';
 import { reduceFrame } from '../video/pixels.js';
-import { asOptions, createEmptyError, splitTake, takeFrames } from '../video/reader.js';
+import { TAKE_NAMES, asOptions, createEmptyError, splitTake, takeFrames } from '../video/reader.js';
 import { type VideoSource, openReader } from '../video/source.js';
 import { untilAborted } from '../worker/pause.js';
 import { createDecoderLoader, openEngine } from '../worker/remote.js';
-import type { Engine, Progress } from '../session/engine.js';
+import type { Engine, StageStep } from '../session/engine.js';
+import type { Progress } from '../session/progress.js';
 import type { TrajectoryList } from '../session/result.js';
 import type { Reader, Take, TakeOptions } from '../video/reader.js';
+
+const STAGES_AFTER_TRACKING = CLIP_STAGES.map(({ id }) => id).filter((id) => id !== 'flow' && id !== 'trajectories');
 
 /** Progress callback of tracking. */
 export interface TrackingProgress {
@@ -45,7 +49,10 @@ export async function trajectories(source: VideoSource, options?: TrajectoryOpti
   try {
     const { info, times } = await pushFrames(engine, reader, take);
     const signal = take.signal ?? new AbortController().signal;
-    const list = await untilAborted(engine.track(onProgress, signal), take.signal);
+    const tracking = new RunMeter(new ClipWork(times.length, times.length, 0, false), STAGES_AFTER_TRACKING);
+    const report = (step: StageStep) =>
+      onProgress({ ...step, ...tracking.countStep({ ...step, window: 0 }, times.length, times.length) });
+    const list = await untilAborted(engine.track(report, signal), take.signal);
     if (!list) throw new TraceCutError('closed', 'the tracking was ended');
     return { ...list, numFrames: info.numFrames, width: info.width, height: info.height, times };
   } finally {
@@ -58,7 +65,7 @@ function checkTracking(options: unknown) {
   const { take, others: others } = splitTake(asOptions(options));
   const { onProgress = () => {}, ...session } = others;
   if (typeof onProgress !== 'function') throw illegal('param', 'onProgress', onProgress, 'a function');
-  const split = splitOptions(session);
+  const split = splitOptions(session, { others: [...TAKE_NAMES, 'onProgress'] });
   const clip = isPlainObject(split.parameters.clip) ? split.parameters.clip : {};
   // The denser trajectories are needed for masks only.
   const engine = { ...split, parameters: { ...split.parameters, clip: { ...clip, dense: false } } };

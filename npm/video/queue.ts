@@ -35,7 +35,7 @@ export interface EachProgress {
 }
 
 /** Options for all clips, as for `segmentVideo`; `signal` ends the whole queue. */
-export type EachOptions = Omit<VideoOptions, 'onProgress' | 'onDamage'> & EachProgress;
+export type EachOptions = Omit<VideoOptions, 'onProgress' | 'onDamage' | 'keep'> & EachProgress;
 
 /**
  * Segments several clips, one after the other, and yields the outcome of each: a clip that fails, or that its own signal
@@ -51,6 +51,10 @@ export async function* segmentEach(
   options?: EachOptions,
 ): AsyncGenerator<SegmentedClip, void, undefined> {
   const { signal, onProgress, ...rest } = asOptions(options) as EachOptions;
+  for (const name of ['onDamage', 'keep']) {
+    if (name in rest)
+      throw illegal('param', name, rest[name as keyof typeof rest], 'nothing: it is an option of segmentVideo alone');
+  }
   if (onProgress !== undefined && typeof onProgress !== 'function')
     throw illegal('param', 'onProgress', onProgress, 'a function');
   let index = 0;

@@ -213,6 +213,10 @@ export interface Take {
   onDamage: ((damage: Damage) => void) | undefined;
 }
 
+/** Names of the options that `splitTake` and `splitWindow` check. */
+export const TAKE_NAMES = ['start', 'end', 'step', 'maxFrames', 'size', 'frameRate', 'signal', 'onDamage'];
+export const WINDOW_NAMES = ['window', 'overlap'];
+
 /** Largest `step` and `maxFrames`. */
 const MAX_FRAMES = 1_000_000;
 
@@ -224,7 +228,7 @@ export function asOptions(options: unknown): Record<string, unknown> {
 }
 
 /** Checks the options that select frames, and returns the others separately. */
-export function splitTake(options: Record<string, unknown>): { take: Take; others: Record<string, unknown> } {
+export function splitTake(options: object): { take: Take; others: Record<string, unknown> } {
   const {
     start = -Infinity,
     end = Infinity,
@@ -235,7 +239,7 @@ export function splitTake(options: Record<string, unknown>): { take: Take; other
     signal,
     onDamage,
     ...others
-  } = options;
+  } = options as Record<string, unknown>;
   if (start !== -Infinity) checkSeconds('start', start);
   if (end !== Infinity) checkSeconds('end', end);
   if (Number(end) <= Number(start)) throw illegal('param', 'end', end, `more than start = ${start}`);

@@ -227,7 +227,7 @@ class TrackCollector {
         track.x.push(Number(trajectories.x[p]));
         track.y.push(Number(trajectories.y[p]));
       }
-      const label = Number(clusters.object?.[Number(clusters.label[i])] ?? 0);
+      const label = Number(clusters.object[Number(clusters.label[i])] ?? 0);
       track.votes.set(label, (track.votes.get(label) ?? 0) + end - begin);
     }
   }

@@ -2,12 +2,22 @@
 
 import { TraceCutError, illegal, isPlainObject } from '../check/errors.js';
 import { type EngineOptions, type SessionOptions, splitOptions } from '../check/options.js';
+import { ClipWork, type RunEstimate, RunMeter, STAGES_OF_MASKS } from '../session/progress.js';
 import { Session } from '../session/session.js';
 import { Pause, untilAborted } from '../worker/pause.js';
 import { createDecoderLoader, openEngine } from '../worker/remote.js';
 import { reduceFrame, toShownFrame } from './pixels.js';
 import { WINDOWS } from '../parameters.js';
-import { asOptions, countExpected, createEmptyError, splitTake, splitWindow, takeFrames } from './reader.js';
+import {
+  TAKE_NAMES,
+  WINDOW_NAMES,
+  asOptions,
+  countExpected,
+  createEmptyError,
+  splitTake,
+  splitWindow,
+  takeFrames,
+} from './reader.js';
 import { Collector, type VideoResult } from './result.js';
 import { type DecodedFrame, type VideoSource, openReader } from './source.js';
 import { Driver, type WindowResult } from './window.js';
@@ -25,7 +35,16 @@ export type VideoProgress = {
   total: number;
   window: number;
   frames: { done: number; total: number | null };
+  /**
+   * Finished share of the whole clip, 0 to 1, over all windows, as estimated from the usual times of the stages; it never
+   * falls, and the last report has 1. 0 while the number of frames is unknown: the length of a stream is known when it ends.
+   */
+  share: number;
+  /** Estimated time left in seconds; null while it or the number of frames is unknown. */
+  secondsLeft: number | null;
 };
+
+type WindowProgress = Pick<VideoProgress, 'stage' | 'done' | 'total' | 'window'>;
 
 /** Options of windows. Memory grows with the window, not with the clip. */
 export interface WindowOptions {
@@ -78,12 +97,13 @@ function checkSegmentOptions(options: unknown): SegmentOptions {
     keep,
     onProgress: onProgress as SegmentOptions['onProgress'],
     onFrame: onFrame as SegmentOptions['onFrame'],
-    engine: splitOptions(engine),
+    engine: splitOptions(engine, { others: [...TAKE_NAMES, ...WINDOW_NAMES, 'onProgress', 'onFrame', 'keep'] }),
   };
 }
 
 /**
- * Segments a video: a file, an address, a video element, a stream, or single frames (Node takes single frames only). Long
+ * Segments a video: a file, an address, a video element, a stream, or single frames (Node takes single frames, and files by
+ * path if ffmpeg is installed). Long
  * clips run window by window, in bounded memory; labels keep their meaning from window to window, and a cut starts a new
  * shot with new labels.
  *
@@ -119,6 +139,10 @@ export class VideoSegmentation {
   #readable: ReadableStream<WindowResult> | undefined;
   #total: number | null = null;
   #numRead = 0;
+  /** True once the last frame is read. */
+  #isRead = false;
+  #lastProgress: VideoProgress | undefined;
+  #meter: { meter: RunMeter; firstFrame: number; firstWindow: number } | undefined;
   /** Error that ended the source early. */
   #damage: TraceCutError | null = null;
 
@@ -208,6 +232,7 @@ export class VideoSegmentation {
 
   /** Continues after `pause`; the results do not depend on pauses. */
   resume() {
+    this.#meter?.meter.resume();
     this.#pause.end();
   }
 
@@ -262,6 +287,7 @@ export class VideoSegmentation {
         next = this.#startWindow(driver);
         yield window;
       }
+      this.#reportEnd();
       if (this.#numRead === 0 && this.#reader) throw await createEmptyError(take, this.#reader);
       if (this.#damage && !take.onDamage) throw this.#damage;
       if (this.#checked.keep) this.#keepSession(driver.info);
@@ -289,6 +315,7 @@ export class VideoSegmentation {
     this.#frames = frames;
     const nextFrame = async () => {
       const { value, done } = await frames.next();
+      this.#isRead = Boolean(done);
       if (done) return null;
       this.#numRead += 1;
       const { raw, ...facts } = value;
@@ -306,6 +333,8 @@ export class VideoSegmentation {
       pause: this.#pause,
       onDamage: (error, count) => {
         this.#damage = error;
+        this.#isRead = true;
+        this.#numRead = count;
         take.onDamage?.({ frames: count, total: this.#total, error });
       },
       onStage: ({ stage, done, total }, index) => this.#report({ stage, done, total, window: index }),
@@ -338,13 +367,46 @@ export class VideoSegmentation {
     }
   }
 
-  #report(progress: Omit<VideoProgress, 'frames'>) {
+  #report(step: WindowProgress) {
+    const frames = { done: this.#numRead, total: this.#isRead ? this.#numRead : this.#total };
+    this.#callOnProgress({ ...step, frames, ...this.#estimate(step, frames.total) });
+  }
+
+  /** Repeats the last report if the clip ended earlier than expected, by damage or a cut. */
+  #reportEnd() {
+    const last = this.#lastProgress;
+    if (!last || last.share === 1) return;
+    const frames = { done: this.#numRead, total: this.#numRead };
+    this.#callOnProgress({ ...last, frames, share: 1, secondsLeft: 0 });
+  }
+
+  #callOnProgress(progress: VideoProgress) {
     if (this.#stop.signal.aborted) return;
+    this.#lastProgress = progress;
     try {
-      this.#checked.onProgress?.({ ...progress, frames: { done: this.#numRead, total: this.#total } });
+      this.#checked.onProgress?.(progress);
     } catch (error) {
       this.#end(error);
     }
+  }
+
+  /** Estimates the whole clip's progress; of a source of unknown length, the progress of what is left when it ends. */
+  #estimate({ stage, done, total, window }: WindowProgress, numFrames: number | null): RunEstimate {
+    if (numFrames === null) return { share: 0, secondsLeft: null };
+    this.#meter ??= this.#createMeter(numFrames, window);
+    const { meter, firstFrame, firstWindow } = this.#meter;
+    const [numRead, numLeft] = [this.#numRead - firstFrame, Math.max(this.#numRead, numFrames) - firstFrame];
+    if (stage === 'decode') return meter.countRead(numRead, numLeft);
+    return meter.countStep({ stage, done, total, window: window - firstWindow }, numRead, numLeft);
+  }
+
+  #createMeter(numFrames: number, firstWindow: number) {
+    const { window, overlap = Math.min(WINDOWS.overlap, window - 1), engine } = this.#checked;
+    const isKnown = this.#total !== null;
+    const numLeft = isKnown ? numFrames : Math.min(numFrames, window);
+    const isDense = (engine.parameters.clip as SessionOptions['clip'])?.dense !== false;
+    const work = new ClipWork(numLeft, window, overlap, isKnown);
+    return { meter: new RunMeter(work, isDense ? [] : STAGES_OF_MASKS), firstFrame: numFrames - numLeft, firstWindow };
   }
 
   /** Closes at once anything that was opened after the end. */
@@ -355,11 +417,11 @@ export class VideoSegmentation {
   }
 
   #keepSession(info: SessionInfo | undefined) {
-    const [engine, { decoder, maxPixels }] = [this.#engine, this.#checked.engine];
+    const [engine, options] = [this.#engine, this.#checked.engine];
     if (!engine) return;
     this.#engine = undefined;
     engine.rest();
-    this.#session = new Session(engine, createDecoderLoader(decoder), maxPixels, info);
+    this.#session = new Session(engine, createDecoderLoader(options.decoder), options, info);
   }
 
   #end(reason: unknown) {

@@ -1,20 +1,21 @@
 // Detects the kind of a source, and opens a reader of its frames.
 
-import { TraceCutError, illegal, typeTag } from '../check/errors.js';
+import { TraceCutError, checkOptions, illegal, typeTag } from '../check/errors.js';
 import { loadPart } from '../places.js';
+import { type Platform, platform } from '../platform.js';
 import { createDecoderLoader } from '../worker/remote.js';
 import { openDemuxed } from './demux.js';
 import { type FileKind, detectKind } from './file-kind.js';
 import { type ShownFrame, reduceFrame, toShownFrame } from './pixels.js';
-import { asOptions, createEmptyError, splitTake, takeFrames } from './reader.js';
-import type { WasmSource } from '../check/options.js';
+import { TAKE_NAMES, createEmptyError, splitTake, takeFrames } from './reader.js';
 import type { ListedFrame } from './frame-list.js';
 import type { Reader, Take, TakeOptions, VideoInfo } from './reader.js';
 
 /**
  * Source of frames: a video file (MP4, MOV, WebM, MKV, MTS, …) or an animated GIF, PNG, WebP or AVIF as a `Blob`, its bytes
  * or its address, whatever its name; a video element that plays a file; a camera, a screen or a canvas, as a `MediaStream` or
- * its track; or single frames, as a list, a generator or a stream. Node takes single frames only.
+ * its track; or single frames, as a list, a generator or a stream. Node takes single frames, and the path or
+ * address of a file if ffmpeg is installed.
  *
  * Each `VideoFrame` of a list or stream is closed once it is read. A stream is read no faster than its frames are used,
  * and cancelled if reading ends before it does. The frames of a track queue, at most as many as a window has; those that
@@ -52,6 +53,7 @@ export async function openReader(
       return openFile(new Blob([source as ArrayBuffer]));
     case 'String':
     case 'URL':
+      if (platform.readVideo) return openWithPlatform(platform.readVideo, source as string | URL, take, maxPixels);
       return openAddress(source as string | URL);
     case 'HTMLVideoElement':
       return openVideoElement(source as HTMLVideoElement, take, maxQueue);
@@ -66,6 +68,27 @@ export async function openReader(
         maxPixels,
       });
   }
+}
+
+/** Opens a file that the platform reads frame by frame. */
+async function openWithPlatform(
+  readVideo: NonNullable<Platform['readVideo']>,
+  address: string | URL,
+  { signal, frameRate }: Take,
+  maxPixels: number | undefined,
+): Promise<Reader> {
+  const options = { ...(signal && { signal }), ...(maxPixels !== undefined && { maxPixels }) };
+  const frames = await readVideo(address, options);
+  // They are decoded already.
+  const loadDecoder = () => Promise.reject(new TraceCutError('state', 'a decoded frame needs no decoder'));
+  const reader = (await loadPart(import('./frame-list.js'))).openListed(frames, { frameRate, loadDecoder });
+  const info = async () => {
+    throw new TraceCutError(
+      'unsupported',
+      'in Node a file has no info before its frames are read; videoFrames reads them',
+    );
+  };
+  return { ...reader, info };
 }
 
 async function openTrack(source: MediaStream | MediaStreamTrack, take: Take, maxQueue: number | undefined) {
@@ -163,10 +186,12 @@ function parseAddress(source: string | URL) {
 
 function checkBrowser() {
   if (typeof document !== 'undefined' || typeof VideoDecoder !== 'undefined') return;
+  const files = platform.readVideo
+    ? 'in Node pass the path of the file, which an installed ffmpeg decodes (framesOfVideo of tracecut/node has its options), or frames'
+    : 'here pass frames';
   throw new TraceCutError(
     'unsupported',
-    'video files and addresses are decoded by browsers only; here pass the frames one by one, such as the bytes of PNG or JPEG files ' +
-      '(for example `ffmpeg -i clip.mp4 %05d.png`, then a list of what readFile gives)',
+    `the bytes of a video file are decoded by browsers only; ${files} one by one, such as the bytes of PNG or JPEG files`,
   );
 }
 
@@ -188,17 +213,9 @@ export type DecodedFrame = ShownFrame & {
  * then `onDamage` is called, or an error ends the loop (`truncated`).
  */
 export function videoFrames(source: VideoSource, options?: TakeOptions): AsyncGenerator<DecodedFrame, void, undefined> {
-  const { decoder, ...takeOptions } = asOptions(options);
-  const { take, others } = splitTake(takeOptions);
-  const unknown = Object.keys(others)[0];
-  if (unknown)
-    throw illegal(
-      'param',
-      unknown,
-      others[unknown],
-      'start, end, step, maxFrames, size, frameRate, decoder, signal or onDamage',
-    );
-  return decodeFrames(source, take, createDecoderLoader(decoder as WasmSource | undefined));
+  const { decoder, ...takeOptions } = checkOptions(options ?? {}, [...TAKE_NAMES, 'decoder']);
+  const { take } = splitTake(takeOptions);
+  return decodeFrames(source, take, createDecoderLoader(decoder));
 }
 
 async function* decodeFrames(
@@ -231,9 +248,7 @@ async function* decodeFrames(
  * Without it that is an error (`truncated`).
  */
 export async function videoInfo(source: VideoSource, options?: Pick<TakeOptions, 'onDamage'>): Promise<VideoInfo> {
-  const { take, others } = splitTake(asOptions(options));
-  const unknown = Object.keys(others)[0];
-  if (unknown) throw illegal('param', unknown, others[unknown], 'onDamage');
+  const { take } = splitTake(checkOptions(options ?? {}, ['onDamage']));
   const reader = await openReader(source, take, createDecoderLoader(undefined));
   try {
     const info = { ...(await reader.info()), times: await reader.times() };

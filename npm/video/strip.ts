@@ -1,20 +1,19 @@
 // A few frames spread over a video, for a filmstrip.
 
-import { TraceCutError, checkWholeNumber, illegal } from '../check/errors.js';
+import { TraceCutError, checkOptions, checkWholeNumber } from '../check/errors.js';
 import { untilAborted } from '../worker/pause.js';
 import { createDecoderLoader } from '../worker/remote.js';
 import { toShownFrame } from './pixels.js';
 import {
+  TAKE_NAMES,
   TIME_TOLERANCE_S,
   type TakeOptions,
   type TimedFrame,
-  asOptions,
   createEmptyError,
   isDamage,
   splitTake,
 } from './reader.js';
 import { type DecodedFrame, type VideoSource, openReader } from './source.js';
-import type { WasmSource } from '../check/options.js';
 
 /** Length of a strip. */
 export interface StripCount {
@@ -24,6 +23,8 @@ export interface StripCount {
 
 /** Options of a strip; all but `count` are as for `videoFrames`. */
 export type StripOptions = Omit<TakeOptions, 'step' | 'maxFrames'> & StripCount;
+
+const LEGAL = [...TAKE_NAMES.filter((name) => name !== 'step' && name !== 'maxFrames'), 'decoder', 'count'];
 
 /**
  * Yields a few frames of a video, evenly spread over it or over the range from `start` to `end`, in order, for a filmstrip.
@@ -37,22 +38,11 @@ export async function* videoStrip(
   source: VideoSource,
   options?: StripOptions,
 ): AsyncGenerator<DecodedFrame, void, undefined> {
-  const { decoder, count = 12, ...takeOptions } = asOptions(options);
+  const { decoder, count = 12, ...takeOptions } = checkOptions(options ?? {}, LEGAL);
   checkWholeNumber('param', 'count', count, 1, 1000);
-  const { take, others } = splitTake(takeOptions);
-  const unknown = [
-    ...Object.keys(others),
-    ...Object.keys(takeOptions).filter((name) => name === 'step' || name === 'maxFrames'),
-  ][0];
-  if (unknown)
-    throw illegal(
-      'param',
-      unknown,
-      takeOptions[unknown],
-      'count, start, end, size, frameRate, decoder, signal or onDamage',
-    );
+  const { take } = splitTake(takeOptions);
   take.signal?.throwIfAborted();
-  const reader = await openReader(source, take, createDecoderLoader(decoder as WasmSource | undefined));
+  const reader = await openReader(source, take, createDecoderLoader(decoder));
   try {
     const times = await untilAborted(reader.times(), take.signal);
     if (!times)
@@ -60,7 +50,7 @@ export async function* videoStrip(
     const inRange = [...times].filter(
       (time) => time >= take.start - TIME_TOLERANCE_S && time < take.end - TIME_TOLERANCE_S,
     );
-    const stripTimes = pickMiddles(inRange, count as number);
+    const stripTimes = pickMiddles(inRange, count);
     if (stripTimes.length === 0) throw await createEmptyError(take, reader);
     const frames = reader.framesAt ? reader.framesAt(stripTimes) : pickFramesAt(reader.frames(take), stripTimes);
     let index = 0;

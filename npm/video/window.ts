@@ -4,7 +4,7 @@ import { TraceCutError, withFrame } from '../check/errors.js';
 import { type Ask, REQUESTS } from '../session/requests.js';
 import { type FrameRange, Result, restoreResult } from '../session/result.js';
 import { MIN_FRAMES, isDamage } from './reader.js';
-import type { Engine, Progress, RawResult, SessionInfo } from '../session/engine.js';
+import type { Engine, RawResult, SessionInfo, StageStep } from '../session/engine.js';
 import type { RawFrame } from '../worker/frames.js';
 import type { Pause } from '../worker/pause.js';
 
@@ -102,7 +102,7 @@ export interface DriverOptions {
   /** Returns the number of frames that `nextFrame` will still return, if known. */
   countRemaining: () => number | null;
   window: number;
-  onStage: (progress: Progress, window: number) => void;
+  onStage: (step: StageStep, window: number) => void;
   /** Called with the number of frames in the window. */
   onFrame: (decoded: number, window: number) => void;
   /** Called with the error that ends the clip early, and the number of frames before it. */

@@ -12,7 +12,7 @@
 //                                     <-     {id, type: 'failed', data: {code, message}}
 
 import { type ErrorCode, typeTag } from '../check/errors.js';
-import type { Progress } from '../session/engine.js';
+import type { StageStep } from '../session/engine.js';
 import type { Arguments, RequestName } from '../session/requests.js';
 import type { EnlargeTask } from './decode.js';
 
@@ -29,7 +29,7 @@ export type Message =
 export type Request = { id: number } & (Message | { type: 'abort' });
 export type Reply =
   | { id: number; type: 'done'; data: unknown }
-  | { id: number; type: 'progress'; data: Progress }
+  | { id: number; type: 'progress'; data: StageStep }
   | { id: number; type: 'failed'; data: { code: ErrorCode; message: string } };
 
 /** The part of a `MessagePort`, a `Worker` or a worker's global scope that the protocol uses. */

@@ -3,7 +3,7 @@
 import { TraceCutError } from '../check/errors.js';
 import { getMissingFileHint } from '../places.js';
 import { getWorkerStarter, loadOnce, platform } from '../platform.js';
-import { type Engine, type OnProgress, type RawResult, createLocalEngine } from '../session/engine.js';
+import { type Engine, type OnStep, type RawResult, createLocalEngine } from '../session/engine.js';
 import { Crew, type HelperWorker, defaultThreads } from './helpers.js';
 import { type Message, type Reply, findTransferables } from './protocol.js';
 import type { EngineOptions, WasmSource } from '../check/options.js';
@@ -40,7 +40,7 @@ export function createDecoderLoader(decoder?: WasmSource) {
 interface Pending {
   resolve: (value: unknown) => void;
   reject: (error: unknown) => void;
-  onProgress?: OnProgress;
+  onProgress?: OnStep;
 }
 
 export async function createRemoteEngine(
@@ -179,15 +179,15 @@ export class RemoteEngine extends RemoteWorker implements Engine {
     return this.send({ type: name, data: args });
   }
 
-  run(onProgress: OnProgress, signal: AbortSignal) {
+  run(onProgress: OnStep, signal: AbortSignal) {
     return this.#runUntilAborted<RawResult | null>('run', onProgress, signal);
   }
 
-  track(onProgress: OnProgress, signal: AbortSignal) {
+  track(onProgress: OnStep, signal: AbortSignal) {
     return this.#runUntilAborted<TrajectoryList | null>('track', onProgress, signal);
   }
 
-  async #runUntilAborted<T>(type: 'run' | 'track', onProgress: OnProgress, signal: AbortSignal): Promise<T> {
+  async #runUntilAborted<T>(type: 'run' | 'track', onProgress: OnStep, signal: AbortSignal): Promise<T> {
     const id = this.nextId;
     const abort = () => this.tell({ id, type: 'abort' });
     const running: Promise<T> = this.send({ type }, { onProgress });

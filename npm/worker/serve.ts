@@ -1,7 +1,7 @@
 // The main program of a worker: serves a session, helps one, or enlarges masks.
 
 import { TraceCutError } from '../check/errors.js';
-import { type LocalEngine, type Progress, createLocalEngine } from '../session/engine.js';
+import { type LocalEngine, type StageStep, createLocalEngine } from '../session/engine.js';
 import { REQUESTS } from '../session/requests.js';
 import { enlargeInThread } from './decode.js';
 import { callInstance, startInstance } from './instance.js';
@@ -19,7 +19,7 @@ export function serve(port: Port) {
   async function run(id: number, type: 'run' | 'track') {
     const controller = new AbortController();
     runs.set(id, controller);
-    const report = (data: Progress) => post({ id, type: 'progress', data });
+    const report = (data: StageStep) => post({ id, type: 'progress', data });
     const running = (await engine)[type](report, controller.signal);
     return running.finally(() => runs.delete(id));
   }

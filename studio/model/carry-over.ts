@@ -3,7 +3,7 @@
 
 import { decodeRuns, encodeRuns } from './library.js';
 import { objectName } from './palette.js';
-import { yieldToPage } from './stage-clock.js';
+import { yieldToPage } from './slices.js';
 import type { ClipJob } from './clip-job.js';
 import type { Corrections } from './corrections.js';
 import type { Edit, MaskEditor, MaskSource, Region, Stroke } from './library.js';

@@ -1,34 +1,17 @@
 // A run over a clip of any length, window by window; finished frames are shown while the rest is computed. If the
 // clip fits into one window, its session stays open for corrections.
 
-import { VideoSegmentation, segmentVideo } from './library.js';
+import { CLIP_STAGES, ClipWork, VideoSegmentation, countStep, segmentVideo } from './library.js';
 import { type ObjectFacts, Presence } from './presence.js';
 import { CLIP_MESSAGES, PageError, countObjects, headline, formatPlural, remark } from './messages.js';
 import { Corrections } from './corrections.js';
 import { Job, type JobView } from './job.js';
-import { ClipWork } from './clip-work.js';
-import { type StagePlan, runInSlices, untilAborted } from './stage-clock.js';
-import type { DecodedFrame, Result, Session, VideoResult, WindowResult } from './library.js';
+import { runInSlices, untilAborted } from './slices.js';
+import type { DecodedFrame, Result, Session, VideoProgress, VideoResult, WindowResult } from './library.js';
 import type { Result as ShownResult } from './segmentation.js';
 
 /** Frames of a window, and how many it shares with the next. */
 export const { window: WINDOW, overlap: OVERLAP } = VideoSegmentation.defaults;
-
-/** Stages of a clip, with their usual times for a frame as measured; those of tracking are one unit. */
-const STAGES: StagePlan[] = [
-  { id: 'frames', cost: 0.35, isReading: true },
-  { id: 'flow', cost: 0.5 },
-  { id: 'trajectories', cost: 0.5 },
-  { id: 'affinities', cost: 0.03 },
-  { id: 'embedding', cost: 0.01 },
-  { id: 'discontinuities', cost: 0.02 },
-  { id: 'saliency', cost: 0.06 },
-  { id: 'connectedness', cost: 0.02 },
-  { id: 'clusters', cost: 0.01 },
-  { id: 'superpixels', cost: 0.25 },
-  { id: 'cut', cost: 0.32 },
-  { id: 'masks', cost: 0.13 },
-];
 
 const NO_TRAJECTORIES = {
   count: 0,
@@ -46,7 +29,7 @@ const FEW_FRAMES = new Map([
 ]);
 
 export class ClipJob extends Job {
-  static stages = STAGES;
+  static stages = [...CLIP_STAGES];
 
   inWindows: boolean;
   declare corrections: Corrections;
@@ -175,17 +158,13 @@ export class ClipJob extends Job {
     if (!this.stopped) this.report();
   }
 
-  advance({ stage, done, total, window }: { stage: string; done: number; total: number; window: number }) {
+  advance({ stage, done, total, window }: Pick<VideoProgress, 'stage' | 'done' | 'total' | 'window'>) {
     this.windows = Math.max(this.windows, window + 1);
     if (stage === 'decode') return;
     const { work, images } = this;
     // A clip may have fewer frames than its file says; only in windows it may also be a shot that ends.
     if (!this.inWindows) work.numFrames = images.length;
-    work.begin(window, images.length);
-    this.countFrames();
-    // A cut may end before the steps that are expected.
-    if (stage === 'masks') this.count('cut', work.done('cut', 1, 1));
-    this.mark(stage, work.done(stage, done, total));
+    countStep(this, work, { stage, done, total, window }, images.length);
   }
 
   /** Updates the frames that each stage has to process. */
@@ -294,14 +273,14 @@ export class ClipJob extends Job {
 
 function toMaskResult(outputs: Result, agreement: Float32Array | null): ShownResult {
   const { width, height, numFrames, trajectories, clusters } = outputs;
-  const objectOf = clusters.object!;
+  const objectOf = clusters.object;
   const label = Uint8Array.from(clusters.label, (cluster) => objectOf[cluster]);
   return {
-    ...{ width, height, numFrames, clusters, objects: outputs.objects ?? [] },
+    ...{ width, height, numFrames, clusters, objects: outputs.objects },
     trajectories: { ...trajectories, label },
     labels: (t) => outputs.labels(t),
     toTracksDat: () => outputs.toTracksDat(),
-    doubts: outputs.doubts ?? [],
+    doubts: outputs.doubts,
     agreement,
   };
 }

@@ -2,7 +2,7 @@
 
 import { Preview, needsPreview } from './preview.js';
 import { fitSize } from './library.js';
-import { StageClock, type StagePlan } from './stage-clock.js';
+import { StageClock, type StagePlan } from './library.js';
 import type { FrameDataSource } from './frame-data.js';
 import type { ClipJob } from './clip-job.js';
 import type { Corrections } from './corrections.js';

@@ -1,7 +1,7 @@
 // Progress of a run as text.
 
 import { stageName, formatTimeLeft } from './messages.js';
-import type { StageClock } from './stage-clock.js';
+import type { StageClock } from './library.js';
 import type { State } from './store.js';
 
 /**

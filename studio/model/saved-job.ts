@@ -4,7 +4,7 @@ import { Presence } from './presence.js';
 import { ClipJob } from './clip-job.js';
 import type { Project } from './library.js';
 import type { ProjectInfo } from './saved-projects.js';
-import type { StagePlan } from './stage-clock.js';
+import type { StagePlan } from './library.js';
 
 export class SavedJob extends ClipJob {
   static stages: StagePlan[] = [{ id: 'frames', cost: 1 }];

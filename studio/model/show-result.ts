@@ -3,7 +3,7 @@
 import { sourceKind } from './source.js';
 import { BLANK, type Timeline, type State, type Store, phasePatch, clampFrame } from './store.js';
 import { PREVIEW_FRAMES } from './preview.js';
-import { yieldToPage } from './stage-clock.js';
+import { yieldToPage } from './slices.js';
 import { PREVIEW_MESSAGES, describeDamage, formatSeconds } from './messages.js';
 import { describeObjects } from './describe.js';
 import { Segmentation } from './segmentation.js';

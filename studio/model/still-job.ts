@@ -4,7 +4,8 @@
 import { boundaries, imageDiscontinuities, superpixels } from './library.js';
 import { STILL_MESSAGES, formatPlural } from './messages.js';
 import { Job, type JobView } from './job.js';
-import { type StagePlan, untilAborted } from './stage-clock.js';
+import { untilAborted } from './slices.js';
+import { type StagePlan } from './library.js';
 import type { Boundaries, ImageEdges, Superpixels } from './frame-data.js';
 
 const STAGES: StagePlan[] = [

@@ -1,7 +1,7 @@
 // Thumbnails of projects: the frame with most object pixels, and its masks.
 
 import { type MaskSource, drawLabels } from '../model/library.js';
-import { runInSlices } from '../model/stage-clock.js';
+import { runInSlices } from '../model/slices.js';
 
 /** Long side in pixels: twice the displayed size. */
 const THUMBNAIL_SIDE_PX = 192;

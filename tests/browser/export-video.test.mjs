@@ -376,7 +376,7 @@ test('what cannot be encoded is refused in words', async () => {
     /^param: frames = null \(expected an iterable/,
     /^param: background = "transparent" \(expected a colour: MP4 files cannot be transparent, format: 'webm' can\)/,
     /^param: style = "outline" \(expected 'overlay', 'cutout', 'masks', 'alpha'\)/,
-    /^param: codec = "vp9" \(expected no such option/,
+    /^param: codec = "vp9" \(expected a known option/,
     /^param: background = "no colour" \(expected 'transparent', 'blurred', 'desaturated', 'dimmed', a CSS colour or a picture\)/,
     /^unsupported: .*masksZip saves the masks as PNG files/,
   ];

@@ -62,7 +62,7 @@ test('frames that are too few, of another size, or no pixels are refused', async
   );
   await rejects(masksAtSize(masks, [7, 7, 7]), 'data', /frame 0 = 7 \(expected/);
   await rejects(masksAtSize({ ...masks, width: 0 }, []), 'data', /masks\.width = 0/);
-  await rejects(masksAtSize(masks, [], { size: 4 }), 'param', /size = 4 \(expected no such option/);
+  await rejects(masksAtSize(masks, [], { size: 4 }), 'param', /size = 4 \(expected a known option/);
   const stopped = AbortSignal.abort();
   await assert.rejects(masksAtSize(masks, [plain(8, 4)], { signal: stopped }), { name: 'AbortError' });
 });

@@ -185,7 +185,11 @@ test('an image that is none, and options that do nothing, are refused', async ()
   await rejects(boundaries('image.png'), 'data', /frame = "image\.png"/);
   await rejects(superpixels(new Uint8Array(7)), 'decode');
   await rejects(superpixels({ data: new Uint8Array(8), width: 1, height: 1 }), 'frame-bytes');
-  await rejects(boundaries(image, { flow: {} }), 'param', /flow = an Object \(expected contour, superpixel/);
+  await rejects(
+    boundaries(image, { flow: {} }),
+    'param',
+    /flow = an Object \(expected a known option; the options are wasm, decoder, worker, contour/,
+  );
   await rejects(boundaries(image, { contour: { lwo: 0.1 } }), 'param', /contour\.lwo = 0\.1/);
   await rejects(boundaries(image, { count: 9 }), 'param', /count = 9 /);
   await rejects(superpixels(image, { count: 0 }), 'param', /count = 0 \(expected a whole number/);
@@ -265,7 +269,11 @@ test('a worker finds what this thread finds', async (t) => {
 test('what cannot be used is refused', async () => {
   const image = plain(8, 8);
   await rejects(imageDiscontinuities('image.png'), 'data');
-  await rejects(imageDiscontinuities(image, { superpixel: {} }), 'param', /superpixel = .* \(expected still/);
+  await rejects(
+    imageDiscontinuities(image, { superpixel: {} }),
+    'param',
+    /superpixel = .* \(expected a known option; the options are wasm, decoder, worker, still/,
+  );
   await rejects(imageDiscontinuities(image, { still: { radius: 0 } }), 'param', /still\.radius = 0/);
   await rejects(imageDiscontinuities(image, { still: { grouping: 'both' } }), 'param', /one of joint, single/);
 });

@@ -94,7 +94,10 @@ describe('a mask as a PNG file', () => {
   test('refuses invalid input with a message', async () => {
     const options = (wrong, message) => assert.rejects(maskPng(TWO_FRAMES, 0, wrong), refuses('param', message));
     await options({ object: 256 }, /object = 256 .*0\.\.=255/);
-    await options({ objects: [1] }, /objects = a list of 1 .*no such option; there are object, palette, transparent/);
+    await options(
+      { objects: [1] },
+      /objects = a list of 1 .*a known option, such as object; the options are object, palette, transparent/,
+    );
     await options({ transparent: 1 }, /transparent = 1 .*true or false/);
     await options({ palette: ['red'] }, /"red" \(expected #rrggbb\)/);
     await assert.rejects(maskPng(TWO_FRAMES, 2), refuses('param', /t = 2 \(expected a whole number, 0\.\.=1\)/));

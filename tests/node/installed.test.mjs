@@ -7,6 +7,7 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { fromTracksDat } from 'tracecut/stages';
 import { outcome } from '../package/app/segment.js';
+import { root } from '../../scripts/tools.mjs';
 import { installed } from '../package/installed.mjs';
 import { freePort } from '../programs.mjs';
 import { codeOf, readmeCode, RUN, TASKS } from '../readme.mjs';
@@ -74,21 +75,6 @@ const SCENE = { width: 256, height: 144, frames: 8, seed: 1 };
 
 /** What a block takes for granted, and what is looked at when it is over. */
 const AROUND = {
-  Corrections: [
-    `import { createSession, synthClip } from 'tracecut';
-     const clip = await synthClip(${JSON.stringify(SCENE)});
-     const session = await createSession();
-     for (let t = 0; t < clip.numFrames; t += 1) await session.push(clip.frame(t));`,
-    'console.log(session.corrections, result.objects.length > 1, result.labels(0)[y * result.width + x] === result.labels(0)[y * result.width + x + 45]);',
-  ],
-  'Edits by hand': [
-    `import { createSession, synthClip } from 'tracecut';
-     const clip = await synthClip(${JSON.stringify(SCENE)});
-     const session = await createSession();
-     for (let t = 0; t < clip.numFrames; t += 1) await session.push(clip.frame(t));
-     const result = await session.run();`,
-    `console.log(edit.paints[0].parts.size > 1, editor.undoable, editor.labels(4)[80 * 256 + 100]); session.close();`,
-  ],
   'Single images': [
     `import { synthClip } from 'tracecut';
      const image = (await synthClip({ width: 128, height: 72 })).frame(0);`,
@@ -116,9 +102,17 @@ test('the blocks for Node work as described', async (t) => {
     readdirSync(join(folder, 'masks')).sort(),
     [...'01234567'].map((name) => `${name}.png`),
   );
-  assert.match(run(folder, 'Sessions'), /masks \d+ \d+\n\d{3,} trajectories, [1-9] objects\n$/);
-  assert.equal(run(folder, 'Corrections'), '3 true true\n');
-  assert.equal(run(folder, 'Edits by hand'), 'true 2 0\n');
+  // One program, as a reader who goes on writes it.
+  const program = ['Sessions', 'Corrections', 'Edits by hand'].map((heading) => code.get(heading)).join('\n');
+  writeFileSync(
+    join(folder, 'main.mjs'),
+    program.replace(
+      'session.close();',
+      'console.log(edit.paints[0].parts.size > 1, editor.undoable); session.close();',
+    ),
+  );
+  const printed = execFileSync(process.execPath, ['main.mjs'], { cwd: folder, encoding: 'utf8' });
+  assert.match(printed, /masks 1\n\d{3,} trajectories, [1-9] objects\ntrue 2\n$/);
   assert.equal(run(folder, 'Single images'), '9216 9216 9216 true true 9216 9216\n');
   assert.match(run(folder, 'Errors'), /^param clip\.maxSide = -1 \(expected /);
 });
@@ -211,3 +205,42 @@ test(
     assert.ok(objects.length > 0 && objects.every(({ label, meanArea }) => label > 0 && meanArea > 0));
   },
 );
+
+/** What blocks take for granted: the file or image of the reader, and names that the text has introduced. */
+const FILE = 'declare const file: File;\n';
+const NAMES = `${FILE}
+import { encodeVideo, maskPng, masksZip, segmentVideo, videoFrames } from 'tracecut';
+import { cocoRle, labelsNpy } from 'tracecut/export';
+`;
+const GRANTED = {
+  Video: NAMES,
+  'What comes out': NAMES,
+  'Single images': 'declare const image: ImageData;\n',
+  Errors: "import { createSession } from 'tracecut';\n",
+  [TASKS.browser[0]]: FILE,
+};
+
+/** Blocks that continue each other, as one program. */
+const PROGRAM = ['Sessions', 'Corrections', 'Edits by hand'];
+/** The page's block finds its elements by any selector, so it has no types; the other configures a bundler. */
+const UNTYPED = ['In the browser', 'Bundlers'];
+
+test('the blocks of README, guide and tasks compile in strict mode', (t) => {
+  const folder = installed(t);
+  const blocks = [...code, ...taskCode].filter(([heading]) => ![...PROGRAM, ...UNTYPED].includes(heading));
+  const sources = blocks.map(([heading, source]) => `${GRANTED[heading] ?? ''}${source}`);
+  sources.push(PROGRAM.map((heading) => code.get(heading)).join('\n'));
+  const files = sources.map((source, k) => {
+    file(folder, `block${k}.ts`, `${source}\nexport {};\n`);
+    return `block${k}.ts`;
+  });
+  const settings =
+    '--strict --noEmit --target es2022 --module nodenext --lib es2023,esnext.disposable,dom,dom.iterable --types node';
+  const types = ['--typeRoots', join(root, 'node_modules', '@types')];
+  const tsc = join(root, 'node_modules', 'typescript', 'bin', 'tsc');
+  const { status, stdout } = spawnSync(process.execPath, [tsc, ...settings.split(' '), ...types, ...files], {
+    cwd: folder,
+    encoding: 'utf8',
+  });
+  assert.equal(status, 0, stdout);
+});

@@ -47,7 +47,7 @@ test('a place that is none is refused, and nothing of what came with it is kept'
   restored(t);
   for (const [where, words] of [
     [undefined, /^options = undefined \(expected an object with wasm, decoder, worker\)/],
-    [{ wams: 'x' }, /^wams = "x" \(expected no such option; there are wasm, decoder, worker\)/],
+    [{ wams: 'x' }, /^wams = "x" \(expected a known option, such as wasm; the options are wasm, decoder, worker\)/],
     [{ wasm: 'none', worker: 3 }, /^worker = 3 \(expected true, false, an address or a function that starts one\)/],
   ])
     assert.throws(

@@ -9,6 +9,12 @@ import { objectTable, objectTableCsv } from 'tracecut/export';
 import { trajectories } from 'tracecut/stages';
 import { framesOf, plain, segment } from './support.mjs';
 
+const refuses = (code, message) => (error) => {
+  assert.equal(error.code, code);
+  assert.match(error.message, message);
+  return true;
+};
+
 const frames = await framesOf({ width: 192, height: 108, frames: 10, seed: 4 });
 
 /** What the masks themselves say. */
@@ -76,11 +82,14 @@ test('an object without a pixel is none', async () => {
   session.close();
 });
 
-test('without masks there are none, and clusters have no objects', async () => {
+test('without masks nothing is null: lists and arrays are empty', async () => {
   const session = await createSession({ clip: { dense: false } });
   for (const frame of frames.slice(0, 4)) await session.push(frame);
-  const { objects, clusters } = await session.run();
-  assert.deepEqual([objects, clusters.object], [null, null]);
+  const result = await session.run();
+  const { objects, doubts, clusters, masks } = result;
+  assert.deepEqual([objects, doubts, clusters.object.length, masks.length], [[], [], 0, 0]);
+  await assert.rejects(result.superpixels(0), refuses('state', /no superpixels/));
+  assert.deepEqual(Result.fromJSON(JSON.stringify(result)).objects, []);
   session.close();
 });
 
@@ -93,12 +102,6 @@ const windows = [];
 for await (const window of video) windows.push(window);
 const whole = await segmentVideo(large, { window: 8, overlap: 3 }).collect();
 session.close();
-
-const refuses = (code, message) => (error) => {
-  assert.equal(error.code, code);
-  assert.match(error.message, message);
-  return true;
-};
 
 /** All that a result says, besides what only a session can. */
 function said(one) {
@@ -140,7 +143,7 @@ test('results without masks and with other labels are saved too', async () => {
   const bare = await createSession({ clip: { dense: false } });
   for (const frame of large.slice(0, 4)) await bare.push(frame);
   const none = Result.fromJSON(JSON.stringify(await bare.run()));
-  assert.deepEqual([none.masks, none.objects], [null, null]);
+  assert.deepEqual([none.masks.length, none.objects], [0, []]);
   bare.close();
   const [{ label }] = whole.objects;
   const editor = editMasks(whole);

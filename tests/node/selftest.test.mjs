@@ -53,7 +53,10 @@ test('the program says what it has, and which version it is', () => {
 });
 
 test('a wrong option is refused, an abort heeded', async () => {
-  await assert.rejects(selftest({ thread: 2 }), /thread = 2 \(expected onCheck, signal, /);
+  await assert.rejects(
+    selftest({ thread: 2 }),
+    /thread = 2 \(expected a known option, such as threads; the options are onCheck, signal, /,
+  );
   await assert.rejects(selftest(7), /options = 7/);
   await assert.rejects(selftest({ threads: 0 }), /threads = 0 \(expected a whole number, 1\.\.=64\)/);
   await assert.rejects(selftest({ signal: AbortSignal.abort() }), { name: 'AbortError' });

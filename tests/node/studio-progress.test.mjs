@@ -5,9 +5,9 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { afterEach, mock, test } from 'node:test';
 import { ClipJob } from '../../build/model/clip-job.js';
-import { ClipWork } from '../../build/model/clip-work.js';
+import { ClipWork } from '../../dist/session/progress.js';
 import { StillJob } from '../../build/model/still-job.js';
-import { StageClock } from '../../build/model/stage-clock.js';
+import { StageClock } from '../../dist/session/stage-clock.js';
 import { CLIP, openModel, openSampleWork } from './studio.mjs';
 
 const RUNS = JSON.parse(readFileSync(new URL('recorded-runs.json', import.meta.url), 'utf8'));

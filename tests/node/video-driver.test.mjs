@@ -48,7 +48,12 @@ class CountingEngine {
     assert.ok(this.frames.length > 0, 'an empty window is run');
     this.runs += 1;
     const info = { width: 1, height: 1, numFrames: this.frames.length };
-    return { info, labels: Uint8Array.from(this.frames, (number) => number % 256), numbers: [...this.frames] };
+    return {
+      info,
+      clusters: {},
+      labels: Uint8Array.from(this.frames, (number) => number % 256),
+      numbers: [...this.frames],
+    };
   }
 }
 

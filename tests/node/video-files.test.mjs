@@ -8,7 +8,8 @@ import { join } from 'node:path';
 import { Readable } from 'node:stream';
 import { after, test } from 'node:test';
 import { pathToFileURL } from 'node:url';
-import { createSession, framesOfRaw, framesOfVideo, segmentVideo } from 'tracecut/node';
+import { createSession, framesOfRaw, framesOfVideo, segmentVideo, videoFrames, videoInfo } from 'tracecut/node';
+import { root } from '../../scripts/tools.mjs';
 import { all, fnv1a, framesOf, rejects } from './support.mjs';
 
 const folder = mkdtempSync(join(tmpdir(), 'tracecut-'));
@@ -228,6 +229,43 @@ test('an error names the cause', { skip }, async () => {
   );
   const small = clip('size.mkv');
   await rejects(all(framesOfVideo(small, { maxPixels: 100 })), 'too-large', /3072 pixels .* maxPixels/);
+});
+
+test('segmentVideo and videoFrames read a file by its path or address', async () => {
+  const path = clip('direct.mkv');
+  const frames = await all(framesOfVideo(path));
+  const result = await segmentVideo(path).collect();
+  assert.deepEqual(
+    [...result.times],
+    frames.map(({ time }) => time),
+  );
+  const shown = [];
+  for await (const { time } of videoFrames(pathToFileURL(path), { step: 2 })) shown.push(time);
+  assert.deepEqual(
+    shown,
+    frames.filter((_, t) => t % 2 === 0).map(({ time }) => time),
+  );
+  await rejects(videoInfo(path), 'unsupported', /videoFrames reads them/);
+  await rejects(segmentVideo(join(folder, 'none.mp4')).collect(), 'no-video', /^none\.mp4 is missing/);
+  await rejects(segmentVideo(path, { clip: { maxPixels: 100 } }).collect(), 'too-large', /3072 pixels/);
+  const reason = new Error('never mind');
+  await assert.rejects(segmentVideo(path, { signal: AbortSignal.abort(reason) }).collect(), reason);
+  const { PATH } = process.env;
+  try {
+    process.env.PATH = '';
+    const words =
+      /ffmpeg could not be started: it was not found .*https:\/\/ffmpeg\.org.*framesOfVideo.*tracecut\/node/;
+    await rejects(segmentVideo(path).collect(), 'unsupported', words);
+  } finally {
+    process.env.PATH = PATH;
+  }
+});
+
+test('a required package reads a file too', () => {
+  const path = clip('required.mkv');
+  const code = `require('./dist/node/index.cjs').segmentVideo(process.argv[1]).collect().then((r) => console.log(r.numFrames > 1))`;
+  const said = execFileSync(process.execPath, ['--eval', code, path], { cwd: root, encoding: 'utf8' });
+  assert.equal(said, 'true\n');
 });
 
 test('wrong use, and no ffmpeg, are errors that say what to do', async () => {

@@ -8,11 +8,13 @@ import {
   Result,
   segmentVideo,
   synthClip,
+  videoFrames,
   videoInfo,
   VideoResult,
   VideoSegmentation,
   WindowResult,
 } from 'tracecut';
+import { trajectories } from 'tracecut/stages';
 import { framesOf, plain, png, rejects, STAGES } from './support.mjs';
 
 /** Windows that are run in a moment. */
@@ -124,7 +126,7 @@ test('the session of the last window stays open, with its queries and correction
   session.close();
 
   const tracks = segmentVideo(frames, { keep: true, clip: { dense: false } });
-  for await (const window of tracks) assert.equal(window.objects, null);
+  for await (const window of tracks) assert.deepEqual(window.objects, []);
   assert.ok((await tracks.session.run()).trajectories.count > 0);
   tracks.session.close();
   assert.deepEqual(VideoSegmentation.defaults, { window: 50, overlap: 10 });
@@ -448,15 +450,19 @@ test('options out of range are named with their range, at once', () => {
     assert.throws(() => segmentVideo([], options), { name: 'TraceCutError', code: 'param', message });
 });
 
-test('an unknown parameter is refused when the work begins, and a small window gets a small overlap', async () => {
+test('an unknown parameter is refused, and a small window gets a small overlap', async () => {
   await rejects(windowsOf([plain(8, 8)], { flow: { speed: 1 } }), 'param', /flow.speed/);
   const windows = await windowsOf(await framesOf(TINY), { window: 7 });
   assert.deepEqual(each(windows, 'firstFrame'), [0, 1, 2, 3, 4, 5, 6, 7]);
 });
 
-test('files and addresses are refused in Node, with what to do instead', async () => {
-  for (const source of ['clip.mp4', new URL('https://example.org/clip.mp4'), new Blob(['x']), new Uint8Array(9)]) {
-    await rejects(segmentVideo(source).collect(), 'unsupported', /browsers only.*PNG or JPEG/);
+test('the bytes of files are refused in Node, with what to do instead', async () => {
+  for (const source of [new Blob(['x']), new Uint8Array(9)]) {
+    await rejects(
+      segmentVideo(source).collect(),
+      'unsupported',
+      /browsers only.*pass the path.*framesOfVideo.*PNG or JPEG/,
+    );
   }
   for (const source of [undefined, null, 7, {}])
     await rejects(segmentVideo(source).collect(), 'data', /source = .*expected a File or Blob/);
@@ -601,4 +607,32 @@ test('a paused segmentation can be closed; one that has not begun waits', async 
   assert.equal(video.paused, true);
   video.close();
   await rejects(collecting, 'closed');
+});
+
+test('aborts, and errors of the caller’s source and callbacks, pass unchanged', async () => {
+  const frames = (await framesOf(TINY)).slice(0, 4);
+  const own = new RangeError('mine');
+  const fail = () => {
+    throw own;
+  };
+  async function* failing() {
+    yield frames[0];
+    fail();
+  }
+  for (const [source, options] of [
+    [failing(), {}],
+    [frames, { onFrame: fail }],
+    [frames, { onProgress: fail }],
+    [frames, { signal: AbortSignal.abort(own) }],
+  ]) {
+    await assert.rejects(segmentVideo(source, options).collect(), (error) => error === own);
+  }
+  for (const call of [
+    (signal) => segmentVideo(frames, { signal }).collect(),
+    (signal) => trajectories(frames, { signal }),
+    (signal) => videoFrames(frames, { signal }).next(),
+  ])
+    await assert.rejects(call(AbortSignal.abort()), { name: 'AbortError' });
+  await assert.rejects(trajectories(failing()), (error) => error === own);
+  await assert.rejects(trajectories(frames, { onProgress: fail }), (error) => error === own);
 });

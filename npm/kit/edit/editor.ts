@@ -251,8 +251,7 @@ export class MaskEditor {
     region?: Region;
     over?: readonly number[];
   }): Promise<Edit> {
-    if (!isPlainObject(painted)) throw illegal('param', 'painted', painted, 'an object {label, stroke}');
-    const { label, stroke, over = null } = painted;
+    const { label, stroke, over = null } = checkOptions(painted, ['label', 'stroke', 't', 'region', 'over']);
     const t = stroke ? stroke.t : checkWholeNumber('param', 't', painted.t, 0, this.numFrames - 1);
     const region = stroke
       ? encodeRuns(await strokePixels(stroke, 'stroke', this, this.#options.decoder))
@@ -265,6 +264,7 @@ export class MaskEditor {
    * long as colours and flow speak for the pixels that it changes. It stays one step.
    */
   async carry(edit: Edit, options: CarryOptions = {}): Promise<CarryRange> {
+    checkOptions(options, ['first', 'last', 'minEvidence', 'signal', 'onFrame']);
     const { picture, engine } = this.#options;
     if (!picture) throw new TraceCutError('state', 'carry needs pictures: editMasks(masks, {picture})');
     return (await loadPart(import('./carry.js'))).carry(this, edit, { ...options, picture }, engine);
@@ -305,6 +305,7 @@ export class MaskEditor {
    * @param options.sides `before` takes only the frame before, and ends where objects no longer look like those in it
    */
   async interpolate(range: { from: number; to: number }, options: InterpolateOptions = {}): Promise<Edit> {
+    checkOptions(options, ['sides', 'signal', 'onFrame']);
     const { picture, engine } = this.#options;
     if (!picture) throw new TraceCutError('state', 'interpolate needs pictures: editMasks(masks, {picture})');
     const { interpolate } = await loadPart(import('./interpolate.js'));

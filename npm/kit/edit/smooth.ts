@@ -1,7 +1,7 @@
 // Reduces the flicker of masks: each pixel gets the label that most neighbouring frames give to its past and future places.
 // The vote follows the flow: fast objects are elsewhere in the next frame, and a vote at the same place would erase them.
 
-import { checkWholeNumber, illegal, isPlainObject } from '../../check/errors.js';
+import { checkOptions, checkWholeNumber, illegal } from '../../check/errors.js';
 import { MAX_LABEL, type MaskSource, checkMasks, findShot, getTimes, readLabels } from '../../check/masks.js';
 import { type Runs, decodeRuns, encodeRuns } from '../../session/runs.js';
 import { type ImageEngine, createImageEngine } from '../../stages/image.js';
@@ -38,6 +38,8 @@ export interface SmoothMasksOptions {
   }) => void;
 }
 
+const LEGAL = ['picture', 'reach', 'first', 'engine', 'signal', 'onFrame'];
+
 /** Largest `reach`. */
 const MAX_REACH = 4;
 
@@ -64,9 +66,9 @@ export async function smoothMasks(masks: MaskSource, options: SmoothMasksOptions
 
 function checkSmoothing(masks: MaskSource, options: SmoothMasksOptions) {
   checkMasks(masks);
-  if (!isPlainObject(options) || typeof options.picture !== 'function')
-    throw illegal('param', 'options.picture', options?.picture, 'a function that gives the pixels of frame t');
-  const { reach = 1, first = 0, picture, signal, onFrame } = options;
+  const { reach = 1, first = 0, picture, signal, onFrame } = checkOptions(options, LEGAL);
+  if (typeof picture !== 'function')
+    throw illegal('param', 'picture', picture, 'a function that gives the pixels of frame t');
   checkWholeNumber('param', 'reach', reach, 0, MAX_REACH);
   checkWholeNumber('param', 'first', first, 0, masks.numFrames - 1);
   return { reach, first, picture, signal, onFrame };

@@ -1,6 +1,6 @@
 // The sound of a clip, for videos made from it.
 
-import { illegal, isPlainObject, typeTag } from '../../check/errors.js';
+import { checkOptions, illegal, typeTag } from '../../check/errors.js';
 import { loadPart } from '../../places.js';
 
 /** Source of the sound. */
@@ -62,12 +62,17 @@ export async function soundInfo(source: Blob | ArrayBuffer | Uint8Array): Promis
 /** Checks the option `sound`; returns null if it is not given. */
 export function checkSound(sound: unknown): Required<SoundOptions> | null {
   if (sound === undefined) return null;
-  const legal = 'an object {source, start, end} with a video file and seconds';
-  if (!isPlainObject(sound)) throw illegal('param', 'sound', sound, legal);
-  const { source, start = 0, end = Infinity } = sound;
+  const legal = ['source', 'start', 'end'];
+  const {
+    source,
+    start = 0,
+    end = Infinity,
+  } = checkOptions<SoundOptions>(sound as SoundOptions, legal, {
+    prefix: 'sound.',
+  });
   if (!['Blob', 'File', 'ArrayBuffer', 'Uint8Array'].includes(typeTag(source)))
     throw illegal('param', 'sound.source', source, 'a Blob, or the bytes of a file');
   if (typeof start !== 'number' || !(start >= 0)) throw illegal('param', 'sound.start', start, 'seconds, 0 or more');
   if (typeof end !== 'number' || !(end > start)) throw illegal('param', 'sound.end', end, `more than start = ${start}`);
-  return { source: source as Blob, start, end };
+  return { source, start, end };
 }

@@ -118,7 +118,7 @@ await editMasks(whole).merge(1, 'two');
 for (const frame of part) void frame;
 
 // @ts-expect-error: objects are a list
-result.objects?.ofCluster;
+result.objects.ofCluster;
 // @ts-expect-error: that does not change
 whole.objects.push(whole.objects[0]!);
 

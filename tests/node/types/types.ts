@@ -96,19 +96,19 @@ const seconds: number | undefined = result.seconds.flow;
 const text: string = result.toTracksDat();
 const flow: FlowField = await session.flow(0);
 const masks: Uint8Array = result.labels(0);
-const objects: ObjectList | null = result.objects;
+const objects: ObjectList = result.objects;
 const regions: Superpixels = await result.superpixels(0);
 const map: BoundaryMap = await session.boundaries(0);
-const salient: SaliencyTable | null = result.saliency;
-const pieces: ComponentTable | null = result.components;
-const pieceOfPoint: Int32Array | undefined = pieces?.ofPoint;
+const salient: SaliencyTable = result.saliency;
+const pieces: ComponentTable = result.components;
+const pieceOfPoint: Int32Array = pieces.ofPoint;
 const heat: SaliencyMap = await result.saliencyMap(0);
 const plate: Background = await result.background(0);
 const picture: Uint8ClampedArray = (await session.background(0)).data;
 const stages: Stage[] = ['saliency', 'connectedness'];
 console.log(
-  salient?.foreground,
-  salient?.inContext,
+  salient.foreground,
+  salient.inContext,
   pieceOfPoint,
   heat.saliency,
   heat.scaleX,
@@ -125,7 +125,7 @@ const thin: Float32Array = (await boundaries(clip.frame(0))).thin;
 const embedded: DiscontinuityOptions = { still: { dimensions: 8, grouping: 'joint' } };
 const found: ImageDiscontinuities = await imageDiscontinuities(clip.frame(0), embedded);
 console.log(found.pb, found.discontinuity, found.spectral, found.combined, found.scaleX);
-console.log(masks, objects?.length, result.clusters.object, regions.borders.pb, map.scaleX, gabriel, thin);
+console.log(masks, objects.length, result.clusters.object, regions.borders.pb, map.scaleX, gabriel, thin);
 const names: string[] = parameters().map((parameter) => parameter.name);
 console.log(version.length, labels, x, values, edges, seconds, text, flow.u, names);
 

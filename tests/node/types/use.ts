@@ -19,7 +19,17 @@ import { fitFrame } from 'tracecut/draw';
 import { adjustMask, openProject, saveProject } from 'tracecut/edit';
 import { cocoRle, encodeImages } from 'tracecut/export';
 import { createImageEngine } from 'tracecut/stages';
-import type { FrameSource, MaskSource, Result, VideoResult, WindowResult } from 'tracecut';
+import type {
+  ComponentTable,
+  FrameRange,
+  FrameSource,
+  MaskSource,
+  ObjectList,
+  Result,
+  SaliencyTable,
+  VideoResult,
+  WindowResult,
+} from 'tracecut';
 
 /** True of one type alone: `any` is equal to nothing else. */
 type Is<A, B> = (<T>() => T extends A ? 1 : 2) extends <T>() => T extends B ? 1 : 2 ? true : false;
@@ -46,6 +56,12 @@ const clip = await synthClip({ width: 320, height: 180, frames: 10 });
 await session.push(clip.frame(0));
 const result: Result = await session.run({ onProgress: ({ stage, done, total }) => void [stage, done / total] });
 yes({} as never as Is<typeof result.width, number>);
+yes({} as never as Is<Result['objects'], ObjectList>);
+yes({} as never as Is<Result['doubts'], readonly FrameRange[]>);
+yes({} as never as Is<Result['saliency'], SaliencyTable>);
+yes({} as never as Is<Result['components'], ComponentTable>);
+yes({} as never as Is<Result['masks'], Uint8Array<ArrayBuffer>>);
+yes({} as never as Is<Result['clusters']['object'], Uint8Array>);
 yes({} as never as Is<ReturnType<Result['labels']>, Uint8Array<ArrayBuffer>>);
 const file: Uint8Array = await maskPng(result, 0, { object: 1, transparent: true });
 const zip: Uint8Array = await masksZip(result, { perObject: true, objects: [1, 2] });
@@ -71,7 +87,7 @@ for await (const { name, result: found, error } of segmentEach([{ name: 'a', sou
 for await (const { name } of readFrames('frames')) void name.length;
 await segmentVideo(readFrames('frames')).collect();
 const again: Result = ResultClass.fromJSON(JSON.stringify(result));
-const labels: number[] = again.objects?.map(({ label }) => label) ?? [];
+const labels: number[] = again.objects.map(({ label }) => label);
 const images = await createImageEngine({ contour: { lowThreshold: 0.05 } });
 const { borders } = await images.superpixels(pixels, { count: 400 });
 const soft = adjustMask({ labels: result.labels(0), width: 4, height: 4 }, { grow: 2, feather: 1 });

@@ -17,7 +17,7 @@ export async function outcome() {
   const result = await session.run();
   session.close();
   return {
-    objects: result.objects?.length,
+    objects: result.objects.length,
     ...compared(result, clip),
     decoded: await decodedSize(),
     png: sumOf(await maskPng(result, 0)),

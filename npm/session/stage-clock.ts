@@ -1,4 +1,4 @@
-// Stages of a run: the finished share and the time left, from the pieces done; and work in slices.
+// Stages of a run: the finished share and the time left, from the pieces done.
 
 /**
  * A stage of a run. `cost` is the usual time of one piece, in any unit that all stages of a plan share; `total` the number
@@ -52,7 +52,7 @@ export class StageClock {
    * @param usualPace milliseconds per unit of cost in an earlier run; 0 if not known
    */
   constructor(
-    plan: StagePlan[],
+    plan: readonly StagePlan[],
     readonly usualPace = 0,
   ) {
     this.stages = plan.map((stage) => ({
@@ -63,7 +63,7 @@ export class StageClock {
 
   /** The first stage that is not finished; the last one if all are. */
   get current(): Stage {
-    return this.stages.find(({ done, total }) => done < total) ?? this.stages[this.stages.length - 1];
+    return this.stages.find(({ done, total }) => done < total) ?? this.stages[this.stages.length - 1]!;
   }
 
   /** Id of the stage to name on screen. */
@@ -103,6 +103,10 @@ export class StageClock {
     const { msLeft } = this;
     if (msLeft <= 0) this.share = 1;
     else this.share += ((1 - this.share) * addedMs) / (msLeft + addedMs);
+  }
+
+  has(id: string) {
+    return this.stages.some((stage) => stage.id === id);
   }
 
   stage(id: string): Stage {
@@ -153,31 +157,4 @@ export class StageClock {
 
 function sum<T>(items: T[], valueOf: (item: T) => number): number {
   return items.reduce((total, item) => total + valueOf(item), 0);
-}
-
-/** Settles with the promise, or rejects with the signal's reason if that comes first. */
-export function untilAborted<T>(promise: Promise<T>, signal: AbortSignal): Promise<T> {
-  return new Promise((resolve, reject) => {
-    if (signal.aborted) return reject(signal.reason);
-    signal.addEventListener('abort', () => reject(signal.reason), { once: true });
-    promise.then(resolve, reject);
-  });
-}
-
-/** Longest slice of work in milliseconds: less than a frame at 60 Hz. */
-const SLICE_MS = 12;
-
-/** Resolves after other tasks of the page. */
-export function yieldToPage() {
-  return new Promise((resolve: (value: void) => void) => setTimeout(resolve));
-}
-
-/** Runs work to its end in slices. */
-export async function runInSlices(work: Iterator<unknown>) {
-  let until = performance.now() + SLICE_MS;
-  while (!work.next().done) {
-    if (performance.now() < until) continue;
-    await yieldToPage();
-    until = performance.now() + SLICE_MS;
-  }
 }
