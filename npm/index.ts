@@ -98,7 +98,7 @@ export type { FrameAtTime, FrameFile, ListedFrame } from './video/frame-list.js'
 export type { Damage, TakeOptions, VideoInfo } from './video/reader.js';
 export type { ClipTrajectories, Shot, Truncation } from './video/result.js';
 export type { VideoOptions, VideoProgress, WindowOptions } from './video/segment.js';
-export type { DecodedFrame, VideoSource } from './video/source.js';
+export type { DecodedFrame, DrawableFrame, VideoSource } from './video/source.js';
 export type { StripCount, StripOptions } from './video/strip.js';
 export type { SettledFrame } from './video/window.js';
 export type { FrameSource, PixelFrame } from './worker/frames.js';

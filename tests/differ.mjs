@@ -46,7 +46,7 @@ export async function outcomeOf({ params, width, height, frames, rgba }, options
     const size = 4 * width * height;
     for (let t = 0; t < frames; t += 1)
       await session.push({ data: rgba.slice(t * size, (t + 1) * size), width, height });
-    return await hashes(await session.run());
+    return await hashes(await session.run(), params.clip.dense);
   } catch (error) {
     return { error: error.code };
   } finally {
@@ -54,10 +54,11 @@ export async function outcomeOf({ params, width, height, frames, rgba }, options
   }
 }
 
-async function hashes(result) {
+/** `dense` is false where no masks are made. */
+async function hashes(result, dense) {
   const hash = (...arrays) =>
     fnv1a(Buffer.concat(arrays.map((a) => Buffer.from(a.buffer, a.byteOffset, a.byteLength))));
-  const frames = Array.from({ length: result.objects ? result.numFrames : 0 }, (_, t) => t);
+  const frames = Array.from({ length: dense ? result.numFrames : 0 }, (_, t) => t);
   const { x, y } = result.trajectories;
   return {
     tracks: hash(x, y),

@@ -126,9 +126,10 @@ function end() {
 }
 
 /** @param {import('tracecut').Result} result */
-function summary({ objects, clusters, numFrames }) {
-  const count = objects?.length ?? clusters.count;
-  const kind = objects ? 'moving object' : 'cluster';
+function summary({ objects, clusters, masks, numFrames }) {
+  const hasMasks = masks.length > 0;
+  const count = hasMasks ? objects.length : clusters.count;
+  const kind = hasMasks ? 'moving object' : 'cluster';
   const total = clip.total > numFrames ? ` of ${number(clip.total)}` : '';
   const damage = clip.damage && ` The rest of the file is damaged: ${clip.damage}.`;
   return `${number(count)} ${kind}${count === 1 ? '' : 's'} in ${number(numFrames)}${total} frames.${damage}`;

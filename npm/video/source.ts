@@ -22,17 +22,15 @@ import type { Reader, Take, TakeOptions, VideoInfo } from './reader.js';
  * come while the queue is full are lost. The clip ends with the track, which is not stopped.
  */
 export type VideoSource =
-  | Blob
-  | ArrayBuffer
-  | Uint8Array
+  | BrowserSource
   | string
   | URL
-  | HTMLVideoElement
-  | MediaStream
-  | MediaStreamTrack
   | ReadableStream<ListedFrame>
   | AsyncIterable<ListedFrame>
   | Iterable<ListedFrame | Promise<ListedFrame>>;
+
+/** The sources that browsers alone read. */
+type BrowserSource = Blob | ArrayBuffer | Uint8Array | HTMLVideoElement | MediaStream | MediaStreamTrack;
 
 const LEGAL_SOURCES =
   'a File or Blob, an address, a video element, a MediaStream or its track, or a list, generator or stream of frames';
@@ -206,13 +204,21 @@ export type DecodedFrame = ShownFrame & {
   readonly clip?: string;
 };
 
+/** A frame of a source that only browsers read: it can be drawn on a canvas. */
+export type DrawableFrame = DecodedFrame & { readonly frame: VideoFrame | ImageBitmap };
+
 /**
  * Yields the pictures of a video for drawing: each once, in display order, upright, with square pixels, in the size of the
  * first, with its time and duration in seconds from the file; docs/frames.md has the rules. Nothing is read before the
  * first is requested, and leaving the loop closes the source. A file that is cut off or damaged yields the frames before;
  * then `onDamage` is called, or an error ends the loop (`truncated`).
  */
-export function videoFrames(source: VideoSource, options?: TakeOptions): AsyncGenerator<DecodedFrame, void, undefined> {
+export function videoFrames(
+  source: BrowserSource,
+  options?: TakeOptions,
+): AsyncGenerator<DrawableFrame, void, undefined>;
+export function videoFrames(source: VideoSource, options?: TakeOptions): AsyncGenerator<DecodedFrame, void, undefined>;
+export function videoFrames(source: VideoSource, options?: TakeOptions) {
   const { decoder, ...takeOptions } = checkOptions(options ?? {}, [...TAKE_NAMES, 'decoder']);
   const { take } = splitTake(takeOptions);
   return decodeFrames(source, take, createDecoderLoader(decoder));

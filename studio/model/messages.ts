@@ -191,7 +191,7 @@ export function formatPercent(share: number): string {
 }
 
 export function headline(
-  result: { objects: readonly object[] | null; clusters: { count: number }; trajectories: { count: number } },
+  result: { objects: readonly object[]; clusters: { count: number }; trajectories: { count: number } },
   facts: ObjectFacts[],
 ): string {
   if (result.trajectories.count === 0) return 'Nothing to track';
@@ -206,7 +206,7 @@ export function countObjects(facts: ObjectFacts[]): string {
 
 /** Explains a result without moving objects; empty if it has some. See panels/suggestions.ts for what to try. */
 export function remark(result: {
-  objects: readonly object[] | null;
+  objects: readonly object[];
   clusters: { count: number };
   trajectories: { count: number };
 }): string {
@@ -216,7 +216,7 @@ export function remark(result: {
   if (result.clusters.count < 2) {
     return 'Everything moves together, or nothing moves.';
   }
-  if (result.objects?.length === 0) {
+  if (result.objects.length === 0) {
     return 'There are several motions, but none stands out.';
   }
   return '';

@@ -106,12 +106,12 @@ test('without clip.dense a run ends with the clusters', async (t) => {
   const session = await ready(t, { clip: { dense: false } });
   const result = await session.run();
   assert.ok(!('cut' in result.seconds), Object.keys(result.seconds).join());
-  assert.equal(result.objects, null);
+  assert.deepEqual(result.objects, []);
   assert.throws(() => result.labels(0), { code: 'state', message: /no masks .*clip\.dense/ });
   await rejects(result.superpixels(0), 'state', /no superpixels .*clip\.dense/);
   isBoundaryMap(await result.boundaries(0));
   const { clusters } = await segment(await framesOf());
-  assert.deepEqual(result.clusters, { ...clusters, object: null });
+  assert.deepEqual(result.clusters, { ...clusters, object: new Uint8Array(0) });
 });
 
 test('trajectories from outside have no pixels to label', async (t) => {
@@ -119,7 +119,7 @@ test('trajectories from outside have no pixels to label', async (t) => {
   const given = { startFrame: [0], offset: [0, 3], x: [1, 2, 3], y: [1, 1, 1] };
   await session.setTrajectories({ numFrames: 3, width: 64, height: 48, ...given });
   const result = await session.run();
-  assert.equal(result.objects, null);
+  assert.deepEqual(result.objects, []);
   assert.throws(() => result.labels(0), { code: 'state', message: /trajectories alone/ });
   await rejects(result.superpixels(0), 'state');
   await rejects(result.boundaries(0), 'state');

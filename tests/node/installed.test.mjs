@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { execFileSync, spawn, spawnSync } from 'node:child_process';
-import { copyFileSync, existsSync, mkdirSync, readdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { copyFileSync, existsSync, mkdirSync, readdirSync, readFileSync, symlinkSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { fromTracksDat } from 'tracecut/stages';
@@ -10,7 +10,7 @@ import { outcome } from '../package/app/segment.js';
 import { root } from '../../scripts/tools.mjs';
 import { installed } from '../package/installed.mjs';
 import { freePort } from '../programs.mjs';
-import { codeOf, readmeCode, RUN, TASKS } from '../readme.mjs';
+import { codeOf, readmeCode, readmePage, RUN, TASKS } from '../readme.mjs';
 import { framesOf, png } from './support.mjs';
 
 test('a project that installs the tarball segments a clip, and installs nothing else', async (t) => {
@@ -222,17 +222,52 @@ const GRANTED = {
 
 /** Blocks that continue each other, as one program. */
 const PROGRAM = ['Sessions', 'Corrections', 'Edits by hand'];
-/** The page's block finds its elements by any selector, so it has no types; the other configures a bundler. */
-const UNTYPED = ['In the browser', 'Bundlers'];
+/** The elements of the first page, which browsers give a script by their ids: a file was chosen, and the canvas has a context. */
+const ELEMENTS = `
+declare const input: HTMLInputElement & { files: FileList };
+declare const canvas: { getContext(kind: '2d'): CanvasRenderingContext2D } & HTMLCanvasElement;
+`;
 
-test('the blocks of README, guide and tasks compile in strict mode', (t) => {
+/** The script of the first page, which imports the package from an address. */
+function pageScript() {
+  const [, script] = /<script type="module">\n([^]*?)<\/script>/.exec(readmePage());
+  return `${ELEMENTS}${script.replace(/'https:[^']*inline.js'/, "'tracecut/inline'")}`;
+}
+
+/** The code of all other documents, which says the file that it is, if any. */
+function otherCode() {
+  const documents = ['docs', 'docs/recipes', 'examples', '.'].flatMap((folder) =>
+    readdirSync(join(root, folder))
+      .filter((name) => name.endsWith('.md'))
+      .map((name) => join(folder, name)),
+  );
+  const named = ['README.md', 'docs/guide.md', 'docs/tasks.md'];
+  return documents
+    .filter((name) => !named.includes(name))
+    .flatMap((name) => {
+      const blocks = readFileSync(join(root, name), 'utf8').matchAll(
+        /^( *)```(?:js|ts|mjs|cjs)\b *(\S*)\n([^]*?)^ *```$/gm,
+      );
+      return [...blocks].map(([, , file, source]) => ({ source, extension: file.endsWith('.cjs') ? 'cts' : 'ts' }));
+    });
+}
+
+test('the blocks of all documents compile in strict mode', (t) => {
   const folder = installed(t);
-  const blocks = [...code, ...taskCode].filter(([heading]) => ![...PROGRAM, ...UNTYPED].includes(heading));
-  const sources = blocks.map(([heading, source]) => `${GRANTED[heading] ?? ''}${source}`);
-  sources.push(PROGRAM.map((heading) => code.get(heading)).join('\n'));
-  const files = sources.map((source, k) => {
-    file(folder, `block${k}.ts`, `${source}\nexport {};\n`);
-    return `block${k}.ts`;
+  for (const tool of ['esbuild', '@types'])
+    symlinkSync(join(root, 'node_modules', tool), join(folder, 'node_modules', tool));
+  const blocks = [...code, ...taskCode].filter(([heading]) => !PROGRAM.includes(heading));
+  const sources = blocks.map(([heading, source]) => ({
+    source: `${GRANTED[heading] ?? ''}${source}`,
+    extension: 'ts',
+  }));
+  sources.push({ source: PROGRAM.map((heading) => code.get(heading)).join('\n'), extension: 'ts' });
+  sources.push({ source: pageScript(), extension: 'ts' });
+  const others = otherCode();
+  assert.ok(others.length > 5, others);
+  const files = [...sources, ...others].map(({ source, extension }, k) => {
+    file(folder, `block${k}.${extension}`, extension === 'ts' ? `${source}\nexport {};\n` : source);
+    return `block${k}.${extension}`;
   });
   const settings =
     '--strict --noEmit --target es2022 --module nodenext --lib es2023,esnext.disposable,dom,dom.iterable --types node';
