@@ -166,7 +166,7 @@ function apart(folder) {
   const setup = (/** @type {import('esbuild').PluginBuild} */ { onResolve }) =>
     onResolve({ filter: /./ }, ({ path, resolveDir, importer, kind }) => {
       if (kind === 'entry-point') return undefined;
-      if (importer === LIBRARY) return { path: join(PLACES.dist, basename(path)) };
+      if (importer === LIBRARY) return { path: join(PLACES.dist, path.replace(/^.*\/dist\//, '')) };
       const [, entry] = (dirname(importer) === LAB && /^tracecut(?:\/(\w+))?$/.exec(path)) || [];
       if (path === 'tracecut' || entry) {
         return { path: join(PLACES.dist, `${entry ?? 'index'}.js`), sideEffects: false };
