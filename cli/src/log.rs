@@ -141,7 +141,10 @@ impl Log {
         }
         let stage = stage.map_or("decode", Stage::name);
         let seconds_left = progress.seconds_left(begin.elapsed().as_secs_f64());
-        self.event("progress", json!({ "stage": stage, "share": share, "secondsLeft": seconds_left }));
+        self.event(
+            "progress",
+            json!({ "stage": stage, "share": share.unwrap_or_default(), "secondsLeft": seconds_left }),
+        );
         self.bar.set_style(bar_style(share.is_some()));
         self.bar.set_position((BAR_STEPS as f64 * share.unwrap_or_default()) as u64);
         self.bar.set_message(stage);
