@@ -194,6 +194,9 @@ test('videoFrames gives the frames of a list as pixels, chosen and reduced', asy
   ]);
   await rejects(videoFrames([]).next(), 'no-frames');
   await rejects(videoInfo([plain(8, 8)]), 'unsupported', /list or stream of frames/);
-  assert.throws(() => videoFrames([], { window: 3 }), { code: 'param', message: /window = 3 \(expected a known option; the options are start, end/ });
+  assert.throws(() => videoFrames([], { window: 3 }), {
+    code: 'param',
+    message: /window = 3 \(expected a known option; the options are start, end/,
+  });
   await assert.rejects(videoFrames(frames, { signal: AbortSignal.abort() }).next(), { name: 'AbortError' });
 });
