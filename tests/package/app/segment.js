@@ -3,9 +3,8 @@
 
 import { createSession, encodeVideo, maskPng, masksZip, segmentVideo, synthClip } from 'tracecut';
 
-const SCENE = { width: 160, height: 90, frames: 8, seed: 1 };
-/** Large enough for its objects to outlast a codec. */
-const FILMED = { width: 256, height: 144, frames: 8, seed: 1 };
+/** Large enough for all objects to be found, and to outlast a codec. */
+const SCENE = { width: 256, height: 144, frames: 8, seed: 1 };
 
 /** A file of one red pixel. */
 const PNG = 'iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP8z8BQDwAEhQGAhKmMIQAAAABJRU5ErkJggg==';
@@ -27,7 +26,7 @@ export async function outcome() {
 
 /** A video file written and read again; where there is no WebCodecs, as in Node, there is none. */
 export async function throughVideo() {
-  const clip = await synthClip(FILMED);
+  const clip = await synthClip(SCENE);
   const frames = Array.from({ length: clip.numFrames }, (_, t) => clip.frame(t));
   const truth = { width: clip.width, height: clip.height, numFrames: clip.numFrames, labels: (t) => clip.mask(t) };
   const file = await encodeVideo(truth, frames, { opacity: 0, outline: false, frameRate: 10 });
