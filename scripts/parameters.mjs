@@ -34,6 +34,7 @@ export async function writeParameters(dist) {
       '// Written by the build from the Rust declarations of the parameters.',
       `export const VERSION = ${JSON.stringify(glue.version())};`,
       `export const WINDOWS = ${JSON.stringify({ frames, most, overlap })};`,
+      `export const STAGE_COSTS = ${JSON.stringify(readStageCosts())};`,
       `const ROWS = [\n${list.map((parameter) => `  ${JSON.stringify(row(parameter))},\n`).join('')}];`,
       'const parameter = ([name, doc, kind, min, max, value, expert, choices]) =>',
       '  ({ name, doc, kind, min, max, default: value, expert: !!expert, ...(choices && { choices }) });',
@@ -42,6 +43,13 @@ export async function writeParameters(dist) {
     ].join('\n'),
   );
   writeFileSync(join(dist, 'parameters.d.ts'), declarations(list));
+}
+
+/** Returns the usual time of each stage for a frame, as `stages!` declares it. */
+function readStageCosts() {
+  const text = readFileSync(join(root, 'src', 'session', 'base', 'stage.rs'), 'utf8');
+  const costs = [...text.matchAll(/^ +\w+ = "(\w+)", ([\d.]+);$/gm)].map(([, stage, cost]) => [stage, Number(cost)]);
+  return costs.length > 0 ? costs : fail('The build cannot read the costs of stages.');
 }
 
 /** Returns the description of each parameter by name: the comment above its field in `params!` or `tree!`. */
@@ -101,6 +109,8 @@ ${tree}}
 export declare const VERSION: string;
 /** Frames of a window where nobody says, the most it may have, and how many neighbours share where nobody says. */
 export declare const WINDOWS: { readonly frames: number; readonly most: number; readonly overlap: number };
+/** The stages in order, and the usual time of each for a frame; flow and trajectories together are one unit. */
+export declare const STAGE_COSTS: readonly (readonly [stage: string, cost: number])[];
 export declare const PARAMETERS: readonly Readonly<Parameter>[];
 `;
 }

@@ -1,23 +1,14 @@
 // Progress of a clip's run: the frames that each stage has to process, window by window, and what they say about the
 // finished share and the time left.
 
+import { STAGE_COSTS } from '../parameters.js';
 import { StageClock, type StagePlan } from './stage-clock.js';
 import type { Stage, StageStep } from './engine.js';
 
-/** Stages of a clip, with their usual times for a frame as measured; those of tracking are one unit. */
+/** Stages of a clip, with their usual times for a frame as measured. */
 export const CLIP_STAGES: readonly StagePlan[] = [
   { id: 'frames', cost: 0.35, isReading: true },
-  { id: 'flow', cost: 0.5 },
-  { id: 'trajectories', cost: 0.5 },
-  { id: 'affinities', cost: 0.03 },
-  { id: 'embedding', cost: 0.01 },
-  { id: 'discontinuities', cost: 0.02 },
-  { id: 'saliency', cost: 0.06 },
-  { id: 'connectedness', cost: 0.02 },
-  { id: 'clusters', cost: 0.01 },
-  { id: 'superpixels', cost: 0.25 },
-  { id: 'cut', cost: 0.32 },
-  { id: 'masks', cost: 0.13 },
+  ...STAGE_COSTS.map(([id, cost]) => ({ id, cost })),
 ];
 
 /** Stages that only a run with masks has, and only one with frames. */

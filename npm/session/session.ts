@@ -133,8 +133,9 @@ export class Session {
   }
 
   /**
-   * Runs all remaining work. `onProgress` is called for each stage; its `share` begins at 0 in each run. If `signal` aborts, the promise rejects with its reason
-   * and the session keeps its state: the next `run` continues from there, to the same result.
+   * Runs all remaining work. `onProgress` is called for each stage; its `share` begins at 0 in each run. If `signal` aborts,
+   * the promise rejects with its reason and the session keeps its state: the next `run` continues from there, to the same
+   * result.
    */
   async run(options?: RunOptions): Promise<Result> {
     this.#check('run');

@@ -103,9 +103,8 @@ function checkSegmentOptions(options: unknown): SegmentOptions {
 
 /**
  * Segments a video: a file, an address, a video element, a stream, or single frames (Node takes single frames, and files by
- * path if ffmpeg is installed). Long
- * clips run window by window, in bounded memory; labels keep their meaning from window to window, and a cut starts a new
- * shot with new labels.
+ * path if ffmpeg is installed). Long clips run window by window, in bounded memory; labels keep their meaning from window
+ * to window, and a cut starts a new shot with new labels.
  *
  * ```js
  * const video = segmentVideo(file, { size: 480, end: 10 });
@@ -120,9 +119,9 @@ export function segmentVideo(source: VideoSource, options?: VideoOptions): Video
 
 /**
  * Segments a clip; created by `segmentVideo`. Iterate over it for the results of its windows, read them from `readable`, or
- * `collect` them; one of these, once. Nothing starts before that. While a result is processed the next window is computed, but no further one. Leaving
- * the loop early, `close`, an abort and an error end the work and free its memory; `pause` only halts it, and `resume`
- * continues.
+ * `collect` them; one of these, once. Nothing starts before that. While a result is processed the next window is computed,
+ * but no further one. Leaving the loop early, `close`, an abort and an error end the work and free its memory; `pause` only
+ * halts it, and `resume` continues.
  */
 export class VideoSegmentation {
   #source;

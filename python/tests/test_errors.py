@@ -69,32 +69,14 @@ def calls(clip: list[np.ndarray], tracks: Trajectories, tmp_path_factory: pytest
 
     window = next(tracecut.windows(clip, preset="fast"))
     section = {"patch_stride": 8}
+    in_windows = {
+        **{"frames": clip[:2], "window": 50, "overlap": 1},
+        **{"threads": 1, "progress": None, "flow": section, "preset": "fast"},
+    }
     made: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
-        "segment": (
-            tracecut.segment,
-            {
-                "frames": clip[:2],
-                "window": 50,
-                "overlap": 1,
-                "threads": 1,
-                "progress": None,
-                "flow": section,
-                "preset": "fast",
-            },
-        ),
+        "segment": (tracecut.segment, in_windows),
         "segment with trajectories": (tracecut.segment, {"frames": clip, "trajectories": tracks, "preset": "fast"}),
-        "windows": (
-            lambda **options: list(tracecut.windows(**options)),
-            {
-                "frames": clip[:2],
-                "window": 50,
-                "overlap": 1,
-                "threads": 1,
-                "progress": None,
-                "flow": section,
-                "preset": "fast",
-            },
-        ),
+        "windows": (lambda **options: list(tracecut.windows(**options)), in_windows),
         "Session": (tracecut.Session, {"flow": section, "preset": "fast"}),
         "a parameter": (lambda value: tracecut.Session(flow={"patch_stride": value}), {"value": 4}),
         "a choice": (lambda value: tracecut.Session(discretize={"method": value}), {"value": "rotation"}),

@@ -8,26 +8,15 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Optional
+from typing import Any, Optional, get_args
 
 import numpy as np
 import pytest
 import tracecut
 from tracecut import Session, Stroke, TraceCutError, Trajectories, __main__
+from tracecut._types import Stage
 
-STAGES = [
-    "flow",
-    "trajectories",
-    "affinities",
-    "embedding",
-    "discontinuities",
-    "saliency",
-    "connectedness",
-    "clusters",
-    "superpixels",
-    "cut",
-    "masks",
-]
+STAGES = list(get_args(Stage))
 
 
 def fresh(clip: list[np.ndarray], **params: object) -> Session:

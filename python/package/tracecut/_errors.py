@@ -153,15 +153,19 @@ def is_text(value: object) -> bool:
 def whole(name: str, value: Any, low: int, high: int, kind: str = "a whole number") -> int:
     """Returns a whole number in ``low..=high``, NumPy's included."""
     expected = f"{kind}, {low}..={high}"
-    if is_bool(value):
-        raise wrong_type(name, value, expected)
-    try:
-        number = operator.index(value)
-    except TypeError:
-        raise wrong_type(name, value, expected) from None
+    number = _integer(name, value, expected)
     if not low <= number <= high:
         raise illegal(name, number, expected)
     return number
+
+
+def _integer(name: str, value: Any, expected: str) -> int:
+    if is_bool(value):
+        raise wrong_type(name, value, expected)
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise wrong_type(name, value, expected) from None
 
 
 def real(name: str, value: Any, expected: str = "a number") -> float:
@@ -181,12 +185,7 @@ def real(name: str, value: Any, expected: str = "a number") -> float:
 def index_of(t: Any, count: int, name: str = "t", kind: str = "a frame") -> int:
     """Returns the number of a frame, or of another item of ``count``; negative ones count from the end, as in NumPy."""
     legal = f"{kind}, -{count}..={count - 1}" if count > 0 else f"{kind}, of which there is none"
-    if is_bool(t):
-        raise wrong_type(name, t, legal)
-    try:
-        number = operator.index(t)
-    except TypeError:
-        raise wrong_type(name, t, legal) from None
+    number = _integer(name, t, legal)
     if not -count <= number < count:
         raise FrameIndexError("param", f"{name} = {number} (expected {legal})")
     return number % count
