@@ -23,7 +23,7 @@
 //! iteration `k` behind the last sweep of `k - 1`. The result is the same as of one pass after another, but a row is still
 //! in the cache when it is needed again, and planes that only the wavefront reads hold only its rows.
 //!
-//! **Cost**: about 100 operations per pixel and fixed-point iteration, 20 more per sweep; 32 bytes a pixel, and 64 a pixel
+//! **Cost**: about 100 operations per pixel and fixed-point iteration, 20 more per sweep; 32 bytes a pixel, and 80 a pixel
 //! of the wavefront's rows. **Limits**: linearised terms correct the flow by a few pixels only.
 
 use super::params::FlowParams;
@@ -69,8 +69,9 @@ pub(super) struct Refiner {
     terms: Bundle<9>,
     u: Checkerboard,
     v: Checkerboard,
-    /// Inverse of each pixel's symmetric 2 x 2 matrix (three entries) and its right-hand side (two).
-    system: Bundle<5>,
+    /// Inverse of each pixel's symmetric 2 x 2 matrix (three entries), its right-hand side (two), and the weights of its edges
+    /// to the left, to the right, above and below.
+    system: Bundle<9>,
     /// Smoothness weight of the edge to the right and of the edge below.
     edge_right: Checkerboard,
     edge_down: Checkerboard,
@@ -226,8 +227,7 @@ impl Refiner {
     fn relax(&mut self, y: usize, parity: usize, overrelaxation: f32) {
         let (neighbours_u, u) = self.u.row_and_neighbours(y, parity);
         let (neighbours_v, v) = self.v.row_and_neighbours(y, parity);
-        let edges = edges(&self.edge_right, &self.edge_down, y, parity);
-        relax_row(u, v, [neighbours_u, neighbours_v], edges, self.system.row(y, parity), overrelaxation);
+        relax_row(u, v, [neighbours_u, neighbours_v], self.system.row(y, parity), overrelaxation);
     }
 }
 
@@ -240,9 +240,9 @@ fn wavefront_rows(params: &FlowParams) -> usize {
 }
 
 /// Returns the weights of the four edges of each pixel of a half row.
-fn edges<'a>(edge_right: &'a Checkerboard, edge_down: &'a Checkerboard, y: usize, parity: usize) -> Neighbours<'a> {
+fn edges<'a>(edge_right: &'a Checkerboard, edge_down: &'a Checkerboard, y: usize, parity: usize) -> Edges<'a> {
     let row = y as isize;
-    Neighbours {
+    Edges {
         left: edge_right.left_of(row, parity),
         right: edge_right.row(row, parity),
         up: edge_down.row(row - 1, parity),
@@ -283,7 +283,7 @@ fn smoothness_weights(
 
 /// Computes matrix and right-hand side of each pixel from the robust weights of the data terms at the current flow.
 #[inline(never)]
-fn compute_equations(system: &mut [[Lanes; 5]], terms: &[[Lanes; 9]], flow: [&[Lanes]; 2], edges: Neighbours<'_>) {
+fn compute_equations(system: &mut [[Lanes; 9]], terms: &[[Lanes; 9]], flow: [&[Lanes]; 2], edges: Edges<'_>) {
     let n = system.len();
     let ([u, v], terms) = (flow.map(|s| &s[..n]), &terms[..n]);
     let [el, er, eu, ed] = [edges.left, edges.right, edges.up, edges.down].map(|s| &s[..n]);
@@ -300,7 +300,8 @@ fn compute_equations(system: &mut [[Lanes; 5]], terms: &[[Lanes; 9]], flow: [&[L
         let slope_y = yz + yx * u + yy * v;
         let w = brightness_weight / (brightness * brightness + epsilon_sq).sqrt();
         let s = slope_weight / (slope_x * slope_x + slope_y * slope_y + epsilon_sq).sqrt();
-        let smooth = (load(&el[i]) + load(&er[i])) + (load(&eu[i]) + load(&ed[i])) + stiffness;
+        let (left, right, up, down) = (load(&el[i]), load(&er[i]), load(&eu[i]), load(&ed[i]));
+        let smooth = (left + right) + (up + down) + stiffness;
         let a11 = w * (x * x) + s * (xx * xx + yx * yx) + smooth;
         let a22 = w * (y * y) + s * (xy * xy + yy * yy) + smooth;
         let a12 = w * (x * y) + s * (xx * xy + yx * yy);
@@ -309,12 +310,8 @@ fn compute_equations(system: &mut [[Lanes; 5]], terms: &[[Lanes; 9]], flow: [&[L
         let inverse = f32x8::ONE / determinant.cmp_gt(min).blend(determinant, min);
         let b1 = -(w * (z * x) + s * (xz * xx + yz * yx));
         let b2 = -(w * (z * y) + s * (xz * xy + yz * yy));
-        let [m11, m12, m22, r1, r2] = &mut system[i];
-        *m11 = (a22 * inverse).to_array();
-        *m12 = (-a12 * inverse).to_array();
-        *m22 = (a11 * inverse).to_array();
-        *r1 = b1.to_array();
-        *r2 = b2.to_array();
+        let values = [a22 * inverse, -a12 * inverse, a11 * inverse, b1, b2, left, right, up, down];
+        system[i] = values.map(f32x8::to_array);
     }
 }
 
@@ -323,28 +320,32 @@ fn relax_row(
     u: &mut [Lanes],
     v: &mut [Lanes],
     neighbours: [Neighbours<'_>; 2],
-    edges: Neighbours<'_>,
-    system: &[[Lanes; 5]],
+    system: &[[Lanes; 9]],
     overrelaxation: f32,
 ) {
     let n = u.len();
     let (v, system) = (&mut v[..n], &system[..n]);
-    let [ul, ur, uu, ud] =
-        [neighbours[0].left, neighbours[0].right, neighbours[0].up, neighbours[0].down].map(|s| &s[..n]);
-    let [vl, vr, vu, vd] =
-        [neighbours[1].left, neighbours[1].right, neighbours[1].up, neighbours[1].down].map(|s| &s[..n]);
-    let [el, er, eu, ed] = [edges.left, edges.right, edges.up, edges.down].map(|s| &s[..n]);
+    let [u_up, u_down] = [neighbours[0].up, neighbours[0].down].map(|s| &s[..n]);
+    let [v_up, v_down] = [neighbours[1].up, neighbours[1].down].map(|s| &s[..n]);
+    let [u_beside, v_beside] = neighbours.map(|n| n.beside);
+    assert!(u_beside.len() > LANES * n && v_beside.len() > LANES * n);
     let overrelaxation = f32x8::splat(overrelaxation);
     for i in 0..n {
-        let [m11, m12, m22, b1, b2] = &system[i];
-        let (el, er, eu, ed) = (load(&el[i]), load(&er[i]), load(&eu[i]), load(&ed[i]));
-        let r1 = load(b1) + (el * load(&ul[i]) + er * load(&ur[i])) + (eu * load(&uu[i]) + ed * load(&ud[i]));
-        let r2 = load(b2) + (el * load(&vl[i]) + er * load(&vr[i])) + (eu * load(&vu[i]) + ed * load(&vd[i]));
-        let (m11, m12, m22) = (load(m11), load(m12), load(m22));
+        let [m11, m12, m22, b1, b2, left, right, up, down] = system[i].map(f32x8::new);
+        let ([u_left, u_right], [v_left, v_right]) = (load_pair(u_beside, i), load_pair(v_beside, i));
+        let r1 = b1 + (left * u_left + right * u_right) + (up * load(&u_up[i]) + down * load(&u_down[i]));
+        let r2 = b2 + (left * v_left + right * v_right) + (up * load(&v_up[i]) + down * load(&v_down[i]));
         let (u0, v0) = (load(&u[i]), load(&v[i]));
         u[i] = (u0 + overrelaxation * (m11 * r1 + m12 * r2 - u0)).to_array();
         v[i] = (v0 + overrelaxation * (m12 * r1 + m22 * r2 - v0)).to_array();
     }
+}
+
+/// Loads block `i` of a half row, and the same one cell further.
+#[inline(always)]
+fn load_pair(beside: &[f32], i: usize) -> [f32x8; 2] {
+    let cells = &beside[LANES * i..][..LANES + 1];
+    [0, 1].map(|k| f32x8::new(*cells[k..].first_chunk().expect("one more than a block")))
 }
 
 /// Converts the coefficients of a term `a (u - u0) + b (v - v0) + c` to `a u + b v + c`, divided by the length of `(a, b)`;
@@ -490,11 +491,20 @@ struct Checkerboard {
     half: usize,
 }
 
-/// The four neighbours of each pixel of a half row, [`LANES`] at a time.
+/// The four edges of each pixel of a half row, [`LANES`] at a time.
 #[derive(Debug, Clone, Copy)]
-struct Neighbours<'a> {
+struct Edges<'a> {
     left: &'a [Lanes],
     right: &'a [Lanes],
+    up: &'a [Lanes],
+    down: &'a [Lanes],
+}
+
+/// The four neighbours of each pixel of a half row.
+#[derive(Debug, Clone, Copy)]
+struct Neighbours<'a> {
+    /// The left neighbour of each pixel, and the right neighbour of the last: the right neighbour of any is the next cell.
+    beside: &'a [f32],
     up: &'a [Lanes],
     down: &'a [Lanes],
 }
@@ -548,8 +558,7 @@ impl Checkerboard {
         let (even, odd) = row.split_at_mut(half);
         let (centre, beside) = if parity == 0 { (even, odd) } else { (odd, even) };
         let neighbours = Neighbours {
-            left: beside[MARGIN + parity - 1..][..cells].as_chunks().0,
-            right: beside[MARGIN + parity..][..cells].as_chunks().0,
+            beside: &beside[MARGIN + parity - 1..][..cells + 1],
             up: above[y * 2 * half + parity * half + MARGIN..][..cells].as_chunks().0,
             down: below[parity * half + MARGIN..][..cells].as_chunks().0,
         };
@@ -812,12 +821,15 @@ mod tests {
                 assert_eq!(centre.as_flattened()[x / 2], value(x, y));
                 let at = |cells: &[Lanes]| cells.as_flattened()[x / 2];
                 let expected = |inside: bool, v: f32| if inside { v } else { 0.0 };
-                assert_eq!(at(neighbours.left), expected(x > 0, value(x, y) - 1.0));
-                assert_eq!(at(neighbours.right), expected(x + 1 < width, value(x, y) + 1.0));
+                let (left, right) = (neighbours.beside[x / 2], neighbours.beside[x / 2 + 1]);
+                assert_eq!(left, expected(x > 0, value(x, y) - 1.0));
+                assert_eq!(right, expected(x + 1 < width, value(x, y) + 1.0));
                 assert_eq!(at(neighbours.up), expected(y > 0, value(x, y) - 100.0));
                 assert_eq!(at(neighbours.down), expected(y + 1 < height, value(x, y) + 100.0));
-                let beside = (at(neighbours.left), at(neighbours.right));
-                assert_eq!((at(plane.left_of(y as isize, x % 2)), at(plane.right_of(y as isize, x % 2))), beside);
+                assert_eq!(
+                    (at(plane.left_of(y as isize, x % 2)), at(plane.right_of(y as isize, x % 2))),
+                    (left, right)
+                );
             }
         }
     }
