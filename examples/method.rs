@@ -39,7 +39,7 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
     for pair in frames.windows(2) {
         let [from, to] = [&pair[0], &pair[1]].map(|frame| FlowPyramid::reduced(frame, params.flow.max_side));
         let forward = flow_between(&from, &to, &params.flow).at_size(width, height);
-        let backward = flow_between(&to, &from, &params.flow).at_size(width, height);
+        let backward = flow_between(&to, &from, &params.flow.for_check()).at_size(width, height);
         tracker.track(&pair[0], &forward, &backward);
         denser.track(&pair[0], &forward, &backward);
         flows.push(CompactFlow::new(&forward));

@@ -24,7 +24,9 @@ use tracecut::cut::{Expansion, Potts};
 use tracecut::discontinuity::{discontinuities, neighborhoods};
 use tracecut::discretize::{EvidenceInput, discretize};
 use tracecut::embedding::{EigenInfo, EigenParams, EmbeddingParams, embed, embed_with_tolerance, largest_eigenpairs};
-use tracecut::flow::{FlowParams, FlowPyramid, FlowScratch, flow_between, flow_between_with, local_flow_variation};
+use tracecut::flow::{
+    CompactFlow, FlowParams, FlowPyramid, FlowScratch, flow_between, flow_between_with, local_flow_variation,
+};
 use tracecut::image::{Frame, Plane, gaussian_blur};
 use tracecut::mask::refine;
 use tracecut::rng::{Rng, mix};
@@ -333,7 +335,7 @@ fn figures(size: (usize, usize)) -> Vec<(&'static str, f64)> {
     let lumas: Vec<_> = frames.iter().map(Frame::luma).collect();
     let pyramids: Vec<_> = lumas.iter().map(FlowPyramid::from_luma).collect();
     let between = |a: usize, b: usize| flow_between(&pyramids[a], &pyramids[b], &params.flow);
-    let flows: Vec<_> = (1..FRAMES).map(|t| (between(t - 1, t), between(t, t - 1))).collect();
+    let flows: Vec<_> = (1..FRAMES).map(|t| (between(t - 1, t), CompactFlow::new(&between(t, t - 1)))).collect();
     let seeds = structure(&lumas[0]);
     let variations: Vec<_> = flows.iter().map(|(forward, _)| local_flow_variation(forward)).collect();
     time("structure, a frame", &mut || drop(structure(&lumas[0])));

@@ -63,6 +63,9 @@ class FlowParams(TypedDict, total=False):
     fixed_points: int
     """Fixed-point iterations of the refinement at every level, each with new robust weights; 0 skips the refinement.
     Higher is slower. Default: 5 (0 to 12)."""
+    check_fixed_points: int
+    """The same for the backward field of a clip, which only checks the forward one; docs/choices.md. Default: 0 (0 to
+    12)."""
 
 
 class TrajectoryParams(TypedDict, total=False):

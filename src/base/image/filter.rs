@@ -99,10 +99,16 @@ impl BilinearPoint {
     /// Returns the interpolated value.
     #[inline]
     pub(crate) fn sample(&self, plane: &Plane<f32>) -> f32 {
+        self.sample_as(plane, |value| value)
+    }
+
+    /// Returns the interpolated value of a plane of other numbers.
+    #[inline]
+    pub(crate) fn sample_as<T: Copy>(&self, plane: &Plane<T>, convert: impl Fn(T) -> f32) -> f32 {
         let Self { first, right, below, fraction_x, fraction_y } = *self;
         let (top, bottom) = (&plane.data()[first..], &plane.data()[first + below..]);
-        let above = top[0] + fraction_x * (top[right] - top[0]);
-        let below = bottom[0] + fraction_x * (bottom[right] - bottom[0]);
+        let [a, b, c, d] = [top[0], top[right], bottom[0], bottom[right]].map(convert);
+        let (above, below) = (a + fraction_x * (b - a), c + fraction_x * (d - c));
         above + fraction_y * (below - above)
     }
 }

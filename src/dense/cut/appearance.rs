@@ -20,8 +20,8 @@ use crate::superpixel::Superpixels;
 const NEAR_SIDE_SHARE: f32 = 0.25;
 /// Share of the farther superpixels that are learned from. Chosen by eye.
 const FAR_SHARE: f64 = 0.15;
-/// Most samples of each class, for the time that the trees take. Chosen by eye.
-const MAX_CLASS_SAMPLES: usize = 3000;
+/// Most samples of each class, for the time that the trees take. Twice as many score no better (docs/speed.md).
+const MAX_CLASS_SAMPLES: usize = 1500;
 /// Least factor of a sample's weight, of a superpixel that could as well have another label. Chosen by eye.
 const MIN_CERTAINTY: f32 = 0.15;
 /// Bound of the log-odds. Chosen by eye.
@@ -44,7 +44,7 @@ pub fn appearance_log_odds(
     for (t, superpixels) in input.superpixels.iter().enumerate() {
         let has_size = |frame: &&Frame| (frame.width(), frame.height()) == superpixels.runs().size();
         let Some(frame) = frames.get(t).filter(has_size) else { return Vec::new() };
-        features.add_frame(frame, superpixels);
+        features.add_frame(superpixel_features(frame, superpixels), superpixels);
     }
     let margins = margins(input, params, cut, &label_kinds(input));
     features.log_odds(input, cut, &margins, seed)
@@ -55,20 +55,13 @@ pub fn appearance_log_odds(
 pub(crate) struct ClipFeatures {
     features: Vec<Features>,
     areas: Vec<f32>,
-    num_frames: usize,
 }
 
 impl ClipFeatures {
-    /// Adds the next frame, which has the size of its superpixels.
-    pub(crate) fn add_frame(&mut self, frame: &Frame, superpixels: &Superpixels) {
-        self.features.extend(superpixel_features(frame, superpixels));
+    /// Adds the features of the next frame's superpixels.
+    pub(crate) fn add_frame(&mut self, features: Vec<Features>, superpixels: &Superpixels) {
+        self.features.extend(features);
         self.areas.extend(superpixels.areas().into_iter().map(|area| area as f32));
-        self.num_frames += 1;
-    }
-
-    /// Returns the number of frames.
-    pub(crate) fn num_frames(&self) -> usize {
-        self.num_frames
     }
 
     /// As [`appearance_log_odds`], with the margins of the cut between objects and background.
@@ -77,12 +70,9 @@ impl ClipFeatures {
         let samples = self.samples(input, cut, margins, &mut rng);
         let Some(samples) = samples else { return vec![0.0; self.features.len()] };
         let forest = Forest::grow(&samples, &mut rng);
-        let log_odds = |features: &Features| {
-            let p = forest.probability(features);
-            // A p of 0 or 1 gives an infinity, which the bound takes.
-            libm::logf(p / (1.0 - p)).clamp(-MAX_LOG_ODDS, MAX_LOG_ODDS)
-        };
-        self.features.iter().map(log_odds).collect()
+        // A p of 0 or 1 gives an infinity, which the bound takes.
+        let log_odds = |p: f32| libm::logf(p / (1.0 - p)).clamp(-MAX_LOG_ODDS, MAX_LOG_ODDS);
+        forest.probabilities(&self.features).into_iter().map(log_odds).collect()
     }
 
     /// Draws the samples to learn from, of which each class has the same weight; `None` if a class has none.

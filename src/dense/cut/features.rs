@@ -8,7 +8,7 @@ pub(super) const NUM_FEATURES: usize = 13;
 
 /// Mean of L, a and b; their standard deviations; ln(1 + mean gradient of L); the gradient, L, a and b around the centroid,
 /// and the centroid.
-pub(super) type Features = [f32; NUM_FEATURES];
+pub(crate) type Features = [f32; NUM_FEATURES];
 
 /// Standard deviations, in pixels, of the blurs around the centroid. Chosen by eye.
 const GRADIENT_SIGMA_PX: f32 = 4.0;
@@ -19,7 +19,7 @@ const REDUCTION: usize = 4;
 const GRADIENT_SCALE: f32 = 100.0;
 
 /// Computes the features of the superpixels of a frame, which has their size.
-pub(super) fn superpixel_features(frame: &Frame, superpixels: &Superpixels) -> Vec<Features> {
+pub(crate) fn superpixel_features(frame: &Frame, superpixels: &Superpixels) -> Vec<Features> {
     let width = frame.width();
     let lab = lab(frame);
     let gradient = gradient(&lab[0], width);

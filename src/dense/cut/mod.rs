@@ -43,6 +43,7 @@ pub(crate) use colour::{Colour, Corners, Histogram, UNSEEN_SHARE};
 #[doc(hidden)]
 pub use expansion::{Expansion, Potts};
 pub(crate) use expansion::{STEPS_PER_UNIT, to_steps};
+pub(crate) use features::{Features, superpixel_features};
 pub use input::{CutInput, CutLabels};
 pub(crate) use input::{OUTLIER, UNKNOWN};
 pub(crate) use label_votes::{VOTE_RADIUS_PX, propagate_labels};

@@ -1,7 +1,7 @@
 //! A flow field in four bytes a pixel, to keep the flow of a whole clip.
 
 use super::field::{Field, FlowField};
-use crate::image::Plane;
+use crate::image::{BilinearPoint, Plane};
 
 /// Steps per pixel: 16 bits reach ±512 pixels, longer than the default working size, with an error of 1/128 pixel.
 const STEPS_PER_PIXEL: f32 = 64.0;
@@ -25,6 +25,28 @@ impl CompactFlow {
             plane.map(|d| ((d * STEPS_PER_PIXEL + BELOW_HALF.copysign(d)) as i32).clamp(min, max) as i16)
         };
         Self { u: pack(&flow.u), v: pack(&flow.v) }
+    }
+
+    /// Samples the field between pixels.
+    pub(crate) fn sample(&self, x: f32, y: f32) -> (f32, f32) {
+        let point = BilinearPoint::new(self.u.width(), self.u.height(), x, y);
+        let [u, v] = [&self.u, &self.v].map(|plane| point.sample_as(plane, f32::from));
+        (u * (1.0 / STEPS_PER_PIXEL), v * (1.0 / STEPS_PER_PIXEL))
+    }
+
+    /// Returns a word for each pixel, for a message.
+    #[cfg(any(feature = "wasm", test))]
+    pub(crate) fn words(&self) -> impl Iterator<Item = u32> + '_ {
+        let word = |(&u, &v): (&i16, &i16)| u32::from(u.cast_unsigned()) | u32::from(v.cast_unsigned()) << 16;
+        self.u.data().iter().zip(self.v.data()).map(word)
+    }
+
+    /// Reads the words of a field of this size.
+    #[cfg(any(feature = "wasm", test))]
+    pub(crate) fn from_words(width: usize, height: usize, words: &[u32]) -> Option<Self> {
+        let component = |shift: u32| words.iter().map(|word| ((word >> shift) as u16).cast_signed()).collect();
+        let [u, v] = [0, 16].map(|shift| Plane::from_vec(width, height, component(shift)));
+        Some(Self { u: u?, v: v? })
     }
 
     /// Returns the field, each component multiplied by its factor.

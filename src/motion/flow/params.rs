@@ -21,5 +21,16 @@ crate::params! {
         /// Fixed-point iterations of the refinement at every level, each with new robust weights; 0 skips the refinement.
         /// Higher is slower.
         pub fixed_points: u32 = 5, in 0..=12, expert;
+        /// The same for the backward field of a clip, which only checks the forward one; docs/choices.md.
+        pub check_fixed_points: u32 = 0, in 0..=12, expert;
+    }
+}
+
+impl FlowParams {
+    /// Returns the parameters of the field that checks another one.
+    #[doc(hidden)] // For `examples/method.rs`.
+    #[must_use]
+    pub fn for_check(&self) -> Self {
+        Self { fixed_points: self.check_fixed_points, ..self.clone() }
     }
 }

@@ -89,10 +89,7 @@ impl PatchGrid {
         let (across, origin_x) = cover(width, SIDE, stride);
         let (down, origin_y) = cover(height, SIDE, stride);
         (self.across, self.down, self.origin, self.stride) = (across, down, (origin_x, origin_y), stride);
-        for values in [&mut self.u, &mut self.v, &mut self.cost] {
-            values.clear();
-            values.resize(across * down, 0.0);
-        }
+        [&mut self.u, &mut self.v, &mut self.cost].into_iter().for_each(|values| fill_zeros(values, across * down));
     }
 
     /// Returns the upper left corner of a patch, which may lie outside the level.
@@ -374,10 +371,8 @@ struct WeightedSums {
 ///
 /// The grid covers the level, so every pixel has a weight.
 fn densify(from: &Level, to: &Level, grid: &PatchGrid, sums: &mut WeightedSums, flow: &mut FlowField) {
-    for plane in [&mut sums.u, &mut sums.v, &mut sums.weight] {
-        plane.clear();
-        plane.resize(from.image.data.len(), 0.0);
-    }
+    let length = from.image.data.len();
+    [&mut sums.u, &mut sums.v, &mut sums.weight].into_iter().for_each(|plane| fill_zeros(plane, length));
     for patch in 0..grid.u.len() {
         add_patch(from, to, grid, patch, sums);
     }
@@ -390,6 +385,12 @@ fn densify(from: &Level, to: &Level, grid: &PatchGrid, sums: &mut WeightedSums, 
             }
         }
     }
+}
+
+/// Sets the length, and all values to zero; faster than `resize` of a cleared vector.
+fn fill_zeros(values: &mut Vec<f32>, length: usize) {
+    values.resize(length, 0.0);
+    values.fill(0.0);
 }
 
 /// Adds one patch to the sums.

@@ -3,7 +3,7 @@
 use super::params::TrajectoryParams;
 use super::structure::structure;
 use super::trajectories::Trajectories;
-use crate::flow::{FlowField, local_flow_variation};
+use crate::flow::{CompactFlow, FlowField, local_flow_variation};
 use crate::grid::Grid;
 use crate::image::{BilinearPoint, Frame, Plane, sample_bilinear};
 use crate::order;
@@ -51,7 +51,7 @@ impl Track {
 /// Tracks points over four frames without motion.
 ///
 /// ```
-/// use tracecut::flow::FlowField;
+/// use tracecut::flow::{CompactFlow, FlowField};
 /// use tracecut::image::Plane;
 /// use tracecut::trajectory::{Tracker, TrajectoryParams, structure};
 ///
@@ -60,7 +60,7 @@ impl Track {
 /// let mut tracker = Tracker::new((64, 48), &TrajectoryParams::default());
 /// tracker.seed(&structure(&checks));
 /// for _ in 1..4 {
-///     tracker.follow(&still, &still, &Plane::filled(32, 24, 0.0));
+///     tracker.follow(&still, &CompactFlow::new(&still), &Plane::filled(32, 24, 0.0));
 ///     tracker.seed(&structure(&checks));
 /// }
 /// let tracks = tracker.finish();
@@ -95,7 +95,7 @@ impl Tracker {
     /// frame along the `forward` flow to it, and ends those that fail a check against the `backward` flow.
     pub fn track(&mut self, frame: &Frame, forward: &FlowField, backward: &FlowField) {
         self.seed(&structure(&frame.luma()));
-        self.follow(forward, backward, &local_flow_variation(forward));
+        self.follow(forward, &CompactFlow::new(backward), &local_flow_variation(forward));
     }
 
     /// Starts tracks in the current frame at the points of the seed grid that have enough structure and no live track
@@ -142,7 +142,7 @@ impl Tracker {
     ///
     /// `variation` is [`crate::flow::local_flow_variation`] of `forward`.
     #[doc(hidden)] // For benchmarks.
-    pub fn follow(&mut self, forward: &FlowField, backward: &FlowField, variation: &Plane<f32>) {
+    pub fn follow(&mut self, forward: &FlowField, backward: &CompactFlow, variation: &Plane<f32>) {
         let mut live = Vec::with_capacity(self.state.live.len());
         for mut track in self.state.live.drain(..) {
             let Some(point) = track.points.last_mut() else { continue };
@@ -225,7 +225,7 @@ fn sample_flow(field: &FlowField, x: f32, y: f32) -> (f32, f32) {
 
 /// Returns the point's position in the next frame, or `None` if it leaves the image, fails the forward–backward check or
 /// lies on a motion boundary.
-fn next_position(x: f32, y: f32, forward: &FlowField, backward: &FlowField) -> Option<(f32, f32)> {
+fn next_position(x: f32, y: f32, forward: &FlowField, backward: &CompactFlow) -> Option<(f32, f32)> {
     let size = (forward.u.width(), forward.u.height());
     let (u, v) = sample_flow(forward, x, y);
     let (nx, ny) = (x + u, y + v);
@@ -233,7 +233,7 @@ fn next_position(x: f32, y: f32, forward: &FlowField, backward: &FlowField) -> O
     if !(0.0..=right).contains(&nx) || !(0.0..=bottom).contains(&ny) {
         return None;
     }
-    let (bu, bv) = sample_flow(backward, nx, ny);
+    let (bu, bv) = backward.sample(nx, ny);
     let mismatch = (u + bu).powi(2) + (v + bv).powi(2);
     let energy = u * u + v * v;
     if mismatch >= CONSISTENCY_RELATIVE * (energy + bu * bu + bv * bv) + CONSISTENCY_ABSOLUTE_PX_SQ {
@@ -268,7 +268,7 @@ mod tests {
         tracker.seed(&texture);
         for _ in 1..frames {
             let (forward, backward) = (uniform(64, 48, flow.0, flow.1), uniform(64, 48, -flow.0, -flow.1));
-            tracker.follow(&forward, &backward, &Plane::filled(32, 24, 0.25));
+            tracker.follow(&forward, &CompactFlow::new(&backward), &Plane::filled(32, 24, 0.25));
             tracker.seed(&texture);
         }
         let tracks = tracker.finish();
@@ -298,7 +298,7 @@ mod tests {
         tracker.seed(&texture);
         let follow = |tracker: &mut Tracker| {
             let (forward, backward) = (uniform(64, 48, 0.5, 0.0), uniform(64, 48, -0.5, 0.0));
-            tracker.follow(&forward, &backward, &Plane::filled(32, 24, 0.25));
+            tracker.follow(&forward, &CompactFlow::new(&backward), &Plane::filled(32, 24, 0.25));
             tracker.seed(&texture);
         };
         (1..12).for_each(|_| follow(&mut tracker));
@@ -341,12 +341,13 @@ mod tests {
     #[test]
     fn inconsistent_flow_and_motion_boundaries_end_tracks() {
         let forward = uniform(64, 48, 2.0, 0.0);
-        assert!(next_position(30.0, 20.0, &forward, &uniform(64, 48, -2.0, 0.0)).is_some());
-        assert!(next_position(30.0, 20.0, &forward, &uniform(64, 48, 0.0, 0.0)).is_none());
-        assert!(next_position(63.0, 20.0, &forward, &uniform(64, 48, -2.0, 0.0)).is_none());
+        let compact = |u| CompactFlow::new(&uniform(64, 48, u, 0.0));
+        assert!(next_position(30.0, 20.0, &forward, &compact(-2.0)).is_some());
+        assert!(next_position(30.0, 20.0, &forward, &compact(0.0)).is_none());
+        assert!(next_position(63.0, 20.0, &forward, &compact(-2.0)).is_none());
         let edge = FlowField { u: Plane::from_fn(64, 48, |x, _| if x < 32 { 0.0 } else { 0.5 }), v: forward.v.clone() };
         let back = FlowField { u: edge.u.map(|u| -u), v: forward.v.clone() };
-        assert!(next_position(31.5, 20.0, &edge, &back).is_none());
+        assert!(next_position(31.5, 20.0, &edge, &CompactFlow::new(&back)).is_none());
     }
 
     #[test]
@@ -356,7 +357,7 @@ mod tests {
             tracker.seed(&structure(&Plane::filled(w, h, 80.0)));
             tracker.follow(
                 &uniform(w, h, 0.0, 0.0),
-                &uniform(w, h, 0.0, 0.0),
+                &CompactFlow::new(&uniform(w, h, 0.0, 0.0)),
                 &Plane::filled(w.div_ceil(2), h.div_ceil(2), 0.0),
             );
             assert!(tracker.finish().is_empty());

@@ -6,7 +6,7 @@ use crate::background::Background;
 use crate::camera::Camera;
 use crate::connectedness::{Components, Separation};
 use crate::correction::StrokeConstraint;
-use crate::cut::{ClipFeatures, CutInput, CutLabels, paint};
+use crate::cut::{ClipFeatures, CutInput, CutLabels};
 use crate::discontinuity::Discontinuities;
 use crate::discretize::Clusters;
 use crate::embedding::Embedding;
@@ -39,6 +39,8 @@ pub(crate) struct Outputs {
     pub(crate) clusters: Clusters,
     /// One element per finished frame.
     pub(crate) superpixels: Vec<Superpixels>,
+    /// Features of the superpixels, for models of appearance.
+    pub(crate) features: ClipFeatures,
     /// `None` without flow.
     pub(crate) camera: Option<Camera>,
     /// `None` with `background.enabled` off.
@@ -110,7 +112,8 @@ pub(crate) struct Cut {
 impl Cut {
     /// Returns the mask of frame `t` before its borders are refined.
     pub(crate) fn coarse_mask(&self, superpixels: &Superpixels, t: usize) -> Plane<u8> {
-        paint(superpixels, &self.labels.labels[t]).map(|cluster| self.mask_label(cluster))
+        let labels: Vec<u8> = self.labels.labels[t].iter().map(|&cluster| self.mask_label(cluster)).collect();
+        superpixels.runs().map(|p| labels[p as usize])
     }
 
     /// Returns the mask label of a cluster; a clip without clusters is all background.
@@ -137,8 +140,6 @@ pub(crate) struct CutContext {
     pub(crate) is_object: Vec<bool>,
     /// Background evidence for an object in each superpixel; empty without a background.
     pub(crate) evidence: Vec<f32>,
-    /// Features of superpixels for models of appearance; empty without objects.
-    pub(crate) features: Arc<ClipFeatures>,
     /// Evidence by appearance, as log-odds; empty without objects.
     pub(crate) appearance: Vec<f32>,
     /// The part that a correction cut again; `None` for the first cut.

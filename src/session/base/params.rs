@@ -142,7 +142,7 @@ impl<'de> Deserialize<'de> for Params {
 const PRESET: &str = "preset";
 
 impl Params {
-    /// Returns the parameters of the paper: its saliency and connectedness, its merging of clusters into one clustering, Pb at
+    /// Returns the parameters of the paper: both flow fields refined, its saliency and connectedness, its merging of clusters into one clustering, Pb at
     /// full size, contours with a higher threshold, its energy, masks from the clustered trajectories alone, borders of
     /// superpixels, and no background model. All other parameters are the defaults.
     pub fn paper() -> Self {
@@ -157,6 +157,7 @@ impl Params {
         params.trajectory.mask_step = params.trajectory.grid_step;
         params.trajectory.mask_min_length = params.trajectory.min_length;
         params.flow.max_side = 4096;
+        params.flow.check_fixed_points = params.flow.fixed_points;
         params.contour.half_size_min_side = 65536;
         params.refine.band = 0;
         params.background.enabled = false;

@@ -74,6 +74,7 @@ impl Forks {
             && let Run { clip, outputs, state: State::Affinities(work), .. } = &mut **run
         {
             **work = AffinityWork::new(&outputs.track_set, clip);
+            clip.saliency_maps = Some(clip.dominant_motions());
         }
         run_past(Stage::Clusters, &mut session)?;
         Ok(session)

@@ -13,7 +13,7 @@ use std::sync::{Mutex, PoisonError, mpsc};
 
 impl Session {
     /// Hands out an unassigned job; `None` if there is none at present. Flow is handed out for at most `ahead` pairs from
-    /// the next one on, since its result takes 20 bytes a pixel until it is used.
+    /// the next one on, since its result takes 14 bytes a pixel until it is used.
     pub(crate) fn take_job(&mut self, ahead: usize) -> Option<Job> {
         let clip = self.phase.clip_mut()?;
         let pairs = clip.flows.len()..clip.frames.len().saturating_sub(1).min(clip.flows.len() + ahead);

@@ -7,6 +7,7 @@ use super::pair::PairFlow;
 use crate::affinity::AffinityBlock;
 use crate::background::{ReprojectionErrors, ReprojectionInput};
 use crate::camera::{Egomotion, PointMatches};
+use crate::cut::{Features, superpixel_features};
 use crate::delaunay::delaunay_edges;
 use crate::discretize::NormalizedRows;
 use crate::flow::FlowScratch;
@@ -88,7 +89,7 @@ pub(crate) enum JobInput {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum JobResult {
     PairFlow(Box<PairFlow>),
-    Superpixels(Superpixels),
+    Superpixels(DescribedSuperpixels),
     Mask(Plane<u8>),
     Saliency(Vec<f32>),
     Delaunay(Vec<(u32, u32)>),
@@ -99,6 +100,21 @@ pub(crate) enum JobResult {
     Reprojection(ReprojectionErrors),
 }
 
+/// The superpixels of a frame, and the features of each.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct DescribedSuperpixels {
+    pub(crate) superpixels: Superpixels,
+    pub(crate) features: Vec<Features>,
+}
+
+impl DescribedSuperpixels {
+    /// Computes the superpixels of a frame.
+    pub(crate) fn new(frame: &Frame, params: &Params) -> Self {
+        let superpixels = frame_superpixels(frame, &params.contour, &params.superpixel);
+        Self { features: superpixel_features(frame, &superpixels), superpixels }
+    }
+}
+
 impl Job {
     /// Runs the job with the parameters of the session that handed it out.
     pub(crate) fn run(&self, params: &Params, scratch: &mut FlowScratch) -> JobResult {
@@ -106,9 +122,7 @@ impl Job {
             JobInput::PairFlow(from, to) => {
                 JobResult::PairFlow(Box::new(PairFlow::new(from, to, &params.for_flow(), scratch)))
             }
-            JobInput::Superpixels(frame) => {
-                JobResult::Superpixels(frame_superpixels(frame, &params.contour, &params.superpixel))
-            }
+            JobInput::Superpixels(frame) => JobResult::Superpixels(DescribedSuperpixels::new(frame, params)),
             JobInput::Mask(frame, labels) => {
                 JobResult::Mask(refine(labels, frame, &params.scaled_to((frame.width(), frame.height())).refine))
             }

@@ -6,6 +6,6 @@ mod pending;
 #[cfg(any(feature = "wasm", test))]
 mod wire;
 
-pub(crate) use job::{Job, JobId, JobInput, JobKind, JobResult};
+pub(crate) use job::{DescribedSuperpixels, Job, JobId, JobInput, JobKind, JobResult};
 pub(crate) use pair::{FlowFrame, ForwardFlow, PairFlow};
 pub(crate) use pending::PendingJobs;

@@ -1,6 +1,8 @@
 //! Optical flow of a frame pair in both directions, with what tracking through the pair needs.
 
-use crate::flow::{FlowField, FlowParams, FlowPyramid, FlowScratch, flow_between_with, local_flow_variation};
+use crate::flow::{
+    CompactFlow, FlowField, FlowParams, FlowPyramid, FlowScratch, flow_between_with, local_flow_variation,
+};
 use crate::image::{Frame, Plane};
 use crate::trajectory::structure;
 
@@ -10,7 +12,8 @@ use crate::trajectory::structure;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PairFlow {
     pub(crate) forward: FlowField,
-    pub(crate) backward: FlowField,
+    /// Only checks the forward field.
+    pub(crate) backward: CompactFlow,
     pub(crate) variation: Plane<f32>,
     /// The structure of the second frame.
     pub(crate) structure: Plane<f32>,
@@ -64,7 +67,7 @@ impl ForwardFlow {
     /// Computes the backward flow. Also returns the second frame, which is the first of the next pair.
     pub(crate) fn finish(self, params: &FlowParams, scratch: &mut FlowScratch) -> (PairFlow, FlowFrame) {
         let Self { from, to, flow: forward } = self;
-        let backward = to.flow_to(&from, params, scratch);
+        let backward = CompactFlow::new(&to.flow_to(&from, &params.for_check(), scratch));
         let variation = local_flow_variation(&forward);
         (PairFlow { forward, backward, variation, structure: structure(&to.luma) }, to)
     }

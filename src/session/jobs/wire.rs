@@ -2,19 +2,20 @@
 //!
 //! ```text
 //! job:    epoch, kind, index, width, height | pixels
-//! result: epoch, kind, index, width, height | planes; or superpixels as runs, borders, edges
+//! result: epoch, kind, index, width, height | planes; or superpixels as runs, features, borders, edges
 //! ```
 //!
 //! Jobs without a frame have the size 0 and a list of numbers. Both ends run the same version. Messages that are
 //! truncated or corrupted decode to `None`.
 
-use super::job::{Job, JobId, JobInput, JobKind, JobResult};
+use super::job::{DescribedSuperpixels, Job, JobId, JobInput, JobKind, JobResult};
 use super::pair::PairFlow;
 use crate::affinity::{AffinityBlock, AffinityParams};
 use crate::background::{ReferenceFrame, ReprojectionInput, WarpGrid};
 use crate::camera::{Egomotion, PointMatches};
+use crate::cut::Features;
 use crate::discretize::NormalizedRows;
-use crate::flow::FlowField;
+use crate::flow::{CompactFlow, FlowField};
 use crate::image::{Frame, Plane, Runs};
 use crate::saliency::SaliencyQuery;
 use crate::superpixel::{Edge, EdgeKind, SuperpixelBorder, Superpixels};
@@ -118,16 +119,19 @@ impl JobResult {
             Self::PairFlow(pair) => {
                 let PairFlow { forward, backward, variation, structure } = pair.as_ref();
                 let mut message = id.header(forward.u.width(), forward.u.height());
-                for plane in [&forward.u, &forward.v, &backward.u, &backward.v, variation, structure] {
+                for plane in [&forward.u, &forward.v, variation, structure] {
                     put_floats(&mut message, plane.data());
                 }
+                message.extend(backward.words());
                 message
             }
-            Self::Superpixels(superpixels) => {
+            Self::Superpixels(DescribedSuperpixels { superpixels, features }) => {
                 let ((width, height), runs) = (superpixels.runs().size(), superpixels.runs().ends());
                 let mut message = id.header(width, height);
-                message.extend([runs.len() as u32, superpixels.borders.len() as u32]);
+                message
+                    .extend([runs.len(), superpixels.borders.len(), features.as_flattened().len()].map(|n| n as u32));
                 message.extend(runs.iter().flat_map(|&(end, label)| [end, label]));
+                put_floats(&mut message, features.as_flattened());
                 for SuperpixelBorder { a, b, length, pb } in &superpixels.borders {
                     message.extend([*a, *b, length.to_bits(), pb.to_bits()]);
                 }
@@ -180,16 +184,19 @@ impl JobResult {
         let (width, height) = reader.size;
         let result = match id.kind {
             JobKind::PairFlow => {
-                let [fu, fv, bu, bv] = [(); 4].map(|()| reader.floats(width, height));
-                let (forward, backward) = (FlowField { u: fu?, v: fv? }, FlowField { u: bu?, v: bv? });
+                let [u, v] = [(); 2].map(|()| reader.floats(width, height));
+                let forward = FlowField { u: u?, v: v? };
                 let [variation, structure] = [(); 2].map(|()| reader.floats(width.div_ceil(2), height.div_ceil(2)));
-                Self::PairFlow(Box::new(PairFlow { forward, backward, variation: variation?, structure: structure? }))
+                let (variation, structure) = (variation?, structure?);
+                let backward = CompactFlow::from_words(width, height, reader.rest)?;
+                Self::PairFlow(Box::new(PairFlow { forward, backward, variation, structure }))
             }
             JobKind::Superpixels => {
-                let &[num_runs, num_borders] = reader.read(2)? else { return None };
+                let [num_runs, num_borders, num_values] = reader.array()?;
                 let runs = reader.read(2 * num_runs as usize)?.as_chunks().0.iter().map(|&[end, label]| (end, label));
                 let runs = Runs::from_vec(width, height, runs.collect())?;
                 runs.ends().iter().all(|&(_, label)| label < num_runs).then_some(())?;
+                let features: Vec<Features> = reader.read_floats(num_values as usize)?.as_chunks().0.to_vec();
                 let borders = reader.read(4 * num_borders as usize)?.chunks_exact(4);
                 let border = |w: &[u32]| SuperpixelBorder { a: w[0], b: w[1], length: float(w[2]), pb: float(w[3]) };
                 let edge = |w: &[u32]| {
@@ -199,7 +206,9 @@ impl JobResult {
                 };
                 let borders = borders.map(border).collect();
                 let edges = reader.rest.chunks_exact(5).map(edge).collect::<Option<_>>()?;
-                Self::Superpixels(Superpixels::new(runs, borders, edges))
+                let superpixels = Superpixels::new(runs, borders, edges);
+                (features.len() == superpixels.count).then_some(())?;
+                Self::Superpixels(DescribedSuperpixels { superpixels, features })
             }
             JobKind::Mask => Self::Mask(reader.bytes()?),
             JobKind::Saliency => Self::Saliency(reader.read_floats(reader.rest.len())?),

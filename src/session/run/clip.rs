@@ -3,6 +3,7 @@
 use crate::Error;
 use crate::flow::{CompactFlow, FlowScratch};
 use crate::image::Frame;
+use crate::saliency::SaliencyMaps;
 use crate::session::base::{Params, Scale, ScaledParams, TrackSet};
 use crate::session::jobs::PendingJobs;
 use crate::session::window::{Identities, Thumbnail};
@@ -19,6 +20,8 @@ pub(crate) struct Clip {
     pub(crate) external: Option<Box<TrackSet>>,
     /// The flow of each frame pair computed so far.
     pub(crate) flows: Vec<CompactFlow>,
+    /// The dominant motions of all flow fields, once they are known, until the saliency takes them.
+    pub(crate) saliency_maps: Option<SaliencyMaps>,
     /// Working memory of the flow.
     pub(crate) scratch: FlowScratch,
     pub(crate) pending_jobs: PendingJobs,
@@ -51,6 +54,7 @@ impl Clip {
             frames: Vec::new(),
             external: None,
             flows: Vec::new(),
+            saliency_maps: None,
             scratch: FlowScratch::default(),
             pending_jobs: PendingJobs::new(epoch),
             windows: None,
@@ -65,6 +69,13 @@ impl Clip {
         }
         self.params.clip.check_frames(self.frames.len() + 1)?;
         Ok(frame.resized(working.0, working.1))
+    }
+
+    /// Finds the dominant motions of the flow fields so far.
+    pub(crate) fn dominant_motions(&self) -> SaliencyMaps {
+        let mut maps = SaliencyMaps::new(&self.params.saliency);
+        self.flows.iter().for_each(|flow| maps.add_field(flow));
+        maps
     }
 
     /// Returns whether the clip is a shot of a single frame, which has no motion and so no trajectories.

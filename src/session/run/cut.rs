@@ -9,7 +9,7 @@ use super::work::{StageWork, StepReport};
 use crate::Error;
 use crate::background::{ReprojectionErrors, ReprojectionInput, SegmentedTracks};
 use crate::classify::{Observations, classify_clusters, cluster_penalties};
-use crate::cut::{ClipFeatures, CutInput, CutLabels, CutParams, GabrielCut, Region, label_kinds, margins, pixel_index};
+use crate::cut::{CutInput, CutLabels, CutParams, GabrielCut, Region, label_kinds, margins, pixel_index};
 use crate::evidence::EvidenceInput;
 use crate::objects::{Objects, find_objects, number_objects};
 use crate::order::{pair_key, sort_by_key};
@@ -32,8 +32,6 @@ pub(crate) struct CutWork {
     /// The correction; `None` for the first cut.
     recut: Option<Recut>,
     step: CutStep,
-    /// Features of superpixels that were computed before; may be empty.
-    features: Arc<ClipFeatures>,
 }
 
 /// The next step of a cut.
@@ -41,20 +39,16 @@ pub(crate) struct CutWork {
 enum CutStep {
     /// Clusters are selected as objects, a frame a step if reprojection errors are needed.
     Selection(Option<ObjectSelection>),
-    /// Features of superpixels are computed, a frame a step; then the energy is set up.
-    Features(Box<SelectedObjects>),
     /// Moves reduce the energy.
     Rounds(Box<CutRounds>),
 }
 
-/// The selected objects, and the features of superpixels, from which a cut sets up its energy.
+/// The selected objects, from which a cut sets up its energy.
 #[derive(Debug, Clone, Default)]
 struct SelectedObjects {
     objects: Objects,
     /// The clusters of the mask trajectories; `None` without them.
     mask_track_labels: Option<Vec<u32>>,
-    /// Features of the frames so far.
-    features: Arc<ClipFeatures>,
     /// Steps of the selection.
     steps_before: usize,
 }
@@ -64,7 +58,6 @@ struct SelectedObjects {
 struct CutRounds {
     objects: Objects,
     terms: CutTerms,
-    features: Arc<ClipFeatures>,
     /// Log-odds by appearance of this round; empty in the first.
     appearance: Vec<f32>,
     moves: GabrielCut,
@@ -87,21 +80,16 @@ struct CutTerms {
 impl CutWork {
     /// Starts the first cut, or one that a correction asks for.
     pub(crate) fn new(recut: Option<Recut>) -> Self {
-        Self { recut, step: CutStep::Selection(None), features: Arc::default() }
-    }
-
-    /// Starts the first cut again, after the clusters have changed.
-    pub(super) fn again(outputs: &Outputs) -> Self {
-        Self { features: outputs.cut.context.features.clone(), ..Self::new(None) }
+        Self { recut, step: CutStep::Selection(None) }
     }
 
     /// Moves the finished cut to the outputs. Returns the correction.
     pub(crate) fn finish(self, outputs: &mut Outputs) -> Option<Recut> {
         if let CutStep::Rounds(rounds) = self.step {
-            let CutRounds { objects, terms, features, appearance, moves, .. } = *rounds;
+            let CutRounds { objects, terms, appearance, moves, .. } = *rounds;
             let CutTerms { mask_track_labels, is_object, evidence } = terms;
             let region = self.recut.as_ref().map(|recut| recut.region(&outputs.superpixels));
-            let context = CutContext { mask_track_labels, is_object, evidence, features, appearance, region };
+            let context = CutContext { mask_track_labels, is_object, evidence, appearance, region };
             outputs.cut = Cut { labels: moves.finish(), objects, context: Arc::new(context), ..Cut::default() };
         }
         self.recut
@@ -111,14 +99,14 @@ impl CutWork {
     pub(crate) fn moves(&self) -> Option<&GabrielCut> {
         match &self.step {
             CutStep::Rounds(rounds) => Some(&rounds.moves),
-            CutStep::Selection(_) | CutStep::Features(_) => None,
+            CutStep::Selection(_) => None,
         }
     }
 }
 
 impl StageWork for CutWork {
-    /// Selects objects, a frame a step if reprojection errors are needed; computes features, a frame a step; then sets up the
-    /// energy and makes the first move; then makes a move.
+    /// Selects objects, a frame a step if reprojection errors are needed; then sets up the energy and makes the first move;
+    /// then makes a move.
     fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<StepReport, Error> {
         loop {
             self.step = match &mut self.step {
@@ -127,20 +115,11 @@ impl StageWork for CutWork {
                         Some(recut) => SelectedObjects::corrected(recut, outputs, clip),
                         None => match ObjectSelection::step(selection, outputs, clip) {
                             SelectionStep::Frame(report) => return Ok(report),
-                            SelectionStep::Finished(selected) => {
-                                SelectedObjects { features: self.features.clone(), ..selected }
-                            }
+                            SelectionStep::Finished(selected) => selected,
                         },
                     };
-                    CutStep::Features(Box::new(selected))
+                    CutStep::Rounds(Box::new(CutRounds::new(selected, self.recut.as_ref(), outputs, clip)))
                 }
-                CutStep::Features(selected) => match selected.step(outputs, clip) {
-                    Some(report) => return Ok(report),
-                    None => {
-                        let rounds = CutRounds::new(std::mem::take(selected), self.recut.as_ref(), outputs, clip);
-                        CutStep::Rounds(Box::new(rounds))
-                    }
-                },
                 CutStep::Rounds(rounds) => return Ok(rounds.step(outputs, clip)),
             };
         }
@@ -163,42 +142,28 @@ impl StageWork for CutWork {
 impl SelectedObjects {
     /// The objects after a correction.
     fn corrected(recut: &Recut, outputs: &Outputs, clip: &Clip) -> Self {
-        let (objects, features) = (recut.objects.clone(), recut.features.clone());
-        Self { objects, mask_track_labels: label_mask_tracks(outputs, clip), features, steps_before: 0 }
-    }
-
-    /// Computes the features of the next frame; `None` if no more are needed.
-    fn step(&mut self, outputs: &Outputs, clip: &Clip) -> Option<StepReport> {
-        let has_objects = self.objects.of_cluster.iter().any(|&label| label > 0);
-        let is_needed = has_objects && clip.params.cut.appearance_rounds > 0;
-        let (done, num_frames) = (self.features.num_frames(), outputs.superpixels.len());
-        (is_needed && done < num_frames).then(|| {
-            Arc::make_mut(&mut self.features).add_frame(&clip.frames[done], &outputs.superpixels[done]);
-            let before = self.steps_before;
-            StepReport::new(Stage::Cut, before + done + 1, before + num_frames + 1)
-        })
+        Self { objects: recut.objects.clone(), mask_track_labels: label_mask_tracks(outputs, clip), steps_before: 0 }
     }
 }
 
 impl CutRounds {
     /// Sets up the energy.
     fn new(selected: SelectedObjects, recut: Option<&Recut>, outputs: &Outputs, clip: &Clip) -> Self {
-        let SelectedObjects { objects, mask_track_labels, features, steps_before } = selected;
+        let SelectedObjects { objects, mask_track_labels, steps_before } = selected;
         let settings = &clip.params.cut;
         let terms = CutTerms::new(outputs, recut, &objects, mask_track_labels, clip);
-        let learns = settings.appearance_rounds > 0 && features.num_frames() > 0;
+        let learns = settings.appearance_rounds > 0 && objects.of_cluster.iter().any(|&label| label > 0);
         let mut appearance = Vec::new();
         if let Some(recut) = recut.filter(|_| learns) {
             let previous = CutLabels { labels: recut.clusters.clone() };
             let input = terms.input(outputs, &[]);
             let margins = margins(&input, settings, &previous, &label_kinds(&input));
-            appearance = features.log_odds(&input, &previous, &margins, clip.params.clip.seed);
+            appearance = outputs.features.log_odds(&input, &previous, &margins, clip.params.clip.seed);
         }
         let input = terms.input(outputs, &appearance);
         let moves = recut.map_or_else(|| GabrielCut::new(&input, settings), |recut| recut.cut(&input, settings));
         let rounds_left = if recut.is_none() && learns { settings.appearance_rounds } else { 0 };
-        let steps_before = steps_before + features.num_frames();
-        Self { objects, terms, features, appearance, moves, steps_before, rounds_left }
+        Self { objects, terms, appearance, moves, steps_before, rounds_left }
     }
 
     /// Makes a move. After the last move of a round the next round begins.
@@ -214,7 +179,7 @@ impl CutRounds {
         if !is_more && self.rounds_left > 0 {
             let input = self.terms.input(outputs, &[]);
             let margins = self.moves.margins(&label_kinds(&input));
-            self.appearance = self.features.log_odds(&input, &self.moves.labels(), &margins, clip.params.clip.seed);
+            self.appearance = outputs.features.log_odds(&input, &self.moves.labels(), &margins, clip.params.clip.seed);
             self.moves.restart(&self.terms.input(outputs, &self.appearance), &clip.params.cut);
             (self.steps_before, self.rounds_left) = (done, self.rounds_left - 1);
         }
@@ -383,7 +348,7 @@ impl ObjectSelection {
             background.set_reprojection_errors(errors, SegmentedTracks { tracks, label, is_object: &self.is_object });
         }
         let objects = label_objects(outputs, &self.is_object, clip);
-        SelectedObjects { objects, mask_track_labels, steps_before: self.num_frames, ..SelectedObjects::default() }
+        SelectedObjects { objects, mask_track_labels, steps_before: self.num_frames }
     }
 }
 

@@ -9,8 +9,7 @@ use crate::camera::{Camera, Egomotion, ForwardMotion, PointMatches};
 use crate::image::Frame;
 use crate::mask::refine;
 use crate::session::base::{Outputs, Stage};
-use crate::session::jobs::{Job, JobInput, JobKind, JobResult, PendingJobs};
-use crate::superpixel::frame_superpixels;
+use crate::session::jobs::{DescribedSuperpixels, Job, JobInput, JobKind, JobResult, PendingJobs};
 
 /// Superpixels, a frame a step; with the last of them the camera and the background.
 #[derive(Debug, Clone)]
@@ -19,10 +18,13 @@ pub(crate) struct SuperpixelWork;
 impl StageWork for SuperpixelWork {
     fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<StepReport, Error> {
         let t = outputs.superpixels.len();
-        outputs.superpixels.push(match clip.pending_jobs.take_result(JobKind::Superpixels, t) {
-            Some(JobResult::Superpixels(superpixels)) => superpixels,
-            _ => frame_superpixels(&clip.frames[t], &clip.params.contour, &clip.params.superpixel),
-        });
+        let DescribedSuperpixels { superpixels, features } =
+            match clip.pending_jobs.take_result(JobKind::Superpixels, t) {
+                Some(JobResult::Superpixels(superpixels)) => superpixels,
+                _ => DescribedSuperpixels::new(&clip.frames[t], &clip.params),
+            };
+        outputs.features.add_frame(features, &superpixels);
+        outputs.superpixels.push(superpixels);
         let report = StepReport::new(Stage::Superpixels, t + 1, clip.frames.len());
         if report.is_last {
             let Clip { pending_jobs, frames, params, .. } = &mut *clip;

@@ -14,7 +14,7 @@ use crate::session::jobs::{Job, JobInput, JobKind, JobResult, PendingJobs};
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;
 
-/// Saliency: the dominant motion of each flow field, a map of each, and the average over the embedding.
+/// Saliency: a map of each flow field, and the average over the embedding.
 #[derive(Debug, Clone)]
 pub(crate) struct SaliencyWork {
     step: SaliencyStep,
@@ -30,8 +30,6 @@ pub(crate) struct SaliencyWork {
 enum SaliencyStep {
     /// Without flow nothing is salient.
     WithoutFlow,
-    /// Estimates the dominant motion of the next flow field.
-    DominantMotion,
     /// Samples the saliency map of a frame at its trajectory points.
     Map(usize),
     /// Averages the saliency of trajectories over the embedding.
@@ -39,11 +37,11 @@ enum SaliencyStep {
 }
 
 impl SaliencyWork {
-    pub(super) fn new(track_set: &TrackSet, clip: &Clip) -> Self {
+    pub(super) fn new(track_set: &TrackSet, clip: &mut Clip) -> Self {
         let unknown = |tracks: &Trajectories| vec![-1.0; tracks.x.len()];
         Self {
-            step: if clip.flows.is_empty() { SaliencyStep::WithoutFlow } else { SaliencyStep::DominantMotion },
-            maps: SaliencyMaps::new(&clip.params.saliency),
+            step: if clip.flows.is_empty() { SaliencyStep::WithoutFlow } else { SaliencyStep::Map(0) },
+            maps: clip.saliency_maps.take().unwrap_or_else(|| SaliencyMaps::new(&clip.params.saliency)),
             track_points: unknown(&track_set.tracks),
             mask_track_points: track_set.mask_tracks.as_ref().map_or_else(Vec::new, unknown),
         }
@@ -86,23 +84,17 @@ impl SaliencyWork {
 impl StageWork for SaliencyWork {
     fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<StepReport, Error> {
         let pairs = clip.flows.len();
-        let report = |done| StepReport::new(Stage::Saliency, done, 2 * pairs + 1);
+        let report = |done| StepReport::new(Stage::Saliency, done, pairs + 1);
         Ok(match self.step {
             SaliencyStep::WithoutFlow => StepReport::new(Stage::Saliency, 1, 1),
-            SaliencyStep::DominantMotion => {
-                let t = self.maps.motions().len();
-                self.maps.add_field(&clip.flows[t]);
-                self.step = if t + 1 < pairs { SaliencyStep::DominantMotion } else { SaliencyStep::Map(0) };
-                report(t + 1)
-            }
             SaliencyStep::Map(t) => {
                 self.map(t, clip, &outputs.track_set);
                 self.step = if t + 1 < pairs { SaliencyStep::Map(t + 1) } else { SaliencyStep::Average };
-                report(pairs + t + 1)
+                report(t + 1)
             }
             SaliencyStep::Average => {
                 outputs.saliency = Some(self.average(clip, outputs));
-                report(2 * pairs + 1)
+                report(pairs + 1)
             }
         })
     }

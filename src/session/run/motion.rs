@@ -5,6 +5,7 @@ use super::work::{StageWork, StepReport};
 use crate::Error;
 use crate::flow::CompactFlow;
 use crate::image::{Plane, sample_bilinear};
+use crate::saliency::SaliencyMaps;
 use crate::session::base::{Outputs, Stage, TrackSet};
 use crate::session::jobs::{FlowFrame, ForwardFlow, JobKind, JobResult, PairFlow, PendingJobs};
 use crate::trajectory::{Tracker, Trajectories, structure};
@@ -28,6 +29,8 @@ pub(crate) struct MotionWork {
     flow_frame: Option<FlowFrame>,
     pair: PairState,
     trackers: Trackers,
+    /// The dominant motions of the pairs so far: they are found while other threads compute flow.
+    maps: SaliencyMaps,
     /// Trajectories of another tracker, which replace our own.
     external: Option<Box<TrackSet>>,
 }
@@ -43,7 +46,7 @@ impl MotionWork {
             trackers.seed(&structure(&clip.frames[0].luma()));
         }
         let t = num_tracked.saturating_sub(1);
-        Self { t, flow_frame: None, pair: PairState::Empty, trackers, external }
+        Self { t, flow_frame: None, pair: PairState::Empty, trackers, maps: clip.dominant_motions(), external }
     }
 
     /// Returns the finished trajectories. The trackers stay with the clip, for the next window.
@@ -61,6 +64,7 @@ impl MotionWork {
             windows.trackers = Some(self.trackers);
         }
         clip.scratch = Default::default();
+        clip.saliency_maps = Some(self.maps);
         track_set
     }
 }
@@ -94,7 +98,9 @@ impl StageWork for MotionWork {
                     set_variation(&mut external.tracks, t, &pair.variation);
                 }
                 self.trackers.seed(&pair.structure);
-                clip.flows.push(CompactFlow::new(&pair.forward));
+                let flow = CompactFlow::new(&pair.forward);
+                self.maps.add_field(&flow);
+                clip.flows.push(flow);
                 self.t += 1;
                 StepReport::new(Stage::Trajectories, t + 1, pairs)
             }

@@ -1,13 +1,11 @@
 //! The cut and the masks after a correction: computed again where labels are affected, unchanged elsewhere.
 
 use crate::correction::{StrokeConstraint, regroup};
-use crate::cut::ClipFeatures;
 use crate::image::{Frame, Plane};
 use crate::mask::refine_since;
 use crate::objects::Objects;
 use crate::session::base::{Outputs, Params};
 use crate::superpixel::Superpixels;
-use std::sync::Arc;
 
 /// The labels of trajectories after a correction.
 #[derive(Debug, Clone)]
@@ -33,8 +31,6 @@ pub(crate) struct Recut {
     /// True for each mask label (0 to 255) that may change.
     pub(crate) is_open: Vec<bool>,
     pub(crate) constraints: Vec<StrokeConstraint>,
-    /// Features of superpixels, if they were computed before.
-    pub(crate) features: Arc<ClipFeatures>,
 }
 
 impl Recut {
@@ -59,7 +55,6 @@ impl Recut {
             old_masks,
             is_open: (0..=255).map(|l| target.affected.contains(&l)).collect(),
             constraints: target.constraints,
-            features: cut.context.features.clone(),
         }
     }
 

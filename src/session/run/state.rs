@@ -73,7 +73,7 @@ impl State {
                 let is_new = alternatives.note(&outputs.clusters);
                 match alternatives.is_trying() {
                     false => Self::Superpixels(SuperpixelWork),
-                    true if is_new => Self::Cut(Box::new(CutWork::again(outputs))),
+                    true if is_new => Self::Cut(Box::new(CutWork::new(None))),
                     true => Self::clusters_or_masks(alternatives.next(outputs, clip)),
                 }
             }
