@@ -1,9 +1,10 @@
 // `node benches/page.mjs`: how long the page's main thread is blocked. Prints, for reading and running a 4K clip, playing it
 // with three layers, and saving 470 masks and cut-out frames, the longest task of the main thread and the number of tasks
 // above 50 ms. The browser does not report shorter ones. Needs an idle machine. Options:
-//   --open           instead, the time from choosing a file of 1080p to its preview, its first masks and all masks, with
-//                    the time at which each stage ended, the minimum of three; and the time of the package in this
-//                    browser on 1 and on 2 threads, for the clip of `npm run bench -- --threads 2`
+//   --open           instead, for the page as `npm run site` makes it: the seconds from choosing a file of 1080p to its
+//                    preview, its first masks and all masks, and to the first and the last progress of each stage before
+//                    the first masks, the minimum of three; and the seconds of the package in this browser on 1 and on
+//                    2 threads, for the clip of `npm run bench -- --threads 2`
 //   --clip FILE      opens this file instead
 //   --frames N       number of frames of the file that is made, 80 if not given
 
@@ -14,6 +15,7 @@ import { parseArgs } from 'node:util';
 import { build } from '../scripts/build.mjs';
 import { launchBrowser } from '../scripts/browser.mjs';
 import { serve } from '../scripts/serve.mjs';
+import { writeSite } from '../scripts/site.mjs';
 
 const CLIP = { width: 3840, height: 2160, frames: 30, speed: 0.012, pan: 0 };
 const OPENED_CLIP = { width: 1920, height: 1080, speed: 0.006, pan: 0.001 };
@@ -40,6 +42,7 @@ const { values: options } = parseArgs({
   },
 });
 await build({ overBudget: 'warn' });
+const folder = mkdtempSync(join(tmpdir(), 'tracecut-'));
 const server = await serve();
 const browser = await launchBrowser();
 try {
@@ -50,7 +53,7 @@ try {
 }
 
 /** Opens the page with a fresh profile, after the sample has ended. */
-async function openPage() {
+async function openPage({ url } = server) {
   const context = await browser.newContext({
     viewport: { width: 1280, height: 800 },
     reducedMotion: 'reduce',
@@ -58,7 +61,7 @@ async function openPage() {
   });
   const page = await context.newPage();
   page.setDefaultTimeout(TIMEOUT_MS);
-  await page.goto(server.url);
+  await page.goto(url);
   await waitForEnd(page);
   return page;
 }
@@ -68,32 +71,41 @@ function waitForEnd(page) {
 }
 
 async function saveClip(page, clip) {
-  const file = join(mkdtempSync(join(tmpdir(), 'tracecut-')), 'clip.webm');
+  const file = join(folder, 'clip.webm');
   writeFileSync(file, Buffer.from(await page.evaluate(makeClip, clip), 'base64'));
   return file;
 }
 
 /** Prints the times from choosing a file to its masks, and of the package on one thread and on two. */
 async function timeOpening() {
-  const page = await openPage();
-  const clip = options.clip ?? (await saveClip(page, { ...OPENED_CLIP, frames: Number(options.frames) }));
+  const maker = await openPage();
+  const numFrames = Number(options.frames);
+  const clip = options.clip ?? (await saveClip(maker, { ...OPENED_CLIP, frames: numFrames }));
+  let readingMs = Infinity;
+  for (let round = 0; round < ROUNDS && !options.clip; round += 1)
+    readingMs = Math.min(readingMs, (await maker.evaluate(readAll, numFrames)) / numFrames);
+  await maker.context().close();
+  await writeSite(join(folder, 'site'));
+  const site = await serve({ places: [{ prefix: '/', folder: join(folder, 'site') }] });
   const marks = new Map();
   const seconds = { 1: Infinity, 2: Infinity };
   for (let round = 0; round < ROUNDS; round += 1) {
-    const visit = await openPage();
-    await visit.evaluate(watchMarks);
-    await visit.setInputFiles('#file', clip);
-    await visit.waitForFunction(() => document.body.dataset.phase === 'running');
-    await waitForEnd(visit);
-    for (const [name, ms] of await visit.evaluate(() => [...globalThis.marks]))
+    const page = await openPage(site);
+    await page.evaluate(watchMarks);
+    await page.setInputFiles('#file', clip);
+    await page.waitForFunction(() => document.body.dataset.phase === 'running');
+    await waitForEnd(page);
+    for (const [name, ms] of await page.evaluate(() => [...globalThis.marks]))
       marks.set(name, Math.min(marks.get(name) ?? Infinity, ms));
-    await visit.context().close();
     // In turns, so that other load on the machine affects all alike.
     for (const threads of [1, 2])
       seconds[threads] = Math.min(seconds[threads], await page.evaluate(runPackage, { threads, ...SYNTHETIC_CLIP }));
+    await page.context().close();
   }
+  await site.close();
   console.log('Seconds from choosing the file, the minimum of three:');
   for (const [name, ms] of [...marks].sort((a, b) => a[1] - b[1])) console.log(`${(ms / 1000).toFixed(2)}\t${name}`);
+  if (!options.clip) console.log(`reading alone, at 480 pixels: ${readingMs.toFixed(1)} ms a frame`);
   const { width, height, frames } = SYNTHETIC_CLIP;
   const walls = `1 thread ${seconds[1].toFixed(2)} s, 2 threads ${seconds[2].toFixed(2)} s`;
   console.log(
@@ -187,7 +199,7 @@ function watchMarks() {
 
 /** Runs in the page: returns the wall seconds from the first frame to the masks. */
 async function runPackage({ threads, ...size }) {
-  const library = await import('/model/library.js');
+  const library = await import('/dist/index.js');
   const clip = await library.synthClip(size);
   const frames = Array.from({ length: size.frames }, (_, t) => clip.frame(t));
   clip.close();
@@ -227,7 +239,7 @@ async function makeClip({ width, height, frames, speed, pan }) {
   }
   const masks = { width: 16, height: 9, numFrames: frames, labels: () => new Uint8Array(144) };
   const blob = await library.encodeVideo(masks, pictures(), { format: 'webm', quality: 'low', frameRate: 25 });
-  globalThis.clip4k = blob;
+  globalThis.madeClip = blob;
   const url = await new Promise((done) => {
     const reader = new FileReader();
     reader.onload = () => done(reader.result);
@@ -236,12 +248,14 @@ async function makeClip({ width, height, frames, speed, pan }) {
   return url.slice(url.indexOf(',') + 1);
 }
 
-/** Runs in the page: reads all frames at the working size. */
+/** Runs in the page: reads all frames at the working size, and returns the wall milliseconds. */
 async function readAll(frames) {
   const library = await import('/model/library.js');
+  const begun = performance.now();
   let count = 0;
-  for await (const { width } of library.videoFrames(globalThis.clip4k, { size: 480 })) count += Number(width === 480);
+  for await (const { width } of library.videoFrames(globalThis.madeClip, { size: 480 })) count += Number(width === 480);
   if (count !== frames) throw new Error(`${count} of ${frames} frames`);
+  return performance.now() - begun;
 }
 
 /** Runs in the page: makes an archive of many masks. */
