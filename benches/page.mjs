@@ -1,15 +1,27 @@
 // `node benches/page.mjs`: how long the page's main thread is blocked. Prints, for reading and running a 4K clip, playing it
 // with three layers, and saving 470 masks and cut-out frames, the longest task of the main thread and the number of tasks
-// above 50 ms. The browser does not report shorter ones. Needs an idle machine.
+// above 50 ms. The browser does not report shorter ones. Needs an idle machine. Options:
+//   --open           instead, for the page as `npm run site` makes it: the seconds from choosing a file of 1080p to its
+//                    preview, its first masks and all masks, and to the first and the last progress of each stage before
+//                    the first masks, the minimum of three; and the seconds of the package in this browser on 1 and on
+//                    2 threads, for the clip of `npm run bench -- --threads 2`
+//   --clip FILE      opens this file instead
+//   --frames N       number of frames of the file that is made, 80 if not given
 
 import { mkdtempSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
+import { parseArgs } from 'node:util';
 import { build } from '../scripts/build.mjs';
 import { launchBrowser } from '../scripts/browser.mjs';
 import { serve } from '../scripts/serve.mjs';
+import { writeSite } from '../scripts/site.mjs';
 
-const CLIP = { width: 3840, height: 2160, frames: 30 };
+const CLIP = { width: 3840, height: 2160, frames: 30, speed: 0.012, pan: 0 };
+const OPENED_CLIP = { width: 1920, height: 1080, speed: 0.006, pan: 0.001 };
+/** The second size of `npm run bench`. */
+const SYNTHETIC_CLIP = { width: 480, height: 270, frames: 30, seed: 1 };
+const ROUNDS = 3;
 const MASKS = { width: 854, height: 480, frames: 470 };
 /** Maximum duration of tasks, in milliseconds. */
 const LIMITS_MS = {
@@ -22,10 +34,26 @@ const LIMITS_MS = {
 };
 const TIMEOUT_MS = 600_000;
 
-await build();
+const { values: options } = parseArgs({
+  options: {
+    open: { type: 'boolean', default: false },
+    clip: { type: 'string' },
+    frames: { type: 'string', default: '80' },
+  },
+});
+await build({ overBudget: 'warn' });
+const folder = mkdtempSync(join(tmpdir(), 'tracecut-'));
 const server = await serve();
 const browser = await launchBrowser();
 try {
+  await (options.open ? timeOpening() : timeTasks());
+} finally {
+  await browser.close();
+  await server.close();
+}
+
+/** Opens the page with a fresh profile, after the sample has ended. */
+async function openPage({ url } = server) {
   const context = await browser.newContext({
     viewport: { width: 1280, height: 800 },
     reducedMotion: 'reduce',
@@ -33,10 +61,62 @@ try {
   });
   const page = await context.newPage();
   page.setDefaultTimeout(TIMEOUT_MS);
-  await page.goto(server.url);
-  await page.waitForFunction(() => ['done', 'error'].includes(document.body.dataset.state));
-  const clip = join(mkdtempSync(join(tmpdir(), 'tracecut-')), 'clip-4k.webm');
-  writeFileSync(clip, Buffer.from(await page.evaluate(makeClip, CLIP), 'base64'));
+  await page.goto(url);
+  await waitForEnd(page);
+  return page;
+}
+
+function waitForEnd(page) {
+  return page.waitForFunction(() => ['done', 'error'].includes(document.body.dataset.state));
+}
+
+async function saveClip(page, clip) {
+  const file = join(folder, 'clip.webm');
+  writeFileSync(file, Buffer.from(await page.evaluate(makeClip, clip), 'base64'));
+  return file;
+}
+
+/** Prints the times from choosing a file to its masks, and of the package on one thread and on two. */
+async function timeOpening() {
+  const maker = await openPage();
+  const numFrames = Number(options.frames);
+  const clip = options.clip ?? (await saveClip(maker, { ...OPENED_CLIP, frames: numFrames }));
+  let readingMs = Infinity;
+  for (let round = 0; round < ROUNDS && !options.clip; round += 1)
+    readingMs = Math.min(readingMs, (await maker.evaluate(readAll, numFrames)) / numFrames);
+  await maker.context().close();
+  await writeSite(join(folder, 'site'));
+  const site = await serve({ places: [{ prefix: '/', folder: join(folder, 'site') }] });
+  const marks = new Map();
+  const seconds = { 1: Infinity, 2: Infinity };
+  for (let round = 0; round < ROUNDS; round += 1) {
+    const page = await openPage(site);
+    await page.evaluate(watchMarks);
+    await page.setInputFiles('#file', clip);
+    await page.waitForFunction(() => document.body.dataset.phase === 'running');
+    await waitForEnd(page);
+    for (const [name, ms] of await page.evaluate(() => [...globalThis.marks]))
+      marks.set(name, Math.min(marks.get(name) ?? Infinity, ms));
+    // In turns, so that other load on the machine affects all alike.
+    for (const threads of [1, 2])
+      seconds[threads] = Math.min(seconds[threads], await page.evaluate(runPackage, { threads, ...SYNTHETIC_CLIP }));
+    await page.context().close();
+  }
+  await site.close();
+  console.log('Seconds from choosing the file, the minimum of three:');
+  for (const [name, ms] of [...marks].sort((a, b) => a[1] - b[1])) console.log(`${(ms / 1000).toFixed(2)}\t${name}`);
+  if (!options.clip) console.log(`reading alone, at 480 pixels: ${readingMs.toFixed(1)} ms a frame`);
+  const { width, height, frames } = SYNTHETIC_CLIP;
+  const walls = `1 thread ${seconds[1].toFixed(2)} s, 2 threads ${seconds[2].toFixed(2)} s`;
+  console.log(
+    `package, ${frames} frames of ${width}x${height}: ${walls}, ratio ${(seconds[2] / seconds[1]).toFixed(3)}`,
+  );
+}
+
+/** Prints the longest task of the main thread in each phase. */
+async function timeTasks() {
+  const page = await openPage();
+  const clip = await saveClip(page, CLIP);
   await page.evaluate(watchTasks);
   const figures = [];
   const phase = async (name, work) => {
@@ -57,7 +137,7 @@ try {
   await phase('running', async () => {
     await page.setInputFiles('#file', clip);
     await page.waitForFunction(() => document.body.dataset.phase === 'running');
-    await page.waitForFunction(() => ['done', 'error'].includes(document.body.dataset.state));
+    await waitForEnd(page);
   });
   await phase('playing with three layers', async () => {
     await page.evaluate(() => {
@@ -81,9 +161,6 @@ try {
   await phase('zipping 40 cut-out frames', () => page.evaluate(zipCutouts, MASKS));
   const over = figures.filter(([, isBelow]) => !isBelow).map(([name]) => name);
   console.log(over.length > 0 ? `Above the limit: ${over.join(', ')}.` : 'All below the limits.');
-} finally {
-  await browser.close();
-  await server.close();
 }
 
 /** Runs in the page. */
@@ -94,8 +171,51 @@ function watchTasks() {
   }).observe({ type: 'longtask', buffered: false });
 }
 
-/** Runs in the page: makes a file of a textured square over a textured background. */
-async function makeClip({ width, height, frames }) {
+/** Runs in the page: collects the time at which each state and each stage of a run is reached, from the choice of a file. */
+function watchMarks() {
+  const { body } = document;
+  const marks = (globalThis.marks = new Map());
+  const counts = new Map();
+  let begun = 0;
+  const mark = (name) => marks.has(name) || marks.set(name, performance.now() - begun);
+  const look = () => {
+    if (body.hasAttribute('data-preview')) mark('preview');
+    if (body.hasAttribute('data-streaming')) mark('first masks');
+    if (body.dataset.phase === 'running') mark('run begins');
+    const isDone = body.dataset.phase === 'done' && marks.has('run begins');
+    if (isDone) mark('all masks');
+    for (const { id, done } of globalThis.tracecutStudio.app.job?.stages ?? []) {
+      if (!marks.has('run begins') || marks.has('first masks') || done === 0) continue;
+      if (!counts.has(id)) mark(`${id}: first`);
+      // The last change before the first masks.
+      if (done !== counts.get(id)) marks.set(`${id}: last`, performance.now() - begun);
+      counts.set(id, done);
+    }
+  };
+  new MutationObserver(look).observe(body, { attributes: true });
+  setInterval(look, 10);
+  addEventListener('change', () => (begun = performance.now()), { capture: true, once: true });
+}
+
+/** Runs in the page: returns the wall seconds from the first frame to the masks. */
+async function runPackage({ threads, ...size }) {
+  const library = await import('/dist/index.js');
+  const clip = await library.synthClip(size);
+  const frames = Array.from({ length: size.frames }, (_, t) => clip.frame(t));
+  clip.close();
+  const session = await library.createSession({ threads });
+  const begun = performance.now();
+  for (const frame of frames) await session.push(frame);
+  await session.run();
+  session.close();
+  return (performance.now() - begun) / 1000;
+}
+
+/**
+ * Runs in the page: makes a file of a textured square over a textured background. `speed` and `pan` are their motion a
+ * frame as shares of the width.
+ */
+async function makeClip({ width, height, frames, speed, pan }) {
   const library = await import('/model/library.js');
   const texture = (salt, side) => {
     const small = new ImageData(side, side);
@@ -112,14 +232,14 @@ async function makeClip({ width, height, frames }) {
   const context = canvas.getContext('2d');
   async function* pictures() {
     for (let t = 0; t < frames; t += 1) {
-      context.drawImage(ground, 0, 0, width, width);
-      context.drawImage(square, width * (0.2 + 0.012 * t), height * 0.3, height * 0.4, height * 0.4);
+      context.drawImage(ground, -width * pan * t, 0, width * (1 + pan * frames), width);
+      context.drawImage(square, width * (0.2 + speed * t), height * 0.3, height * 0.4, height * 0.4);
       yield canvas;
     }
   }
   const masks = { width: 16, height: 9, numFrames: frames, labels: () => new Uint8Array(144) };
   const blob = await library.encodeVideo(masks, pictures(), { format: 'webm', quality: 'low', frameRate: 25 });
-  globalThis.clip4k = blob;
+  globalThis.madeClip = blob;
   const url = await new Promise((done) => {
     const reader = new FileReader();
     reader.onload = () => done(reader.result);
@@ -128,12 +248,14 @@ async function makeClip({ width, height, frames }) {
   return url.slice(url.indexOf(',') + 1);
 }
 
-/** Runs in the page: reads all frames at the working size. */
+/** Runs in the page: reads all frames at the working size, and returns the wall milliseconds. */
 async function readAll(frames) {
   const library = await import('/model/library.js');
+  const begun = performance.now();
   let count = 0;
-  for await (const { width } of library.videoFrames(globalThis.clip4k, { size: 480 })) count += Number(width === 480);
+  for await (const { width } of library.videoFrames(globalThis.madeClip, { size: 480 })) count += Number(width === 480);
   if (count !== frames) throw new Error(`${count} of ${frames} frames`);
+  return performance.now() - begun;
 }
 
 /** Runs in the page: makes an archive of many masks. */

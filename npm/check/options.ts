@@ -28,7 +28,7 @@ export interface SessionSettings {
   worker?: boolean | WorkerSource;
   /**
    * Number of threads, 1 to 64, each with some memory; results do not depend on it. Defaults to all but one of the
-   * machine's, at most 8, or 1 with `worker: false`.
+   * machine's, but both of two, at most 8, or 1 with `worker: false`.
    */
   threads?: number;
 }

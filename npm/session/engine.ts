@@ -136,6 +136,8 @@ export class LocalEngine implements Engine {
   pool = new Pool();
   /** Starts the helpers, if this thread does. */
   crew: Crew | undefined;
+  /** True to do jobs while the next frame is awaited: in a worker, where nothing else waits. */
+  worksAhead = false;
 
   constructor(owner: Instance, session: Session) {
     this.#owner = owner;
@@ -144,7 +146,8 @@ export class LocalEngine implements Engine {
 
   request<N extends RequestName>(name: N, ...args: Arguments<N>): Promise<Answer<N>> {
     const { work: createCall, restarts } = getRequestSpec(name);
-    if (name === 'push' || name === 'pushInShot') this.crew?.muster();
+    const isPush = name === 'push' || name === 'pushInShot';
+    if (isPush) this.crew?.muster();
     this.#isWindowed ||= name === 'pushInShot';
     return this.#enqueue(async () => {
       const call = await createCall(...args);
@@ -152,8 +155,19 @@ export class LocalEngine implements Engine {
       const answer = this.#call(call);
       // Flow can be computed while frames are still arriving.
       this.#call((session) => this.pool.exchange(session));
+      if (isPush && this.worksAhead) this.#workAhead();
       return answer;
     });
+  }
+
+  /** Does jobs until there are none, or a request arrives. */
+  async #workAhead(): Promise<void> {
+    const last = this.#queue;
+    await nextTask();
+    if (last !== this.#queue || this.#isClosed) return;
+    const work = (session: Session) => session.makePiece(this.pool.ahead);
+    const hasWorked = await this.#enqueue(async () => this.#call(work)).catch(() => false);
+    if (hasWorked) await this.#workAhead();
   }
 
   run(onStep: OnStep, signal: AbortSignal) {

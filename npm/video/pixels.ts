@@ -4,7 +4,7 @@ import { withFrame } from '../check/errors.js';
 import { platform } from '../platform.js';
 import { runTask } from '../worker/aside.js';
 import { toPixels } from '../worker/decode.js';
-import { type PixelFrame, type RawFrame, fromImage } from '../worker/frames.js';
+import { type PixelFrame, type RawFrame, fromImage, reduceVideoFrame } from '../worker/frames.js';
 import { reducePixels } from '../worker/pixels.js';
 
 /** A frame from a reader: copied, or as the browser holds it. */
@@ -51,10 +51,11 @@ export async function reduceFrame(raw: ReadFrame, size: number | undefined): Pro
 async function readAndClose(image: VideoFrame, size: number | undefined): Promise<RawFrame> {
   try {
     const displaySize = { width: image.displayWidth, height: image.displayHeight };
-    if (displaySize.width * displaySize.height <= LARGE_FRAME_PX || !platform.startAside)
-      return reduceFrame(await fromImage(image), size);
     const { width, height } = fitSize(displaySize, size);
-    const data = await runTask({ kind: 'frame', frame: image, width, height }, [image]);
+    const isSmall = displaySize.width * displaySize.height <= LARGE_FRAME_PX || !platform.startAside;
+    const data = isSmall
+      ? await reduceVideoFrame(image, width, height)
+      : await runTask({ kind: 'frame', frame: image, width, height }, [image]);
     return { kind: 'pixels', data, width, height };
   } finally {
     image.close();

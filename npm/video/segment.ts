@@ -297,8 +297,10 @@ export class VideoSegmentation {
   }
 
   async #open() {
-    const { take, window, overlap, engine } = this.#checked;
+    const { take, window, engine } = this.#checked;
     const loadDecoder = createDecoderLoader(engine.decoder);
+    const opening = this.#openEngine();
+    opening.catch(() => {});
     const reader = await openReader(this.#source, take, loadDecoder, {
       maxPixels: engine.maxPixels,
       maxQueue: window,
@@ -306,25 +308,32 @@ export class VideoSegmentation {
     this.#reader = reader;
     this.#total = await countExpected(reader, take).catch(() => null);
     this.#throwIfStopped();
-    this.#engine = await openEngine(engine);
-    this.#throwIfStopped();
-    await this.#engine.request('planWindows', window, overlap);
+    const openedEngine = await opening;
     // Damage ends the clip when a file is pushed, as it is decoded then.
     const frames = takeFrames(reader, { ...take, onDamage: undefined });
     this.#frames = frames;
-    const nextFrame = async () => {
+    const read = async () => {
       const { value, done } = await frames.next();
-      this.#isRead = Boolean(done);
       if (done) return null;
-      this.#numRead += 1;
       const { raw, ...facts } = value;
-      const reduced = await reduceFrame(raw, take.size);
-      await this.#callOnFrame(reduced, facts);
+      return { raw: await reduceFrame(raw, take.size), facts, isDecoded: raw.kind === 'image' };
+    };
+    let ahead: ReturnType<typeof read> | undefined;
+    const nextFrame = async () => {
+      const frame = await (ahead ?? read());
+      this.#isRead = frame === null;
+      if (!frame) return null;
+      // A file is decoded and reduced while the engine works. Streams are not read before their frames are used.
+      ahead = frame.isDecoded ? read() : undefined;
+      ahead?.catch(() => {});
+      this.#numRead += 1;
+      const { raw, facts } = frame;
+      await this.#callOnFrame(raw, facts);
       const { time, end, clip } = facts;
-      return { raw: reduced, time, end, clip };
+      return { raw, time, end, clip };
     };
     return new Driver({
-      engine: this.#engine,
+      engine: openedEngine,
       nextFrame,
       countRemaining: () => (this.#total === null ? null : Math.max(0, this.#total - this.#numRead)),
       window,
@@ -340,6 +349,15 @@ export class VideoSegmentation {
       onFrame: (done, index) =>
         this.#report({ stage: 'decode', done, total: Math.max(done, this.#expectedInWindow(done)), window: index }),
     });
+  }
+
+  async #openEngine() {
+    const { window, overlap, engine } = this.#checked;
+    this.#engine = await openEngine(engine);
+    // It may have taken longer than the source took to fail.
+    this.#throwIfStopped();
+    await this.#engine.request('planWindows', window, overlap);
+    return this.#engine;
   }
 
   /** Returns the expected size of a window that has `done` frames. */

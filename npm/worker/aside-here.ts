@@ -1,7 +1,7 @@
 // Performs long tasks on PNG files, archives and pictures, in the calling thread or in a worker of its own.
 
 import { zipSync, zlibSync } from '../vendor/zip.js';
-import { fromImage } from './frames.js';
+import { reduceVideoFrame } from './frames.js';
 import { type PngPixels, encodePixels, reducePixels } from './pixels.js';
 import type { Zippable } from 'fflate';
 
@@ -26,22 +26,15 @@ export const createZipDate = () => new Date(1980, 0, 1);
 /** Performs a task in this thread. */
 export async function performTask(task: AsideTask): Promise<Uint8Array<ArrayBuffer>> {
   if (task.kind === 'pixels') return encodePixels(task.pixels, (data) => zlibSync(data, { level: task.level }));
-  if (task.kind === 'frame') return reduceVideoFrame(task.frame, task.width, task.height);
+  if (task.kind === 'frame') {
+    const { frame, width, height } = task;
+    return reduceVideoFrame(frame, width, height).finally(() => frame.close());
+  }
   if (task.kind === 'reduce') return reducePixels(task.picture, task.width, task.height);
   const stored = new Set(task.stored);
   const files: Zippable = {};
   for (const [name, bytes] of Object.entries(task.files)) files[name] = [bytes, { level: stored.has(name) ? 0 : 6 }];
   return zipSync(files, { mtime: createZipDate() });
-}
-
-async function reduceVideoFrame(frame: VideoFrame, width: number, height: number) {
-  try {
-    const raw = await fromImage(frame);
-    if (raw.kind !== 'pixels' || (raw.width === width && raw.height === height)) return raw.data;
-    return reducePixels(raw, width, height);
-  } finally {
-    frame.close();
-  }
 }
 
 /** Performs the tasks that arrive at `port`; other messages are ignored. */

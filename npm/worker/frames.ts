@@ -2,6 +2,7 @@
 
 import { TraceCutError, checkSides, illegal, tooLarge, typeTag } from '../check/errors.js';
 import { MAX_PIXELS } from '../check/options.js';
+import { reducePixels } from './pixels.js';
 
 /** RGBA bytes, four a pixel, row by row; `ImageData` is one. */
 export interface PixelFrame {
@@ -120,11 +121,32 @@ export async function fromImage(image: VideoFrame | ImageBitmap, maxPixels: numb
   return draw(image, image.width, image.height, maxPixels);
 }
 
+/** Memory of the last frame that was reduced: new memory costs a video frame three times the time of its copy. */
+let spareMemory = new Uint8Array();
+
+/** Reads a video frame and reduces it. @param width at most the frame's */
+export async function reduceVideoFrame(frame: VideoFrame, width: number, height: number) {
+  const memory = spareMemory;
+  // Another frame may be read meanwhile.
+  spareMemory = new Uint8Array();
+  const { displayWidth, displayHeight } = frame;
+  const isReduced = width < displayWidth || height < displayHeight;
+  const raw = await fromVideoFrame(frame, MAX_PIXELS, isReduced ? memory : undefined);
+  if (!isReduced || raw.kind !== 'pixels') return raw.data;
+  spareMemory = raw.data;
+  return reducePixels(raw, width, height);
+}
+
 /**
  * Reads a video frame. `copyTo` returns the decoder's own colours without a canvas, to which privacy settings may add
  * noise; if it cannot return RGBA (Safari), or the frame is displayed rotated or stretched, a canvas is used.
+ * @param memory for the pixels, if it has their size
  */
-async function fromVideoFrame(frame: VideoFrame, maxPixels: number): Promise<RawFrame> {
+async function fromVideoFrame(
+  frame: VideoFrame,
+  maxPixels: number,
+  memory?: Uint8Array<ArrayBuffer>,
+): Promise<RawFrame> {
   // Photos, and cameras of phones, give frames to be rotated: not every type library has these fields.
   const {
     visibleRect: rect,
@@ -136,7 +158,8 @@ async function fromVideoFrame(frame: VideoFrame, maxPixels: number): Promise<Raw
   if (rect) checkSize(rect, maxPixels);
   if (!rotation && !flip && rect && rect.width === displayWidth && rect.height === displayHeight) {
     try {
-      const data = new Uint8Array(4 * rect.width * rect.height);
+      const numBytes = 4 * rect.width * rect.height;
+      const data = memory?.length === numBytes ? memory : new Uint8Array(numBytes);
       await frame.copyTo(data, { format: 'RGBA', layout: [{ offset: 0, stride: 4 * rect.width }] });
       return { kind: 'pixels', data, width: rect.width, height: rect.height };
     } catch (error) {

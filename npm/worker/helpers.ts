@@ -8,11 +8,11 @@ import type { Session as WasmSession } from '../tracecut.js';
 const MAX_DEFAULT_THREADS = 8;
 
 /**
- * Returns the default number of threads: all but one of the machine's.
+ * Returns the default number of threads: all but one of the machine's, but both of two, as a page's thread mostly waits.
  * @param cores number of threads that the machine runs at once, if known
  */
-export function defaultThreads(cores: number | undefined) {
-  return Math.min(MAX_DEFAULT_THREADS, Math.max(1, (cores ?? 1) - 1));
+export function defaultThreads(cores: number = 1) {
+  return Math.min(MAX_DEFAULT_THREADS, Math.max(Math.min(2, cores), cores - 1));
 }
 
 /** A helper's worker; `watch` calls `onLost` when it has ended. */

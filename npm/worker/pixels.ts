@@ -14,33 +14,70 @@ export function reducePixels(
   const out = new Uint8ClampedArray(4 * width * height);
   const row = new Float32Array(4 * fromWidth);
   const columns = createSpans(fromWidth, width);
-  const rows = createSpans(fromHeight, height);
   const area = (fromWidth / width) * (fromHeight / height);
-  rows.forEach((span, y) => {
-    row.fill(0);
-    for (let sy = span.first; sy <= span.last; sy += 1) addRow(row, data, 4 * fromWidth * sy, computeOverlap(span, sy));
-    columns.forEach((column, x) => {
-      const index = 4 * (y * width + x);
-      let [red, green, blue, alpha] = [0, 0, 0, 0];
-      for (let sx = column.first; sx <= column.last; sx += 1) {
-        const share = computeOverlap(column, sx) / area;
-        red += share * row[4 * sx]!;
-        green += share * row[4 * sx + 1]!;
-        blue += share * row[4 * sx + 2]!;
-        alpha += share * row[4 * sx + 3]!;
+  const shares = Float64Array.from(
+    columns.flatMap((column) => computeOverlaps(column)),
+    (overlap) => overlap / area,
+  );
+  createSpans(fromHeight, height).forEach((span, y) => {
+    sumRows(row, data, span);
+    let index = 4 * y * width;
+    let next = 0;
+    columns.forEach(({ first, last }) => {
+      let red = 0;
+      let green = 0;
+      let blue = 0;
+      let alpha = 0;
+      for (let from = 4 * first; from <= 4 * last; from += 4) {
+        const share = shares[next++]!;
+        red += share * row[from]!;
+        green += share * row[from + 1]!;
+        blue += share * row[from + 2]!;
+        alpha += share * row[from + 3]!;
       }
-      out[index] = red;
-      out[index + 1] = green;
-      out[index + 2] = blue;
-      out[index + 3] = alpha;
+      out[index++] = red;
+      out[index++] = green;
+      out[index++] = blue;
+      out[index++] = alpha;
     });
   });
   return new Uint8Array(out.buffer);
 }
 
+/** Most bytes whose sum fits into 16 bits. */
+const MAX_PACKED_ROWS = 257;
+
+/** Computes the sums of the rows that a span covers, each by its share. */
+function sumRows(sums: Float32Array, data: Uint8Array, span: Span) {
+  const { low, high, first, last } = span;
+  const isWhole = low === first && high === last + 1 && high - low <= MAX_PACKED_ROWS;
+  if (isWhole && data.byteOffset % 4 === 0) return sumWholeRows(sums, data, span);
+  sums.fill(0);
+  computeOverlaps(span).forEach((factor, k) => addRow(sums, data, (first + k) * sums.length, factor));
+}
+
 function addRow(sums: Float32Array, data: Uint8Array, from: number, factor: number) {
   for (let i = 0; i < sums.length; i += 1) {
     sums[i] = sums[i]! + factor * data[from + i]!;
+  }
+}
+
+/** Computes the sums of whole rows, two channels in one number: three times as fast. */
+function sumWholeRows(sums: Float32Array, data: Uint8Array, { first, last }: Span) {
+  const width = sums.length / 4;
+  const pixels = new Uint32Array(data.buffer, data.byteOffset, data.length / 4);
+  for (let x = 0; x < width; x += 1) {
+    let redAndBlue = 0;
+    let greenAndAlpha = 0;
+    for (let from = first * width + x; from <= last * width + x; from += width) {
+      const pixel = pixels[from]!;
+      redAndBlue += pixel & 0xff00ff;
+      greenAndAlpha += (pixel >>> 8) & 0xff00ff;
+    }
+    sums[4 * x] = redAndBlue & 0xffff;
+    sums[4 * x + 1] = greenAndAlpha & 0xffff;
+    sums[4 * x + 2] = redAndBlue >>> 16;
+    sums[4 * x + 3] = greenAndAlpha >>> 16;
   }
 }
 
@@ -54,9 +91,11 @@ function createSpans(from: number, to: number): Span[] {
   });
 }
 
-/** Computes the share of a source pixel that the span covers. */
-function computeOverlap({ low, high }: Span, position: number) {
-  return Math.max(0, Math.min(position + 1, high) - Math.max(position, low));
+/** Computes the share of each source pixel that the span covers. */
+function computeOverlaps({ low, high, first, last }: Span) {
+  return Array.from({ length: last - first + 1 }, (_, k) =>
+    Math.max(0, Math.min(first + k + 1, high) - Math.max(first + k, low)),
+  );
 }
 
 /**

@@ -27,7 +27,7 @@ export function serve(port: Port) {
   async function answer({ id, type, data }: { id: number } & Message) {
     if (type === 'create') {
       engine = createLocalEngine(data.module, data.parameters);
-      await engine;
+      (await engine).worksAhead = true;
       return undefined;
     }
     if (type === 'enlarge') return enlargeInThread(data);

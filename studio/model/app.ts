@@ -245,7 +245,11 @@ export class App {
     this.store.set(phasePatch('running', stageName(job.stageOnScreen), ''));
     if (job.settledFrames > 0) showWindow(this.store, job);
     const showProgress = () => this.showRunning(job);
-    const clock = setInterval(showProgress, TICK_MS);
+    // Drawing each frame that is read would slow down the run.
+    const clock = setInterval(() => {
+      showProgress();
+      this.showNewestFrame(job);
+    }, TICK_MS);
     signal.addEventListener('abort', () => {
       clearInterval(clock);
       job.preview?.close();
@@ -277,14 +281,14 @@ export class App {
     const { state } = this.store;
     if (job !== state.job || state.phase !== 'running') return;
     this.store.set(progressPatch(job, state.headline));
-    this.showNewestFrame(job);
   }
 
   /** Shows the newest frame until there is a preview or a result. */
-  showNewestFrame({ images }: AnyJob) {
-    const { analysis, preview, picture } = this.store.state;
+  showNewestFrame(job: AnyJob) {
+    const { images } = job;
+    const { analysis, preview, picture, ...state } = this.store.state;
     const newest = images.length - 1;
-    if (newest < 0 || analysis || preview) return;
+    if (job !== state.job || state.phase !== 'running' || newest < 0 || analysis || preview) return;
     const { width, height } = images;
     const isFitted = picture.width === width && picture.height === height;
     this.store.set({ frame: newest, ...(isFitted ? {} : { picture: { width, height, images } }) });

@@ -54,6 +54,12 @@ test('each pixel of a reduced frame is the mean of what it covers', () => {
       }
     }
   }
+  // Whole rows are added in another way than parts of rows.
+  const tall = { width: 3, height: 600, data: Uint8Array.from({ length: 4 * 1800 }, () => random.next().value % 256) };
+  const unaligned = new Uint8Array(4 * 1800 + 1).subarray(1);
+  unaligned.set(tall.data);
+  for (const [width, height] of ['3x300', '2x100', '1x2', '3x1'].map((size) => size.split('x').map(Number)))
+    assert.deepEqual(reducePixels(tall, width, height), reducePixels({ ...tall, data: unaligned }, width, height));
   assert.deepEqual(fitSize({ width: 1280, height: 720 }, 480), { width: 480, height: 270 });
   assert.deepEqual(fitSize({ width: 720, height: 1280 }, 100), { width: 56, height: 100 });
   assert.deepEqual(fitSize({ width: 64, height: 2 }, 16), { width: 16, height: 1 });

@@ -30,10 +30,13 @@ class TrimPanel {
   playing = false;
   /** Stops drawing the strip of the previous source. */
   drawing = new AbortController();
+  /** The source whose strip is not drawn yet. */
+  undrawn: Source | null = null;
 
   constructor(readonly store: Store) {
     this.connect();
     store.watch(['source'], ({ source }) => this.open(source));
+    store.watch(['source', 'phase', 'isStreaming'], (state) => this.drawAfterMasks(state));
     store.watch(['isMuted'], ({ isMuted }) => this.player?.mute(isMuted));
     store.watch(['source', 'trim'], (state) => this.show(state));
     store.watch(['source', 'trim', 'phase', 'job'], (state) => showRun(state));
@@ -63,8 +66,18 @@ class TrimPanel {
     const canTrim = Boolean(source?.strip && source.count > 2);
     byId('trim').hidden = !canTrim;
     this.strip.replaceChildren();
+    this.undrawn = canTrim ? source : null;
     if (!source || !canTrim) return;
     this.from.max = this.to.max = String(source.count - 1);
+    const count = Math.min(STRIP_PICTURES, source.count);
+    this.strip.replaceChildren(...Array.from({ length: count }, () => h('canvas')));
+  }
+
+  /** Draws the strip once there are masks, or none will come: it decodes the file a second time, which delays them. */
+  drawAfterMasks({ phase, isStreaming }: Readonly<State>) {
+    const source = this.undrawn;
+    if (!source || !(isStreaming || ['stopped', 'done', 'error'].includes(phase))) return;
+    this.undrawn = null;
     this.drawing = new AbortController();
     this.draw(source, this.drawing.signal);
   }
@@ -72,8 +85,7 @@ class TrimPanel {
   async draw(source: Source, signal: AbortSignal) {
     const shape = source.width / source.height;
     const side = Math.round(shape > 1 ? STRIP_SIDE_PX : STRIP_SIDE_PX / shape);
-    const places = Array.from({ length: Math.min(STRIP_PICTURES, source.count) }, () => h('canvas'));
-    this.strip.replaceChildren(...places);
+    const places = [...this.strip.children] as HTMLCanvasElement[];
     try {
       let at = 0;
       for await (const image of source.strip?.(STRIP_PICTURES, side, signal) ?? []) {
