@@ -18,7 +18,7 @@ pub use crate::objects::Objects;
 #[doc(hidden)] // For `examples/method.rs`.
 pub use crate::objects::number_objects;
 pub use agreement::Agreement;
-pub(crate) use agreement::agreement;
+pub(crate) use agreement::{agreement, clip_agreement};
 #[doc(hidden)] // For the command line, and the packages for Python and JavaScript.
 pub use coco::{CocoRuns, coco_counts, coco_mask, coco_runs, coco_text};
 pub(crate) use confidence::{ConfidenceInput, confidence};

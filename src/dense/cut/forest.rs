@@ -197,7 +197,7 @@ mod tests {
 
     #[test]
     fn the_feature_that_tells_the_classes_apart_decides() {
-        let forest = grow(&samples(600, 7));
+        let forest = grow(&samples(1200, 7));
         let probability = |value: f32| {
             let mut features = [0.5; NUM_FEATURES];
             features[7] = value;
