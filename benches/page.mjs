@@ -199,7 +199,8 @@ async function readFrames() {
   const library = await import('/model/library.js');
   const { file, masks } = globalThis.exported;
   const begun = performance.now();
-  for await (const { frame } of library.videoFrames(file)) if (frame.codedWidth === 0) throw new Error('a closed frame');
+  for await (const { frame } of library.videoFrames(file))
+    if (frame.codedWidth === 0) throw new Error('a closed frame');
   return { seconds: (performance.now() - begun) / 1000 / masks.numFrames, size: file.size };
 }
 

@@ -26,7 +26,7 @@ export const MOST_ZIPPED = {
 export const MOST_WASM = { 'tracecut_bg.wasm': 366.75 * 1024, 'decoder_bg.wasm': 155 * 1024 };
 
 /** Maximum bytes of the single-file builds, and of the installed package without them. */
-export const MOST_OF_FILES = { 'inline.js': 1470 * 1024, 'worker.bundle.js': 50.5 * 1024, 'node/all.cjs': 264 * 1024 };
+export const MOST_OF_FILES = { 'inline.js': 1474 * 1024, 'worker.bundle.js': 50.5 * 1024, 'node/all.cjs': 264 * 1024 };
 export const MOST_UNPACKED = 2.8 * 1024 * 1024;
 
 /**
