@@ -196,8 +196,7 @@ function filterColors({ data, width, height, opacity }: PngPixels) {
     }
     const to = y * (size + 1) + 1;
     const [first, last] = hasAbove ? [0, size] : [4 * left, Math.min(size, 4 * right + 4)];
-    for (let k = first; k < last; k += 1)
-      rows[to + k] = row[k]! - (((k < 4 ? 0 : row[k - 4]!) + above[k]!) >> 1);
+    for (let k = first; k < last; k += 1) rows[to + k] = row[k]! - (((k < 4 ? 0 : row[k - 4]!) + above[k]!) >> 1);
     hasAbove = left < right;
     [above, row] = [row, above];
   }

@@ -205,7 +205,10 @@ export type PaintedPixels = { data: Uint8ClampedArray; width: number; height: nu
 
 /** Adds the margin of colours to a box, and up to a row and a column. */
 function widenBox(box: ObjectBox, { width, height }: { width: number; height: number }): ObjectBox {
-  const [x, y] = [box.x - MARGIN_PX, box.y - MARGIN_PX].map((side) => Math.max(0, side - (side & 1))) as [number, number];
+  const [x, y] = [box.x - MARGIN_PX, box.y - MARGIN_PX].map((side) => Math.max(0, side - (side & 1))) as [
+    number,
+    number,
+  ];
   const [right, bottom] = [box.x + box.width + MARGIN_PX, box.y + box.height + MARGIN_PX];
   return { x, y, width: Math.min(width, right) - x, height: Math.min(height, bottom) - y };
 }
