@@ -148,7 +148,7 @@ async function* paintFrames(
     checkSize(picture, size, index);
     const { source } = picture;
     // Pixels may be the caller's, for the next frame.
-    const kept = 'data' in source ? { ...source, data: source.data.slice() } : source;
+    const kept = 'data' in source ? { ...size, data: source.data.slice() } : source;
     const mask = { labels: readLabels(masks, index), width, height };
     const readsPicture = rgba && !('data' in source);
     return { picture: kept, mask: scaleMask(mask, kept, chosen, edges, decoder, readsPicture), close };

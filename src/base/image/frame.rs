@@ -21,15 +21,7 @@ impl Frame {
     /// # Errors
     /// [`Error::FrameSize`] or [`Error::FrameBytes`].
     pub fn from_rgba(rgba: &[u8], width: usize, height: usize) -> Result<Self, Error> {
-        check_size(width, height)?;
-        if rgba.len() != 4 * width * height {
-            return Err(Error::FrameBytes { expected: 4 * width * height, actual: rgba.len() });
-        }
-        let mut rgb = Vec::with_capacity(3 * width * height);
-        for pixel in rgba.chunks_exact(4) {
-            rgb.extend_from_slice(&pixel[..3]);
-        }
-        Ok(Self { rgb, width, height })
+        Ok(Picture::<4>::new(rgba, width, height)?.part(0..width, 0..height))
     }
 
     /// Creates a frame from RGB bytes, three a pixel.
@@ -160,7 +152,7 @@ impl<'a, const CHANNELS: usize> Picture<'a, CHANNELS> {
         let mut rgb = Vec::with_capacity(3 * columns.len() * rows.len());
         let (width, height) = (columns.len(), rows.len());
         for y in rows {
-            rgb.extend(self.row(y, columns.clone()).iter().flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]));
+            self.row(y, columns.clone()).iter().for_each(|pixel| rgb.extend_from_slice(&pixel[..3]));
         }
         Frame { rgb, width, height }
     }
