@@ -1,6 +1,8 @@
 // `npm run soak`: memory over a thousand sessions in one process, a hundred at once, hours of windows, a page left running:
 // each in its own process, measured after collecting garbage. `npm run soak -- sessions=200 page=50` runs only these two,
-// 200 and 50 times; `--write` updates `docs/reliability.md`.
+// 200 and 50 times; `--write` updates `docs/reliability.md`. `npm run soak -- long=18000` segments ten minutes of 1080p with the
+// package in Node, and `pipe=18000` with the command line, and prints memory and seconds of a frame for each tenth, and how
+// true the time left was; `long=1200` takes a fifteenth of the time.
 
 import { spawn } from 'node:child_process';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
@@ -23,6 +25,8 @@ import { fail, root } from '../scripts/tools.mjs';
 
 /** Default number of repetitions. */
 const DEFAULT_COUNTS = { sessions: 1000, crowd: 20, windows: 12000, page: 2000 };
+/** Parts that segment one long clip; run only if they are asked for. */
+const LONG_PARTS = ['long', 'pipe'];
 /** Maximum growth per session or window, in bytes. */
 const MAX_SLOPE = 1024;
 
@@ -37,7 +41,8 @@ const asked = Object.fromEntries(args.filter((arg) => !arg.startsWith('-')).map(
  * @returns {Promise<SoakResult>}
  */
 function runPart(part, count) {
-  const script = join(root, 'benches', 'soak', part === 'page' ? 'page.mjs' : 'node.mjs');
+  const name = part === 'page' ? 'page.mjs' : LONG_PARTS.includes(part) ? 'long.mjs' : 'node.mjs';
+  const script = join(root, 'benches', 'soak', name);
   return new Promise((done, failed) => {
     const child = spawn(process.execPath, ['--expose-gc', script, String(count), part], {
       stdio: ['ignore', 'pipe', 'inherit'],
@@ -51,11 +56,16 @@ function runPart(part, count) {
 }
 
 const chosen = Object.keys(asked).length > 0 ? Object.keys(asked) : Object.keys(DEFAULT_COUNTS);
-const unknown = chosen.find((part) => !(part in DEFAULT_COUNTS));
-if (unknown) fail(`There is no part "${unknown}" (expected ${Object.keys(DEFAULT_COUNTS).join(', ')}).`);
+const parts = [...Object.keys(DEFAULT_COUNTS), ...LONG_PARTS];
+const unknown = chosen.find((part) => !parts.includes(part));
+if (unknown) fail(`There is no part "${unknown}" (expected ${parts.join(', ')}).`);
 await build();
+for (const part of LONG_PARTS.filter((name) => name in asked))
+  console.log(formatLong(await runPart(part, Number(asked[part]))));
+if (chosen.every((part) => LONG_PARTS.includes(part))) process.exit();
 const results = [];
-for (const part of chosen) results.push(await runPart(part, Number(asked[part] ?? DEFAULT_COUNTS[part])));
+for (const part of chosen.filter((name) => !LONG_PARTS.includes(name)))
+  results.push(await runPart(part, Number(asked[part] ?? DEFAULT_COUNTS[part])));
 mkdirSync(join(root, 'out'), { recursive: true });
 writeFileSync(join(root, 'out', 'soak.json'), JSON.stringify(results, null, 2));
 const text = table(results, { node: process.version, cores: availableParallelism() });
@@ -94,4 +104,21 @@ function table(results, { node, cores }) {
     );
   }
   return `${lines.join('\n')}\n`;
+}
+
+/** Formats the tenths of a long clip. */
+function formatLong({ part, count, tenths, left }) {
+  const [first, last] = [tenths[0], tenths.at(-1)];
+  const lines = [`${part}: ${count} frames of 1920 × 1080`];
+  for (const { frames, memory, wall, processor } of tenths) {
+    const times = `${wall.toFixed(3)} s a frame${processor === undefined ? '' : `, ${processor.toFixed(3)} s of processors`}`;
+    lines.push(`${frames} frames: heap ${megabytes(memory.heap)} MB, RSS ${megabytes(memory.rss)} MB, ${times}`);
+  }
+  for (const [id, before] of Object.entries(first.stages))
+    lines.push(
+      `${id}: ${(1000 * before).toFixed(1)} ms a frame in the first tenth, ${(1000 * (last.stages[id] ?? 0)).toFixed(1)} in the last`,
+    );
+  for (const { share, secondsLeft, truth } of left)
+    lines.push(`at ${(100 * share).toFixed(0)}%: ${secondsLeft.toFixed(0)} s left, ${truth.toFixed(0)} in truth`);
+  return lines.join('\n');
 }

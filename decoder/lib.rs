@@ -24,7 +24,7 @@ mod stroke;
 mod trajectory;
 
 use crate::error::Error;
-use crate::image::{Frame, Plane};
+use crate::image::{Frame, Picture, Plane};
 use crate::mask::ObjectRow;
 use crate::stroke::Stroke;
 use crate::trajectory::Trajectories;
@@ -48,15 +48,14 @@ pub fn decode(bytes: &[u8], max_pixels: usize) -> Result<Array, JsValue> {
 pub fn enlarge(
     labels: Vec<u8>,
     width: usize,
-    rgba: Vec<u8>,
+    rgba: &[u8],
     picture_width: usize,
     picture_height: usize,
     chosen: &[u8],
 ) -> Result<Array, JsValue> {
-    let picture = Frame::from_rgba(&rgba, picture_width, picture_height).map_err(|error| to_js_error(&error))?;
-    drop(rgba);
+    let picture = Picture::<4>::new(rgba, picture_width, picture_height).map_err(|error| to_js_error(&error))?;
     let mask = mask_of(labels, width);
-    let enlarged = mask::enlarge(&mask, &picture, |label| chosen.get(usize::from(label)) == Some(&1))
+    let enlarged = mask::enlarge_to(&mask, picture, |label| chosen.get(usize::from(label)) == Some(&1))
         .map_err(|error| to_js_error(&error))?;
     let bytes = |plane: &Plane<u8>| JsValue::from(Uint8Array::from(plane.data()));
     Ok(Array::of2(&bytes(&enlarged.labels), &bytes(&enlarged.alpha)))

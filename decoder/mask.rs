@@ -16,7 +16,7 @@ mod refine;
 mod table;
 
 pub(crate) use coco::{CocoRuns, coco_counts, coco_mask, coco_runs, coco_text};
-pub(crate) use enlarge::enlarge;
+pub(crate) use enlarge::enlarge_to;
 pub(crate) use prompts::{Prompt, Prompts};
 pub(crate) use refine::RefineParams;
 pub(crate) use table::{ObjectRow, object_rows, object_table};

@@ -194,6 +194,8 @@ async function buildWasm(cargoWasm, name, kind) {
     rmSync(dirname(kept), { recursive: true, force: true });
     mkdirSync(dirname(kept), { recursive: true });
     const options = ['-O3', '--converge', ...wasmFeatures, '--strip-producers', '--strip-target-features'];
+    // Enlarging a mask would become one function, which engines compile to code slower by a quarter.
+    if (name === 'decoder') options.push('--one-caller-inline-max-function-size=0');
     await during(`optimising ${name}_bg.wasm`, name === 'decoder' ? 12 : 60, () =>
       runBeside(process.execPath, [bin('binaryen/bin/wasm-opt'), ...options, wasm, '-o', kept]),
     );

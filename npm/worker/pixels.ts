@@ -181,8 +181,11 @@ export function encodeFrameHead(
  * Encodes the chunk of an image's pixels.
  * @param deflate with zlib's header
  */
-export function encodePixels(pixels: PngPixels, deflate: (data: Uint8Array) => Uint8Array) {
-  const data = deflate(pixels.channels === 4 ? filterColors(pixels) : filterLabels(pixels));
+export async function encodePixels(
+  pixels: PngPixels,
+  deflate: (data: Uint8Array<ArrayBuffer>) => Uint8Array | Promise<Uint8Array>,
+) {
+  const data = await deflate(pixels.channels === 4 ? filterColors(pixels) : filterLabels(pixels));
   const { sequence } = pixels;
   return sequence === undefined
     ? encodeChunk('IDAT', data)
@@ -211,20 +214,29 @@ function filterLabels({ data, width, height }: PngPixels) {
 function filterColors({ data, width, height, opacity }: PngPixels) {
   const size = 4 * width;
   const rows = new Uint8Array(height * (size + 1));
+  const isClear = (p: number) => (opacity ? opacity[p] : data[4 * p + 3]) === 0;
   let [above, row] = [new Uint8Array(size), new Uint8Array(size)];
+  let hasAbove = false;
   for (let y = 0; y < height; y += 1) {
-    for (let x = 0; x < width; x += 1) {
-      const p = y * width + x;
-      const alpha = Number(opacity ? opacity[p] : data[4 * p + 3]);
-      for (let c = 0; c < 3; c += 1) row[4 * x + c] = alpha > 0 ? Number(data[4 * p + c]) : 0;
+    const start = y * width;
+    let [left, right] = [0, width];
+    while (left < right && isClear(start + left)) left += 1;
+    while (left < right && isClear(start + right - 1)) right -= 1;
+    rows[y * (size + 1)] = AVERAGE_FILTER;
+    // Most rows of cut-out objects are clear in large parts.
+    if (left === right && !hasAbove) continue;
+    row.fill(0);
+    for (let x = left; x < right; x += 1) {
+      const p = start + x;
+      const alpha = opacity ? opacity[p]! : data[4 * p + 3]!;
+      if (alpha === 0) continue;
+      for (let c = 0; c < 3; c += 1) row[4 * x + c] = data[4 * p + c]!;
       row[4 * x + 3] = alpha;
     }
-    const to = y * (size + 1);
-    rows[to] = AVERAGE_FILTER;
-    for (let k = 0; k < size; k += 1) {
-      const leftByte = k < 4 ? 0 : Number(row[k - 4]);
-      rows[to + 1 + k] = Number(row[k]) - ((leftByte + Number(above[k])) >> 1);
-    }
+    const to = y * (size + 1) + 1;
+    const [first, last] = hasAbove ? [0, size] : [4 * left, Math.min(size, 4 * right + 4)];
+    for (let k = first; k < last; k += 1) rows[to + k] = row[k]! - (((k < 4 ? 0 : row[k - 4]!) + above[k]!) >> 1);
+    hasAbove = left < right;
     [above, row] = [row, above];
   }
   return rows;

@@ -15,7 +15,7 @@ use super::RefineParams;
 use super::opacity::opacity;
 use super::refine::{Crop, TILE_PX, label_changes};
 use crate::Error;
-use crate::image::{Frame, Plane};
+use crate::image::{Frame, Picture, Plane};
 
 /// Parameters of the refinement at each size; chosen by eye. Doubling leaves an error of one or two pixels, and masks may be off by
 /// as much; larger moves took good masks off their borders.
@@ -62,18 +62,49 @@ pub struct EnlargedMask {
 /// # Ok::<(), tracecut::Error>(())
 /// ```
 pub fn enlarge(mask: &Plane<u8>, picture: &Frame, is_chosen: impl Fn(u8) -> bool) -> Result<EnlargedMask, Error> {
-    let size = (picture.width(), picture.height());
+    enlarge_to(mask, picture.picture(), is_chosen)
+}
+
+/// Enlarges a mask as [`enlarge`] does.
+///
+/// # Errors
+/// As of [`enlarge`].
+pub(crate) fn enlarge_to<const CHANNELS: usize>(
+    mask: &Plane<u8>,
+    picture: Picture<'_, CHANNELS>,
+    is_chosen: impl Fn(u8) -> bool,
+) -> Result<EnlargedMask, Error> {
+    let size = (picture.width, picture.height);
     check((mask.width(), mask.height()), size)?;
     let mut labels = mask.clone();
     while (labels.width(), labels.height()) != size {
         let doubled = (2 * labels.width(), 2 * labels.height());
         let is_last = doubled.0 >= size.0 || doubled.1 >= size.1;
         let (width, height) = if is_last { size } else { doubled };
-        let reduced = (!is_last).then(|| picture.resized(width, height));
-        labels = refine_borders(&upscale(&labels, width, height), reduced.as_ref().unwrap_or(picture));
+        labels = refine_borders(upscale(&labels, width, height), |&Crop { left, top, width: w, height: h }| {
+            let (columns, rows) = (left..left + w, top..top + h);
+            if is_last { picture.part(columns, rows) } else { picture.reduced((width, height), columns, rows) }
+        });
     }
-    let alpha = opacity(&labels.map(is_chosen), picture);
+    let is_chosen: [bool; 256] = std::array::from_fn(|label| is_chosen(label as u8));
+    let alpha = opacity(&map_labels(&labels, |label| is_chosen[usize::from(label)]), picture);
     Ok(EnlargedMask { labels, alpha })
+}
+
+/// Pixels that are looked at together: most of them have one label.
+const CHUNK_PX: usize = 32;
+
+/// Returns a plane with `f` applied to every label, faster than [`Plane::map`] where neighbours are equal.
+fn map_labels<T: Copy>(labels: &Plane<u8>, f: impl Fn(u8) -> T) -> Plane<T> {
+    let mut mapped = Vec::with_capacity(labels.data().len());
+    for chunk in labels.data().chunks(CHUNK_PX) {
+        if chunk.iter().fold(false, |differs, &label| differs | (label != chunk[0])) {
+            mapped.extend(chunk.iter().map(|&label| f(label)));
+        } else {
+            mapped.resize(mapped.len() + chunk.len(), f(chunk[0]));
+        }
+    }
+    Plane::from_vec(labels.width(), labels.height(), mapped).expect("as many values as labels")
 }
 
 fn check((width, height): (usize, usize), size: (usize, usize)) -> Result<(), Error> {
@@ -95,66 +126,78 @@ fn check((width, height): (usize, usize), size: (usize, usize)) -> Result<(), Er
 
 /// Step 1. Weights are integers, so that a mirrored mask gives the mirrored result. The lowest label of equal weight wins.
 fn upscale(mask: &Plane<u8>, width: usize, height: usize) -> Plane<u8> {
-    let columns = neighbours(mask.width(), width);
-    let mut data = Vec::with_capacity(width * height);
-    for (top, bottom, down) in neighbours(mask.height(), height) {
-        let (above, below) = (mask.row(top), mask.row(bottom));
-        let (up, down) = (2 * height as u64 - down, down);
-        if above.iter().chain(below).all(|&label| label == above[0]) {
-            data.resize(data.len() + width, above[0]);
-            continue;
+    let columns = gaps(mask.width(), width);
+    // The first pixel in each gap between columns of the mask, and the end of the last.
+    let first: Vec<usize> = (0..mask.width() + 2).map(|gap| columns.partition_point(|&(of, _)| of < gap)).collect();
+    let mut large = Plane::filled(width, height, 0);
+    let mut is_mixed = vec![false; mask.width() + 1];
+    for (y, (gap, down)) in gaps(mask.height(), height).into_iter().enumerate() {
+        let (above, below) = (mask.row(gap.saturating_sub(1)), mask.row(gap.min(mask.height() - 1)));
+        let pairs = above.windows(2).zip(below.windows(2));
+        for (is_mixed, (a, b)) in is_mixed[1..].iter_mut().zip(pairs) {
+            *is_mixed = (a[0] != a[1]) | (a[0] != b[0]) | (a[0] != b[1]);
         }
-        for &(left, right, right_weight) in &columns {
-            let corners = [above[left], above[right], below[left], below[right]];
-            if corners == [corners[0]; 4] {
-                data.push(corners[0]);
+        let last = mask.width() - 1;
+        (is_mixed[0], is_mixed[last + 1]) = (above[0] != below[0], above[last] != below[last]);
+        let row = large.row_mut(y);
+        let mut gap = 0;
+        while gap <= last + 1 {
+            let pure = is_mixed[gap..].iter().position(|&is_mixed| is_mixed).unwrap_or(last + 2 - gap);
+            let (left, right) = (gap.saturating_sub(1), gap.min(last));
+            row[first[gap]..first[gap + pure]].fill(above[left]);
+            gap += pure;
+            if pure > 0 || gap > last + 1 {
                 continue;
             }
-            let left_weight = 2 * width as u64 - right_weight;
-            let weights = [up * left_weight, up * right_weight, down * left_weight, down * right_weight];
-            let weight = |label: u8| (0..4).filter(|&k| corners[k] == label).map(|k| weights[k]).sum::<u64>();
-            let best = corners.into_iter().max_by_key(|&label| (weight(label), std::cmp::Reverse(label)));
-            data.push(best.unwrap_or(corners[0]));
+            let corners = [above[left], above[right], below[left], below[right]];
+            for x in first[gap]..first[gap + 1] {
+                let (right_weight, up) = (columns[x].1, 2 * height as u64 - down);
+                let left_weight = 2 * width as u64 - right_weight;
+                let weights = [up * left_weight, up * right_weight, down * left_weight, down * right_weight];
+                let weight = |label: u8| (0..4).filter(|&k| corners[k] == label).map(|k| weights[k]).sum::<u64>();
+                let best = corners.into_iter().max_by_key(|&label| (weight(label), std::cmp::Reverse(label)));
+                row[x] = best.unwrap_or(corners[0]);
+            }
+            gap += 1;
         }
     }
-    Plane::from_vec(width, height, data).unwrap_or_default()
+    large
 }
 
-/// For each of `to` pixels over `from` pixels: returns the two whose centres enclose its centre, and the weight of the second, of
-/// 2 `to` in total.
-fn neighbours(from: usize, to: usize) -> Vec<(usize, usize, u64)> {
-    let neighbour = |pixel: usize| {
-        // The centre in units of 1 / (2 `to`) pixels, from the left edge of the pixel before the first.
+/// Returns, for each of `to` pixels over `from` pixels, the gap between two of these that its centre lies in (0 before the first),
+/// and the weight of the second, of 2 `to` in total.
+fn gaps(from: usize, to: usize) -> Vec<(usize, u64)> {
+    let gap = |pixel: usize| {
+        // The centre in units of 1 / (2 `to`) pixels, from the middle of the pixel before the first.
         let centre = (2 * pixel + 1) * from + to;
-        let (before, weight) = (centre / (2 * to), centre % (2 * to));
-        (before.saturating_sub(1), before.min(from - 1), weight as u64)
+        (centre / (2 * to), (centre % (2 * to)) as u64)
     };
-    (0..to).map(neighbour).collect()
+    (0..to).map(gap).collect()
 }
 
-/// Step 2.
-fn refine_borders(mask: &Plane<u8>, picture: &Frame) -> Plane<u8> {
+/// Step 2. `picture` returns a part of the picture at the size of the mask.
+fn refine_borders(mut mask: Plane<u8>, picture: impl Fn(&Crop) -> Frame) -> Plane<u8> {
     let (w, h) = (mask.width(), mask.height());
-    let mut refined = mask.clone();
+    let mut changes = Vec::new();
     for top in (0..h).step_by(BLOCK_PX) {
         for left in (0..w).step_by(BLOCK_PX) {
             // One more tile on each side, so that neighbouring blocks see the same colours.
             let (x, y) = (left.saturating_sub(TILE_PX), top.saturating_sub(TILE_PX));
             let (width, height) = ((left + BLOCK_PX + TILE_PX).min(w) - x, (top + BLOCK_PX + TILE_PX).min(h) - y);
             let block = Crop { left: x, top: y, width, height };
-            let Some(crop) = block.around_borders(mask, REFINE_PARAMS.band as usize) else { continue };
+            let Some(crop) = block.around_borders(&mask, REFINE_PARAMS.band as usize) else { continue };
             // Every border may move.
             let before = Plane::filled(crop.width, crop.height, 0);
-            let (mask, picture) = (&crop.plane(mask), &crop.frame(picture));
-            for (p, label) in label_changes(mask, &before, picture, &REFINE_PARAMS, CONTRAST_VARIANCE) {
-                let (u, v) = crop.position(p);
-                if (left..left + BLOCK_PX).contains(&u) && (top..top + BLOCK_PX).contains(&v) {
-                    refined[(u, v)] = label;
-                }
-            }
+            let labels = label_changes(&crop.plane(&mask), &before, &picture(&crop), &REFINE_PARAMS, CONTRAST_VARIANCE);
+            let is_inside =
+                |(u, v): (usize, usize)| (left..left + BLOCK_PX).contains(&u) && (top..top + BLOCK_PX).contains(&v);
+            changes.extend(
+                labels.into_iter().map(|(p, label)| (crop.position(p), label)).filter(|&(at, _)| is_inside(at)),
+            );
         }
     }
-    refined
+    changes.into_iter().for_each(|(at, label)| mask[at] = label);
+    mask
 }
 
 #[cfg(test)]
@@ -304,7 +347,8 @@ mod tests {
         let share = |x: usize, y: usize| u8::from(x + y / 3 > BLOCK_PX + 60) as f32;
         let truth = Plane::from_fn(size.0, size.1, |x, y| share(x, y) as u8);
         let mask = Plane::from_fn(size.0, size.1, |x, y| truth[((x + 2).min(size.0 - 1), y)]);
-        let moved = refine_borders(&mask, &mixed(size, 12, share));
+        let picture = mixed(size, 12, share);
+        let moved = refine_borders(mask.clone(), |crop| crop.frame(&picture));
         assert!(wrong(&mask, &truth) > 1000);
         assert!(wrong(&moved, &truth) < 20, "{} wrong", wrong(&moved, &truth));
     }

@@ -143,13 +143,13 @@ impl Crop {
     }
 
     pub(super) fn plane(&self, plane: &Plane<u8>) -> Plane<u8> {
-        Plane::from_fn(self.width, self.height, |x, y| plane[(self.left + x, self.top + y)])
+        let rows = self.top..self.top + self.height;
+        let rows: Vec<&[u8]> = rows.map(|y| &plane.row(y)[self.left..self.left + self.width]).collect();
+        Plane::from_vec(self.width, self.height, rows.concat()).expect("a crop has as many pixels as its size says")
     }
 
     pub(super) fn frame(&self, frame: &Frame) -> Frame {
-        let row = |y: usize| &frame.rgb()[3 * ((self.top + y) * frame.width() + self.left)..][..3 * self.width];
-        let rows: Vec<&[u8]> = (0..self.height).map(row).collect();
-        Frame::from_rgb(rows.concat(), self.width, self.height).expect("a crop of a valid frame is valid")
+        frame.picture().part(self.left..self.left + self.width, self.top..self.top + self.height)
     }
 
     /// Returns the position of pixel `p` of the crop in the image.

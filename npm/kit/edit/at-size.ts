@@ -7,6 +7,7 @@ import { toPixels } from '../../worker/decode.js';
 import { type FrameSource, type PixelFrame, fromImage } from '../../worker/frames.js';
 import { yieldThread } from '../../worker/pause.js';
 import { type Mask, type MaskEdges, checkEdges, computeAlpha, growObjects, removeSpecks } from './adjust.js';
+import { getWorkerStarter } from '../../platform.js';
 import { prefetch } from './prefetch.js';
 import { enlargeFrame } from './enlarge.js';
 import type { WasmSource } from '../../check/options.js';
@@ -57,12 +58,12 @@ export async function masksAtSize(
   const runs: Runs[] = [];
   const take = async (item: EncodeItem, t: number) => {
     signal?.throwIfAborted();
-    const picture = await readPixels(item, t);
+    const { picture, close } = await keepPicture(item, t);
     if (t === 0) Object.assign(size, { width: picture.width, height: picture.height });
     checkSize(picture, size, t);
     const { width, height } = masks;
-    const mask = scaleMask({ labels: readLabels(masks, t), width, height }, picture, selected, adjustments, decoder);
-    return { picture: null, mask };
+    const mask = { labels: readLabels(masks, t), width, height };
+    return { picture: null, mask: scaleMask(mask, picture.source, selected, adjustments, decoder), close };
   };
   for await (const { mask } of prefetch(frames, numFrames, take)) {
     signal?.throwIfAborted();
@@ -239,6 +240,21 @@ export async function readPixels(item: EncodeItem, t: number): Promise<PixelFram
   } finally {
     drawable.close?.();
   }
+}
+
+/**
+ * Keeps a picture that a mask is enlarged to: a `VideoFrame` as it is, for a worker to read, and the pixels of all others.
+ * `close` frees it.
+ */
+export async function keepPicture(item: EncodeItem, t: number) {
+  const frame = unwrapItem(item);
+  if (typeTag(frame) !== 'VideoFrame' || !getWorkerStarter(undefined)) {
+    const source = await readPixels(item, t);
+    const { width, height } = source;
+    return { picture: { source, width, height }, close: () => {} };
+  }
+  const source = (frame as VideoFrame).clone();
+  return { picture: { source, ...getDisplaySize(source) }, close: () => source.close() };
 }
 
 function unwrapItem(item: EncodeItem) {

@@ -5,7 +5,7 @@ import { TraceCutError, checkChoice, checkOptions, illegal, isIterable } from '.
 import { checkMasks, getEnd, getTimes, readLabels, selectLabels } from '../../check/masks.js';
 import { type MaskEdges, checkEdges } from '../edit/adjust.js';
 import { prefetch } from '../edit/prefetch.js';
-import { checkSize, createTooFewError, readPixels, scaleMask } from '../edit/at-size.js';
+import { checkSize, createTooFewError, keepPicture, readPixels, scaleMask } from '../edit/at-size.js';
 import { VERSION } from '../../parameters.js';
 import { loadPart } from '../../places.js';
 import { Encoder } from '../../text.js';
@@ -13,7 +13,7 @@ import { Zip, ZipPassThrough } from '../../vendor/zip.js';
 import { createZipDate } from '../../worker/aside-here.js';
 import { runTask } from '../../worker/aside.js';
 import { yieldThread } from '../../worker/pause.js';
-import { concatenate, encodeFrameHead, encodeHead, encodeTail } from '../../worker/pixels.js';
+import { type PngPixels, concatenate, encodeFrameHead, encodeHead, encodeTail } from '../../worker/pixels.js';
 import { formatPngName } from './data.js';
 import { type SoundOptions, checkSound } from './sound.js';
 import { formatReadme, formatTimelineXml, planTimeline, toFrameRate } from './timeline.js';
@@ -139,27 +139,29 @@ async function* paintFrames(
 ): AsyncGenerator<EncodablePicture, void, undefined> {
   const { width, height, numFrames } = masks;
   const size = { width: 0, height: 0 };
+  const rgba = style === 'cutout';
   let t = 0;
   const take = async (item: EncodeItem, index: number) => {
     signal?.throwIfAborted();
-    const { data, width: across, height: down } = await readPixels(item, index);
-    const picture = { data: data.slice(), width: across, height: down };
+    const { picture, close } = await keepPicture(item, index);
     if (index === 0) Object.assign(size, { width: picture.width, height: picture.height });
     checkSize(picture, size, index);
-    return {
-      picture,
-      mask: scaleMask({ labels: readLabels(masks, index), width, height }, picture, chosen, edges, decoder),
-    };
+    const { source } = picture;
+    // Pixels may be the caller's, for the next frame.
+    const kept = 'data' in source ? { ...size, data: source.data.slice() } : source;
+    const mask = { labels: readLabels(masks, index), width, height };
+    const readsPicture = rgba && !('data' in source);
+    return { picture: kept, mask: scaleMask(mask, kept, chosen, edges, decoder, readsPicture), close };
   };
   for await (const { picture, mask } of prefetch(frames, numFrames, take)) {
     signal?.throwIfAborted();
-    const { data } = picture;
     const { alpha } = mask;
-    const rgba = style === 'cutout';
+    const data = rgba ? (mask.picture ?? (await readPixels(picture, t)).data) : alpha;
     const chunk = (sequence: number | undefined) => {
-      const pixels = { ...size, sequence, ...(rgba ? { data, opacity: alpha } : { data: alpha }) };
-      return runTask({ kind: 'pixels', level: COMPRESSION_LEVEL, pixels: { ...pixels, channels: rgba ? 4 : 1 } }, [
-        alpha.buffer,
+      const shared = { ...size, sequence, data };
+      const pixels: PngPixels = rgba ? { ...shared, opacity: alpha, channels: 4 } : { ...shared, channels: 1 };
+      return runTask({ kind: 'pixels', level: COMPRESSION_LEVEL, pixels }, [
+        ...new Set([data.buffer as ArrayBuffer, alpha.buffer]),
       ]);
     };
     yield { ...size, rgba, t, chunk };

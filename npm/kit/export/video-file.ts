@@ -6,7 +6,7 @@ import { yieldThread } from '../../worker/pause.js';
 import { type Codec, QUANTIZER, computeBitrate } from './quality.js';
 import type { Output, Quality } from '../../vendor/media.js';
 import type { SoundOptions } from './sound.js';
-import type { Painter } from './video-painter.js';
+import type { PaintedPixels, Painter } from './video-painter.js';
 import type { VideoPlan } from './video.js';
 import type { EncodedAudioPacketSource, EncodedPacket, Input, InputAudioTrack } from 'mediabunny';
 
@@ -96,8 +96,8 @@ const MICROSECONDS = 1e6;
  * @param time in seconds
  */
 function toVideoFrame(painter: Painter, time: number, duration: number): VideoFrame {
-  const picture = painter.pixels();
-  const [data, { width, height }] = [convertToI420(picture), picture];
+  const { width, height } = painter.canvas;
+  const data = painter.plan.style === 'alpha' ? convertMaskToI420(painter) : convertToI420(painter.pixels());
   return new VideoFrame(data, {
     ...{ format: 'I420', codedWidth: width, codedHeight: height, colorSpace: COLOR_SPACE, transfer: [data.buffer] },
     ...createTimestamps(time, duration),
@@ -265,25 +265,49 @@ function convertGreyToI420(values: Uint8Array, width: number, height: number) {
   return planes;
 }
 
+/** Converts a grey as `convertToI420` does. */
+const toLimitedRange = (grey: number) => (56284 * grey + 16.5 * 65536) >> 16;
+
+const BLACK_BRIGHTNESS = toLimitedRange(0);
+
+/** Converts the opacity of a frame, white on black. An odd size is extended by a copy of the last row or column. */
+function convertMaskToI420(painter: Painter) {
+  const { width, height } = painter.canvas;
+  const { size } = painter;
+  const planes = createI420(width, height);
+  const alpha = painter.alpha();
+  const brightness = Uint8Array.from({ length: 256 }, (_, grey) => toLimitedRange(grey));
+  for (let y = 0, p = 0; y < height; y += 1) {
+    const row = Math.min(y, size.height - 1) * size.width;
+    for (let x = 0; x < width; x += 1, p += 1) planes[p] = brightness[alpha[row + Math.min(x, size.width - 1)]!]!;
+  }
+  return planes;
+}
+
 /**
  * Converts an opaque picture to I420 as BT.709 in limited range (Rec. ITU-R BT.709-6, 3 and 4), in fixed point of 16 bits.
  * Browsers convert too, but to colours of their own choice.
  */
-function convertToI420({ data, width, height }: ImageData): Uint8Array<ArrayBuffer> {
+function convertToI420({ data, width, height, box }: PaintedPixels): Uint8Array<ArrayBuffer> {
   const planes = createI420(width, height);
-  for (let p = 0, q = 0; p < width * height; p += 1, q += 4)
-    planes[p] = (11966 * data[q]! + 40254 * data[q + 1]! + 4064 * data[q + 2]! + 16.5 * 65536) >> 16;
+  planes.fill(BLACK_BRIGHTNESS, 0, width * height);
+  const [right, bottom] = [box.x + box.width, box.y + box.height];
+  for (let y = box.y; y < bottom; y += 1) {
+    const row = y * width;
+    for (let p = row + box.x, q = 4 * p; p < row + right; p += 1, q += 4)
+      planes[p] = (11966 * data[q]! + 40254 * data[q + 1]! + 4064 * data[q + 2]! + 16.5 * 65536) >> 16;
+  }
   const size = Math.ceil(width / 2) * Math.ceil(height / 2);
-  let at = width * height;
-  for (let y = 0; y < height; y += 2) {
+  for (let y = box.y; y < bottom; y += 2) {
     const below = y + 1 < height ? 4 * width : 0;
-    for (let x = 0; x < width; x += 2, at += 1) {
+    let at = width * height + (y / 2) * Math.ceil(width / 2) + box.x / 2;
+    for (let x = box.x; x < right; x += 2, at += 1) {
       const q = 4 * (y * width + x);
-      const right = x + 1 < width ? 4 : 0;
+      const beside = x + 1 < width ? 4 : 0;
       // Sums of four pixels: 18 bits are shifted out.
-      const red = data[q]! + data[q + right]! + data[q + below]! + data[q + below + right]!;
-      const green = data[q + 1]! + data[q + right + 1]! + data[q + below + 1]! + data[q + below + right + 1]!;
-      const blue = data[q + 2]! + data[q + right + 2]! + data[q + below + 2]! + data[q + below + right + 2]!;
+      const red = data[q]! + data[q + beside]! + data[q + below]! + data[q + below + beside]!;
+      const green = data[q + 1]! + data[q + beside + 1]! + data[q + below + 1]! + data[q + below + beside + 1]!;
+      const blue = data[q + 2]! + data[q + beside + 2]! + data[q + below + 2]! + data[q + below + beside + 2]!;
       planes[at] = (28785 * blue - 6596 * red - 22189 * green + 128.5 * 2 ** 18) >> 18;
       planes[at + size] = (28785 * red - 26145 * green - 2640 * blue + 128.5 * 2 ** 18) >> 18;
     }

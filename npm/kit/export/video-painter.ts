@@ -94,11 +94,10 @@ export class Painter {
   paint(picture: Picture | null, mask: MaskAtSize, t: number) {
     const { context, plan } = this;
     Object.assign(this, { picture, mask });
-    // Its pixels and its transparency are encoded apart.
-    if (plan.alpha) return;
+    // Encoded as they are.
+    if (plan.alpha || plan.style === 'alpha') return;
     context.globalCompositeOperation = 'source-over';
-    if (plan.style === 'alpha') this.#paintAlpha(mask);
-    else if (plan.style === 'masks' || !picture) this.#paintMasks(t);
+    if (plan.style === 'masks' || !picture) this.#paintMasks(t);
     else {
       context.drawImage(picture, 0, 0);
       if (plan.style === 'overlay') this.#paintOverlay(mask);
@@ -119,13 +118,6 @@ export class Painter {
     this.context.fillRect(0, 0, this.canvas.width, this.canvas.height);
     this.context.imageSmoothingEnabled = false;
     drawLabels(this.context, this.masks, t, { ...this.#getDrawOptions(), opacity: 1, outline: false });
-  }
-
-  #paintAlpha({ alpha, width, height }: MaskAtSize) {
-    const picture = new ImageData(width, height);
-    const pixels = new Uint32Array(picture.data.buffer);
-    for (let p = 0; p < pixels.length; p += 1) pixels[p] = 0xff000000 + 0x10101 * Number(alpha[p]);
-    this.context.putImageData(picture, 0, 0);
   }
 
   #paintOverlay({ labels, width, height }: MaskAtSize) {
@@ -170,18 +162,18 @@ export class Painter {
     layer.putImageData(picture, box.x, box.y);
   }
 
-  /** Returns the pixels of the frame painted last; transparent ones are black unless an object is near. */
-  pixels(): ImageData {
+  /** Returns the pixels of the frame painted last; those of a transparent video are black unless an object is near. */
+  pixels(): PaintedPixels {
     const { width, height } = this.canvas;
     const { mask, plan, context, picture } = this;
-    if (!plan.alpha || !mask || !picture) return context.getImageData(0, 0, width, height);
+    const read = () => context.getImageData(0, 0, width, height).data;
+    if (!plan.alpha || !mask || !picture) return { data: read(), width, height, box: { x: 0, y: 0, width, height } };
     const box = findBox(mask.alpha, width, height);
-    if (!box) return createBlack(width, height);
+    if (!box) return { data: new Uint8ClampedArray(0), width, height, box: { x: 0, y: 0, width: 0, height: 0 } };
     if (!mask.picture) context.drawImage(picture, 0, 0);
-    const pixels = mask.picture
-      ? new ImageData(new Uint8ClampedArray(mask.picture.buffer), width, height)
-      : context.getImageData(0, 0, width, height);
-    return blackenAround(pixels, box, mask.alpha);
+    const data = mask.picture ? new Uint8ClampedArray(mask.picture.buffer) : read();
+    blackenAround({ data, width, height }, box, mask.alpha);
+    return { data, width, height, box: widenBox(box, this.canvas) };
   }
 
   /** Returns the opacity of each pixel of the frame painted last, 0 to 255. */
@@ -208,21 +200,30 @@ const OPAQUE_BLACK = 0xff000000;
 
 type ObjectBox = NonNullable<ReturnType<typeof findBox>>;
 
-function createBlack(width: number, height: number): ImageData {
-  const picture = new ImageData(width, height);
-  new Uint32Array(picture.data.buffer).fill(OPAQUE_BLACK);
-  return picture;
+/** RGBA pixels, which are black outside of `box`; the box begins at even columns and rows. */
+export type PaintedPixels = { data: Uint8ClampedArray; width: number; height: number; box: ObjectBox };
+
+/** Adds the margin of colours to a box, and up to a row and a column. */
+function widenBox(box: ObjectBox, { width, height }: { width: number; height: number }): ObjectBox {
+  const [x, y] = [box.x - MARGIN_PX, box.y - MARGIN_PX].map((side) => Math.max(0, side - (side & 1))) as [
+    number,
+    number,
+  ];
+  const [right, bottom] = [box.x + box.width + MARGIN_PX, box.y + box.height + MARGIN_PX];
+  return { x, y, width: Math.min(width, right) - x, height: Math.min(height, bottom) - y };
 }
 
 /**
  * Makes all pixels black that are farther than `MARGIN_PX` from objects, across or down.
  * @param box around the objects
  * @param alpha opacity of the objects
- * @returns the same picture
  */
-function blackenAround(picture: ImageData, box: ObjectBox, alpha: Uint8Array): ImageData {
-  const { width, height } = picture;
-  const pixels = new Uint32Array(picture.data.buffer);
+function blackenAround(
+  { data, width, height }: { data: Uint8ClampedArray; width: number; height: number },
+  box: ObjectBox,
+  alpha: Uint8Array,
+) {
+  const pixels = new Uint32Array(data.buffer);
   const [left, right] = [Math.max(0, box.x - MARGIN_PX), Math.min(width, box.x + box.width + MARGIN_PX)];
   const [top, bottom] = [Math.max(0, box.y - MARGIN_PX), Math.min(height, box.y + box.height + MARGIN_PX)];
   /** Number of pixels of objects in each column, within the margin of the row. */
@@ -248,5 +249,4 @@ function blackenAround(picture: ImageData, box: ObjectBox, alpha: Uint8Array): I
     pixels.fill(OPAQUE_BLACK, row + right, row + width);
   }
   pixels.fill(OPAQUE_BLACK, bottom * width);
-  return picture;
 }

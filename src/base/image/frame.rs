@@ -3,6 +3,7 @@
 use super::Plane;
 use crate::Error;
 use crate::error::{MAX_PIXELS, check_size};
+use std::ops::Range;
 
 /// An RGB image; three bytes a pixel, row by row.
 ///
@@ -20,15 +21,7 @@ impl Frame {
     /// # Errors
     /// [`Error::FrameSize`] or [`Error::FrameBytes`].
     pub fn from_rgba(rgba: &[u8], width: usize, height: usize) -> Result<Self, Error> {
-        check_size(width, height)?;
-        if rgba.len() != 4 * width * height {
-            return Err(Error::FrameBytes { expected: 4 * width * height, actual: rgba.len() });
-        }
-        let mut rgb = Vec::with_capacity(3 * width * height);
-        for pixel in rgba.chunks_exact(4) {
-            rgb.extend_from_slice(&pixel[..3]);
-        }
-        Ok(Self { rgb, width, height })
+        Ok(Picture::<4>::new(rgba, width, height)?.part(0..width, 0..height))
     }
 
     /// Creates a frame from RGB bytes, three a pixel.
@@ -116,28 +109,107 @@ impl Frame {
         if (width, height) == (self.width, self.height) {
             return self.clone();
         }
-        let columns = coverage(self.width, width);
-        let rows = coverage(self.height, height);
-        let mut rgb = vec![0; 3 * width * height];
-        let mut line = vec![0.0_f32; 3 * self.width];
-        for (row, rgb) in rows.iter().zip(rgb.chunks_exact_mut(3 * width)) {
-            line.fill(0.0);
-            for &(y, weight) in row {
-                let source = &self.rgb[3 * y * self.width..3 * (y + 1) * self.width];
-                for (sum, &value) in line.iter_mut().zip(source) {
-                    *sum += weight * f32::from(value);
-                }
+        self.picture().reduced((width, height), 0..width, 0..height)
+    }
+
+    /// Returns a view of the pixels.
+    pub(crate) fn picture(&self) -> Picture<'_, 3> {
+        Picture { bytes: &self.rgb, width: self.width, height: self.height }
+    }
+}
+
+/// A view of a picture of `CHANNELS` bytes a pixel, of which the first three are red, green and blue.
+///
+/// Invariants: as of [`Frame`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Picture<'a, const CHANNELS: usize> {
+    bytes: &'a [u8],
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+}
+
+/// Largest whole ratio of sizes whose sums are 16-bit integers.
+const MAX_WHOLE_RATIO: usize = 16;
+
+impl<'a, const CHANNELS: usize> Picture<'a, CHANNELS> {
+    /// # Errors
+    /// [`Error::FrameSize`] or [`Error::FrameBytes`].
+    pub(crate) fn new(bytes: &'a [u8], width: usize, height: usize) -> Result<Self, Error> {
+        check_size(width, height)?;
+        if bytes.len() != CHANNELS * width * height {
+            return Err(Error::FrameBytes { expected: CHANNELS * width * height, actual: bytes.len() });
+        }
+        Ok(Self { bytes, width, height })
+    }
+
+    /// Returns the pixels of row `y` in these columns.
+    pub(crate) fn row(&self, y: usize, columns: Range<usize>) -> &'a [[u8; CHANNELS]] {
+        self.bytes[CHANNELS * (y * self.width + columns.start)..][..CHANNELS * columns.len()].as_chunks().0
+    }
+
+    /// Returns a part of the picture.
+    pub(crate) fn part(&self, columns: Range<usize>, rows: Range<usize>) -> Frame {
+        let mut rgb = Vec::with_capacity(3 * columns.len() * rows.len());
+        let (width, height) = (columns.len(), rows.len());
+        for y in rows {
+            self.row(y, columns.clone()).iter().for_each(|pixel| rgb.extend_from_slice(&pixel[..3]));
+        }
+        Frame { rgb, width, height }
+    }
+
+    /// Returns a part of the picture reduced to `size`, each pixel the mean of the area that it covers.
+    pub(crate) fn reduced(&self, size: (usize, usize), columns: Range<usize>, rows: Range<usize>) -> Frame {
+        let ratio = self.width / size.0;
+        let is_whole = ratio.is_power_of_two()
+            && ratio <= MAX_WHOLE_RATIO
+            && (self.width, self.height) == (ratio * size.0, ratio * size.1);
+        let (width, height) = (columns.len(), rows.len());
+        let rgb = if is_whole { self.reduced_by(ratio, columns, rows) } else { self.reduced_to(size, columns, rows) };
+        Frame { rgb, width, height }
+    }
+
+    /// As [`Picture::reduced_to`], in integers: sums and means of a power of two of bytes are exact in either.
+    fn reduced_by(&self, ratio: usize, columns: Range<usize>, rows: Range<usize>) -> Vec<u8> {
+        let (half, shift) = (ratio * ratio / 2, 2 * ratio.trailing_zeros());
+        let mut rgb = Vec::with_capacity(3 * columns.len() * rows.len());
+        let mut line = vec![0_u16; CHANNELS * ratio * columns.len()];
+        for row in rows {
+            line.fill(0);
+            for y in ratio * row..ratio * (row + 1) {
+                let source = self.row(y, ratio * columns.start..ratio * columns.end).as_flattened();
+                line.iter_mut().zip(source).for_each(|(sum, &value)| *sum += u16::from(value));
             }
-            for (column, rgb) in columns.iter().zip(rgb.as_chunks_mut::<3>().0) {
-                let mut sums = [0.0; 3];
-                for &(x, weight) in column {
-                    let pixel = &line[3 * x..3 * x + 3];
-                    (0..3).for_each(|c| sums[c] += weight * pixel[c]);
+            for cell in line.chunks_exact(CHANNELS * ratio) {
+                let mut sums = [half as u32; 3];
+                for pixel in cell.as_chunks::<CHANNELS>().0 {
+                    (0..3).for_each(|c| sums[c] += u32::from(pixel[c]));
                 }
-                *rgb = sums.map(|value: f32| (value + 0.5) as u8);
+                rgb.extend(sums.map(|sum| (sum >> shift) as u8));
             }
         }
-        Self { rgb, width, height }
+        rgb
+    }
+
+    fn reduced_to(&self, size: (usize, usize), columns: Range<usize>, rows: Range<usize>) -> Vec<u8> {
+        let (all_columns, all_rows) = (coverage(self.width, size.0), coverage(self.height, size.1));
+        let mut rgb = Vec::with_capacity(3 * columns.len() * rows.len());
+        let mut line = vec![0.0_f32; CHANNELS * self.width];
+        for row in &all_rows[rows] {
+            line.fill(0.0);
+            for &(y, weight) in row {
+                let source = self.row(y, 0..self.width).as_flattened();
+                line.iter_mut().zip(source).for_each(|(sum, &value)| *sum += weight * f32::from(value));
+            }
+            for column in &all_columns[columns.clone()] {
+                let mut sums = [0.0; 3];
+                for &(x, weight) in column {
+                    let pixel = &line[CHANNELS * x..CHANNELS * x + 3];
+                    (0..3).for_each(|c| sums[c] += weight * pixel[c]);
+                }
+                rgb.extend(sums.map(|value: f32| (value + 0.5) as u8));
+            }
+        }
+        rgb
     }
 }
 
@@ -193,6 +265,20 @@ mod tests {
     fn resizing_keeps_a_flat_colour_at_any_ratio() {
         let flat = Frame::from_rgb(vec![90; 3 * 17 * 13], 17, 13).unwrap();
         assert!(flat.resized(5, 4).rgb().iter().all(|&v| v == 90));
+    }
+
+    #[test]
+    fn whole_ratios_in_integers_give_what_others_do_and_a_part_gives_that_part() {
+        let mut rng = crate::rng::Rng::for_stage(1, "frame");
+        let rgba: Vec<u8> = (0..4 * 64 * 32).map(|_| rng.below(256) as u8).collect();
+        let (picture, frame) = (Picture::<4>::new(&rgba, 64, 32).unwrap(), Frame::from_rgba(&rgba, 64, 32).unwrap());
+        for size in [(32, 16), (16, 8), (4, 2), (24, 12), (19, 9)] {
+            let whole = frame.resized(size.0, size.1);
+            assert_eq!(whole.rgb(), frame.picture().reduced_to(size, 0..size.0, 0..size.1));
+            let (columns, rows) = (1..size.0 - 1, 1..size.1);
+            let part = picture.reduced(size, columns.clone(), rows.clone());
+            assert_eq!(part, whole.picture().part(columns, rows));
+        }
     }
 
     #[test]

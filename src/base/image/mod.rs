@@ -9,7 +9,7 @@ mod runs;
 
 pub(crate) use self::{
     filter::{BilinearPoint, convolve_symmetric},
-    frame::fit_within,
+    frame::{Picture, fit_within},
     lab::lab,
     runs::Runs,
 };
