@@ -64,7 +64,7 @@ pub(crate) struct MasksArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
     window: Option<u32>,
     /// Segment every second frame; those between take the masks of the frames beside them, moved along half of the flow
-    #[arg(long, conflicts_with = "window")]
+    #[arg(long, conflicts_with_all = ["window", "overlay"])]
     half_rate: bool,
     #[command(flatten)]
     runs: RunOptions,
