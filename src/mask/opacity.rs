@@ -171,7 +171,7 @@ impl Patch {
         let subtract_row = |lines: &mut Vec<u32>, y| self.for_row_moments(lines, y, |sum, value| *sum -= value);
         slide(self.radius, rows.clone(), self.height, &mut lines, add_row, subtract_row, |lines, y| {
             let at = (y - rows.start) * width;
-            let mut mixed = usize::MAX..0;
+            let mut mixed = self.width..self.width;
             let insides = lines[..self.width].as_chunks::<1>().0;
             for_row_sums(insides, self.radius, columns.clone(), |x, &[inside]| {
                 if inside > 0 && inside < self.window_size(x, y) {
@@ -228,7 +228,7 @@ fn find_pure(inside: &[u8], width: usize, radius: usize) -> Vec<u8> {
     let add_row =
         |lines: &mut Vec<[u8; 2]>, y: usize| lines.iter_mut().zip(row(y)).for_each(|(line, pixel)| add(line, &pixel));
     let subtract_row = |lines: &mut Vec<[u8; 2]>, y: usize| {
-        lines.iter_mut().zip(row(y)).for_each(|(line, pixel)| subtract(line, &pixel))
+        lines.iter_mut().zip(row(y)).for_each(|(line, pixel)| subtract(line, &pixel));
     };
     slide(radius, 0..height, height, &mut lines, add_row, subtract_row, |lines, _| {
         for_row_sums(lines, radius, 0..width, |_, &[inside, all]| pure.push(u8::from(inside == 0 || inside == all)));
