@@ -25,7 +25,7 @@ export const createZipDate = () => new Date(1980, 0, 1);
 
 /** Performs a task in this thread. */
 export async function performTask(task: AsideTask): Promise<Uint8Array<ArrayBuffer>> {
-  if (task.kind === 'pixels') return encodePixels(task.pixels, (data) => deflatePixels(data, task));
+  if (task.kind === 'pixels') return encodePixels(task.pixels, (data) => zlibSync(data, { level: task.level }));
   if (task.kind === 'frame') {
     const { frame, width, height } = task;
     return reduceVideoFrame(frame, width, height).finally(() => frame.close());
@@ -35,16 +35,6 @@ export async function performTask(task: AsideTask): Promise<Uint8Array<ArrayBuff
   const files: Zippable = {};
   for (const [name, bytes] of Object.entries(task.files)) files[name] = [bytes, { level: stored.has(name) ? 0 : 6 }];
   return zipSync(files, { mtime: createZipDate() });
-}
-
-/**
- * Compresses the pixels of a PNG file. Those of pictures are compressed by the engine itself, if it can, ten times as fast; masks
- * are the same bytes everywhere.
- */
-async function deflatePixels(data: Uint8Array<ArrayBuffer>, { pixels, level }: AsideTask & { kind: 'pixels' }) {
-  if (pixels.channels === 1 || typeof CompressionStream === 'undefined') return zlibSync(data, { level });
-  const stream = new Blob([data]).stream().pipeThrough(new CompressionStream('deflate'));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
 /** Performs the tasks that arrive at `port`; other messages are ignored. */

@@ -181,11 +181,8 @@ export function encodeFrameHead(
  * Encodes the chunk of an image's pixels.
  * @param deflate with zlib's header
  */
-export async function encodePixels(
-  pixels: PngPixels,
-  deflate: (data: Uint8Array<ArrayBuffer>) => Uint8Array | Promise<Uint8Array>,
-) {
-  const data = await deflate(pixels.channels === 4 ? filterColors(pixels) : filterLabels(pixels));
+export function encodePixels(pixels: PngPixels, deflate: (data: Uint8Array) => Uint8Array) {
+  const data = deflate(pixels.channels === 4 ? filterColors(pixels) : filterLabels(pixels));
   const { sequence } = pixels;
   return sequence === undefined
     ? encodeChunk('IDAT', data)
