@@ -163,7 +163,7 @@ describe('a video file in windows', { timeout: 600_000 }, () => {
     const seen = await library.page.evaluate(async () => {
       const made = await tracecut.synthClip({ width: 96, height: 64, frames: 24, seed: 1 });
       const frames = Array.from({ length: 24 }, (_, t) => made.frame(t));
-      const options = { window: 8, overlap: 3 };
+      const options = { window: 8, overlap: 3, threads: 1 };
       const { Worker } = globalThis;
       const workers = { open: 0 };
       globalThis.Worker = class extends Worker {

@@ -24,8 +24,8 @@ export async function gives(t, browser, url, expected, { files = 2 } = {}) {
   assert.deepEqual(found, expected);
   assertVideo(video);
   assert.deepEqual(wrong, []);
-  // One more makes archives.
-  assert.equal(workers.length, 4, `each session has a worker: ${workers}`);
+  // One more makes archives; sessions have further ones where the machine has more cores.
+  assert.ok(workers.length >= 4, `each session has a worker: ${workers}`);
   assert.equal(new Set(workers).size, files, String(workers));
 }
 
