@@ -1,5 +1,5 @@
 // `node benches/page.mjs`: how long the page's main thread is blocked. Prints, for reading and running a 4K clip, playing it
-// with three layers, and saving 470 masks and cut-out frames, the longest task of the main thread and the number of tasks
+// with both layers, and saving 470 masks and cut-out frames, the longest task of the main thread and the number of tasks
 // above 50 ms. The browser does not report shorter ones. Needs an idle machine. Options:
 //   --open           instead, for the page as `npm run site` makes it: the seconds from choosing a file of 1080p to its
 //                    preview, its first masks and all masks, and to the first and the last progress of each stage before
@@ -27,7 +27,7 @@ const MASKS = { width: 854, height: 480, frames: 470 };
 const LIMITS_MS = {
   reading: 50,
   running: 100,
-  'playing with three layers': 100,
+  'playing with both layers': 100,
   'resting on 4K frames': 100,
   'zipping 470 masks': 50,
   'zipping 40 cut-out frames': 50,
@@ -139,9 +139,9 @@ async function timeTasks() {
     await page.waitForFunction(() => document.body.dataset.phase === 'running');
     await waitForEnd(page);
   });
-  await phase('playing with three layers', async () => {
+  await phase('playing with both layers', async () => {
     await page.evaluate(() => {
-      for (const id of ['masks', 'trajectories', 'superpixels']) {
+      for (const id of ['masks', 'image']) {
         const box = document.querySelector(`[data-layer="${id}"]`);
         if (!box.checked) box.click();
       }
