@@ -43,7 +43,8 @@ for (const worker of [false, true]) {
         for (const frame of frames(60)) await session.push(frame);
       };
       await assert.rejects(pushing(), { code: 'memory' });
-      assert.ok(session.numFrames > 10, `${session.numFrames} frames`);
+      // A worker also has the memory of the jobs that it does while it waits for frames.
+      assert.ok(session.numFrames > (worker ? 5 : 10), `${session.numFrames} frames`);
     }
   });
 }
