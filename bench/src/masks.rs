@@ -9,14 +9,13 @@ use crate::measures::agreement::{
     AgreementQuality, DoubtQuality, FAILURE_DROP, FALSE_SHARE, FrameAgreement, RunDoubts,
 };
 use crate::measures::davis::scored_frames;
-use crate::measures::half_rate::{Segmented, displacement_quantile, mask_between};
 use crate::measures::masks::{Census, ClipScorer, MaskScores, Truth};
 use crate::measures::reliability::{Bin, Reliability};
 use clap::Args;
 use serde::Serialize;
 use std::ops::Range;
 use std::path::PathBuf;
-use tracecut::image::{Frame, Plane};
+use tracecut::image::Plane;
 use tracecut::mask::Agreement;
 use tracecut::{Params, Session, Window, Windows};
 use tracecut_cli::clock::{Clock, Seconds};
@@ -44,10 +43,7 @@ Per clip, means over its scored frames; all labels other than 0 are foreground:
 Below: what was said of pixels to be right (in that they are on an object or are not), and the share that was, in tenths of what was said;
 every clip counts alike. Below that: Spearman's rank correlation of the agreement of masks in time with J, as a mean over the runs and over
 all frames, the share of the frames with a J far below their run's median whose agreement tells, and how many of them are in a doubt. All
-without --window and --half-rate.
-
-In --json the motion of a run is the length that 99 of 100 displacements of a frame pair do not exceed, in pixels of the processed frames;
-the median over the pairs that were computed.";
+without --window.";
 
 /// Bins of the reliability with less of all pixels say little.
 const FAIR_SHARE: f64 = 0.01;
@@ -63,9 +59,6 @@ pub(crate) struct MasksArgs {
     /// Take each clip in windows of N frames, as the package and the page take long ones
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
     window: Option<u32>,
-    /// Segment every second frame; those between take the masks of the frames beside them, moved along half of the flow
-    #[arg(long, conflicts_with_all = ["window", "overlay"])]
-    half_rate: bool,
     #[command(flatten)]
     runs: RunOptions,
     /// Write every tenth frame into this folder as NAME/%05d.png, masks in colour, true objects outlined in white
@@ -87,11 +80,9 @@ struct MaskRun {
     scores: MaskScores,
     #[serde(flatten)]
     census: Census,
-    /// Length that 99 of 100 displacements do not exceed, in pixels of the processed frames; `null` in windows.
-    motion: Option<f32>,
     /// Frame by frame: its index and its scores.
     of_frames: Vec<Scored>,
-    /// Frames whose masks should be looked at; empty in windows and at half rate.
+    /// Frames whose masks should be looked at; empty in windows.
     doubts: Vec<Range<usize>>,
     /// Reliability of confidences; empty in windows.
     #[serde(skip)]
@@ -203,10 +194,6 @@ fn run_clip(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> Re
             }
             continue;
         }
-        if args.half_rate {
-            runs.extend(run_half_rate(&excerpt, params, seeds, &truth)?);
-            continue;
-        }
         runs.extend(excerpt.run_seeds(params, seeds, |session, id, time| {
             let masks = (0..truth.len()).map(|t| Ok(session.labels(t)?)).collect::<Result<Vec<_>>>()?;
             let found = session.agreement();
@@ -219,13 +206,7 @@ fn run_clip(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> Re
                 }
             }
             write_pictures(drawn(id), &excerpt, &masks, &truth)?;
-            score(
-                id,
-                &masks,
-                &truth,
-                Unsupervised { motion: Some(motion(&session)?), reliability, agreement, doubts },
-                time,
-            )
+            score(id, &masks, &truth, Unsupervised { reliability, agreement, doubts }, time)
         })?);
     }
     Ok(Outcome::new(&clip.name, &clip.kind, runs))
@@ -243,46 +224,9 @@ fn write_pictures(
     write_overlays(folder, truth.len(), OVERLAY_STEP, excerpt.frames(), |t| Ok((masks[t].clone(), objects(t))))
 }
 
-/// Runs every second frame under each seed, and scores the masks of all frames.
-fn run_half_rate(
-    excerpt: &Excerpt,
-    params: &Params,
-    seeds: &[u32],
-    truth: &[Option<Plane<Truth>>],
-) -> Result<Vec<Run<MaskRun>>> {
-    let images = excerpt.images.iter().step_by(2).cloned().collect();
-    let frames = excerpt.frames().map(|frame| Ok(frame?.frame)).collect::<Result<Vec<Frame>>>()?;
-    Excerpt { images, ..excerpt.clone() }.run_seeds(params, seeds, |session, id, time| {
-        let segmented = (0..session.num_frames()).map(|k| Ok(session.labels(k)?)).collect::<Result<Vec<_>>>()?;
-        let mut masks = Vec::new();
-        for (t, frame) in frames.iter().enumerate() {
-            let source = |k: usize| Segmented { frame: &frames[2 * k], mask: &segmented[k] };
-            let is_between = t % 2 == 1 && t + 1 < frames.len();
-            masks.push(if is_between {
-                mask_between(source(t / 2), frame, source(t / 2 + 1), &session.flow(t / 2)?)
-            } else {
-                segmented[t / 2].clone()
-            });
-        }
-        score(id, &masks, truth, Unsupervised { motion: Some(motion(&session)?), ..Unsupervised::default() }, time)
-    })
-}
-
-/// Computes the median over the frame pairs of the length that 99 of 100 displacements do not exceed.
-fn motion(session: &Session) -> Result<f32> {
-    let (input, working) = (session.input_size().unwrap_or_default(), session.working_size().unwrap_or_default());
-    let scale = working.0 as f32 / input.0.max(1) as f32;
-    let pairs = 0..session.num_frames().saturating_sub(1);
-    let mut lengths =
-        pairs.map(|t| Ok(scale * displacement_quantile(&session.flow(t)?, 0.99))).collect::<Result<Vec<f32>>>()?;
-    lengths.sort_by(f32::total_cmp);
-    Ok(lengths.get(lengths.len() / 2).copied().unwrap_or_default())
-}
-
-/// What a session said of its masks; empty in windows, and but for the motion at half rate.
+/// What a session said of its masks; empty in windows.
 #[derive(Debug, Default)]
 struct Unsupervised {
-    motion: Option<f32>,
     reliability: Reliability,
     /// Agreement with nearby frames, frame by frame.
     agreement: Vec<Option<f32>>,
@@ -311,8 +255,8 @@ fn score(
         return Err(Failure::input("has no mask of a frame but the first and the last, which do not count"));
     }
     let scores = MaskScores::mean_of(scorer.frames());
-    let Unsupervised { motion, doubts, reliability, .. } = said;
-    let scores = MaskRun { scores, census: scorer.census(), motion, of_frames, doubts, reliability };
+    let scores =
+        MaskRun { scores, census: scorer.census(), of_frames, doubts: said.doubts, reliability: said.reliability };
     Ok(Run { id, frames: truth.len(), scores, time })
 }
 

@@ -6,7 +6,6 @@
 //! - [`definition`]: which frames of a shot are labelled, and with which regions (`Def.dat`, PGM masks);
 //! - [`flow`]: end-point error of optical flow against a `.flo` file;
 //! - [`foreground`]: which trajectories are foreground, against labelled frames;
-//! - [`half_rate`]: masks of frames between segmented ones, and how far the picture moves;
 //! - [`logistic`]: the weights of terms whose sum is a log-odds, from examples;
 //! - [`davis`]: region similarity and boundary measure of masks, as the DAVIS benchmark has them;
 //! - [`masks`]: masks of any clip, with pixels that are not scored, and which objects were found;
@@ -29,7 +28,6 @@ pub mod estimate;
 pub mod figment;
 pub mod flow;
 pub mod foreground;
-pub mod half_rate;
 pub mod logistic;
 pub mod masks;
 pub mod moseg;
