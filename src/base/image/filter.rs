@@ -90,10 +90,13 @@ pub(crate) struct BilinearPoint {
 impl BilinearPoint {
     /// Locates `(x, y)` in planes of a size; coordinates outside are clamped to the border.
     pub(crate) fn new(width: usize, height: usize, x: f32, y: f32) -> Self {
-        let ((x, fraction_x), (y, fraction_y)) = (split(x, width), split(y, height));
-        let right = usize::from(x + 1 < width);
-        let below = if y + 1 < height { width } else { 0 };
-        Self { first: y * width + x, right, below, fraction_x, fraction_y }
+        Self::between(width, BilinearAxis::new(x, width), BilinearAxis::new(y, height))
+    }
+
+    /// Combines a position across and one down planes of this width.
+    pub(crate) fn between(width: usize, x: BilinearAxis, y: BilinearAxis) -> Self {
+        let first = y.pixel * width + x.pixel;
+        Self { first, right: x.next, below: y.next * width, fraction_x: x.fraction, fraction_y: y.fraction }
     }
 
     /// Returns the interpolated value.
@@ -113,11 +116,21 @@ impl BilinearPoint {
     }
 }
 
-/// Splits a position into pixel and fraction.
-fn split(position: f32, length: usize) -> (usize, f32) {
-    let clamped = position.clamp(0.0, (length - 1) as f32);
-    let pixel = clamped.floor();
-    (pixel as usize, clamped - pixel)
+/// A position along one axis: a pixel, the offset to the next (0 on the border), and the fraction between them.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BilinearAxis {
+    pixel: usize,
+    next: usize,
+    fraction: f32,
+}
+
+impl BilinearAxis {
+    /// Locates a position among `length` pixels.
+    pub(crate) fn new(position: f32, length: usize) -> Self {
+        let clamped = position.clamp(0.0, (length - 1) as f32);
+        let pixel = clamped.floor();
+        Self { pixel: pixel as usize, next: usize::from(pixel as usize + 1 < length), fraction: clamped - pixel }
+    }
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ mod plane;
 mod runs;
 
 pub(crate) use self::{
-    filter::{BilinearPoint, convolve_symmetric},
+    filter::{BilinearAxis, BilinearPoint, convolve_symmetric},
     frame::{Picture, fit_within},
     lab::lab,
     runs::Runs,

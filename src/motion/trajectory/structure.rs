@@ -28,6 +28,9 @@ const TENSOR_SMOOTHING_PX: f32 = 3.0;
 /// ```
 #[must_use]
 pub fn structure(luma: &Plane<f32>) -> Plane<f32> {
+    if luma.data().is_empty() {
+        return Plane::default();
+    }
     let image = gaussian_blur(luma, GRADIENT_SMOOTHING_PX);
     let (w, h) = (image.width(), image.height());
     let (half_w, half_h) = (w.div_ceil(2), h.div_ceil(2));
@@ -36,30 +39,34 @@ pub fn structure(luma: &Plane<f32>) -> Plane<f32> {
     for y in 0..h {
         let (above, row, below) = (image.row(y.saturating_sub(1)), image.row(y), image.row((y + 1).min(h - 1)));
         let [row_gx, row_gy] = &mut gradient;
-        for x in 0..w {
-            row_gx[x] = 0.5 * (row[(x + 1).min(w - 1)] - row[x.saturating_sub(1)]);
-            row_gy[x] = 0.5 * (below[x] - above[x]);
+        for ((gx, left), right) in row_gx[1..].iter_mut().zip(row).zip(&row[2.min(w)..]) {
+            *gx = 0.5 * (right - left);
         }
+        for x in [0, w - 1] {
+            row_gx[x] = 0.5 * (row[(x + 1).min(w - 1)] - row[x.saturating_sub(1)]);
+        }
+        row_gy.iter_mut().zip(above).zip(below).for_each(|((gy, above), below)| *gy = 0.5 * (below - above));
         // A single last row or column counts twice.
         let share = if y + 1 == h && y % 2 == 0 { 0.5 } else { 0.25 };
         let [xx, xy, yy] = tensor.each_mut().map(|plane| plane.row_mut(y / 2));
-        for (x, (gx, gy)) in row_gx.chunks(2).zip(row_gy.chunks(2)).enumerate() {
-            let last = gx.len() - 1;
-            xx[x] += share * (gx[0] * gx[0] + gx[last] * gx[last]);
-            xy[x] += share * (gx[0] * gy[0] + gx[last] * gy[last]);
-            yy[x] += share * (gy[0] * gy[0] + gy[last] * gy[last]);
+        let ((gx, gx_end), (gy, gy_end)) = (row_gx.as_chunks::<2>(), row_gy.as_chunks::<2>());
+        for (x, (gx, gy)) in gx.iter().zip(gy).enumerate() {
+            xx[x] += share * (gx[0] * gx[0] + gx[1] * gx[1]);
+            xy[x] += share * (gx[0] * gy[0] + gx[1] * gy[1]);
+            yy[x] += share * (gy[0] * gy[0] + gy[1] * gy[1]);
+        }
+        for (gx, gy) in gx_end.iter().zip(gy_end) {
+            xx[half_w - 1] += share * (gx * gx + gx * gx);
+            xy[half_w - 1] += share * (gx * gy + gx * gy);
+            yy[half_w - 1] += share * (gy * gy + gy * gy);
         }
     }
     // The mean of 2×2 pixels is a blur of variance 1/4.
     let sigma = 0.5 * (TENSOR_SMOOTHING_PX * TENSOR_SMOOTHING_PX - 0.25).sqrt();
     let [xx, xy, yy] = tensor.map(|plane| gaussian_blur(&plane, sigma));
-    let data = (0..half_w * half_h)
-        .map(|i| {
-            let (a, b, c) = (xx.data()[i], xy.data()[i], yy.data()[i]);
-            0.5 * (a + c) - (0.25 * (a - c) * (a - c) + b * b).sqrt()
-        })
-        .collect();
-    Plane::from_vec(half_w, half_h, data).unwrap_or_default()
+    let tensor = xx.data().iter().zip(xy.data()).zip(yy.data());
+    let smaller = tensor.map(|((a, b), c)| 0.5 * (a + c) - (0.25 * (a - c) * (a - c) + b * b).sqrt());
+    Plane::from_vec(half_w, half_h, smaller.collect()).unwrap_or_default()
 }
 
 #[cfg(test)]

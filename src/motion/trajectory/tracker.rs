@@ -5,7 +5,7 @@ use super::structure::structure;
 use super::trajectories::Trajectories;
 use crate::flow::{CompactFlow, FlowField, local_flow_variation};
 use crate::grid::Grid;
-use crate::image::{BilinearPoint, Frame, Plane, sample_bilinear};
+use crate::image::{BilinearAxis, BilinearPoint, Frame, Plane, sample_bilinear};
 use crate::order;
 use serde::{Deserialize, Serialize};
 
@@ -23,22 +23,73 @@ const BOUNDARY_RELATIVE: f32 = 0.01;
 /// Absolute part of this bound, in pixels per frame per pixel, squared (same source).
 const BOUNDARY_ABSOLUTE: f32 = 0.002;
 
+/// Most recent points of a track; more take longer to copy. Chosen by eye.
+const MAX_RECENT: usize = 8;
+
+/// `(x, y, variation)`.
+type Point = (f32, f32, f32);
+
 /// A trajectory in the making.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Track {
     number: u32,
     /// Frame of the first point of the current window.
     start: usize,
-    /// `(x, y, variation)` of each point.
-    points: Vec<(f32, f32, f32)>,
+    /// All points but the recent ones.
+    points: Vec<Point>,
     /// Number of points before the current window.
     num_past: usize,
+    /// The latest points. They move to the others together, as the memory of these is far away, the further the longer tracks are.
+    recent: [Point; MAX_RECENT],
+    num_recent: usize,
 }
 
 impl Track {
-    /// Returns the points of the current window.
-    fn current(&self) -> &[(f32, f32, f32)] {
-        &self.points[self.num_past..]
+    fn new(number: u32, start: usize, first: Point) -> Self {
+        let mut track = Self { number, start, ..Self::default() };
+        track.push(first);
+        track
+    }
+
+    fn push(&mut self, point: Point) {
+        if self.num_recent == MAX_RECENT {
+            self.settle();
+        }
+        self.recent[self.num_recent] = point;
+        self.num_recent += 1;
+    }
+
+    /// Moves the recent points to the others.
+    fn settle(&mut self) {
+        self.points.extend_from_slice(&self.recent[..self.num_recent]);
+        self.num_recent = 0;
+    }
+
+    fn last_mut(&mut self) -> Option<&mut Point> {
+        match self.num_recent {
+            0 => self.points.last_mut(),
+            count => Some(&mut self.recent[count - 1]),
+        }
+    }
+
+    /// Returns the points after the first `skipped`: those of the current window begin after `num_past`.
+    fn points(&self, skipped: usize) -> impl Iterator<Item = Point> {
+        self.points.iter().chain(&self.recent[..self.num_recent]).copied().skip(skipped)
+    }
+
+    /// Returns the number of points of the current window.
+    fn len(&self) -> usize {
+        self.points.len() + self.num_recent - self.num_past
+    }
+
+    /// Drops all points but those of the current window, which begins `dropped` frames later, and `remembered` before them.
+    fn advance(&mut self, dropped: usize, remembered: usize) {
+        self.settle();
+        self.num_past += dropped.saturating_sub(self.start).min(self.len());
+        self.start = self.start.saturating_sub(dropped);
+        self.points.drain(..self.num_past.saturating_sub(remembered));
+        self.points.shrink_to_fit();
+        self.num_past = self.num_past.min(remembered);
     }
 }
 
@@ -105,8 +156,8 @@ impl Tracker {
         let mean = structure.data().iter().sum::<f32>() / structure.data().len().max(1) as f32;
         let step = self.params.grid_step;
         let mut occupied = Grid::new(self.size.0, self.size.1, step);
-        for track in &self.state.live {
-            if let Some(&(x, y, _)) = track.points.last() {
+        for track in &mut self.state.live {
+            if let Some(&mut (x, y, _)) = track.last_mut() {
                 occupied.add(track.number, x, y);
             }
         }
@@ -129,9 +180,8 @@ impl Tracker {
                 let has_structure = lambda > self.params.structure_mean * mean * (1.0 + 10.0 * border)
                     && lambda > self.params.structure_floor * (1.0 + border);
                 if has_structure {
-                    let points = vec![(x, y, 0.0)];
                     let (number, start) = (self.state.next_number, self.state.frame);
-                    self.state.live.push(Track { number, start, points, num_past: 0 });
+                    self.state.live.push(Track::new(number, start, (x, y, 0.0)));
                     self.state.next_number = number.wrapping_add(1);
                 }
             }
@@ -143,21 +193,19 @@ impl Tracker {
     /// `variation` is [`crate::flow::local_flow_variation`] of `forward`.
     #[doc(hidden)] // For benchmarks.
     pub fn follow(&mut self, forward: &FlowField, backward: &CompactFlow, variation: &Plane<f32>) {
-        let mut live = Vec::with_capacity(self.state.live.len());
-        for mut track in self.state.live.drain(..) {
-            let Some(point) = track.points.last_mut() else { continue };
+        let TrackerState { live, ended, .. } = &mut self.state;
+        live.retain_mut(|track| {
+            let Some(point) = track.last_mut() else { return false };
             // σ has half the resolution: pixel 2k + 1/2 of the frame is pixel k there.
             point.2 = sample_bilinear(variation, (point.0 - 0.5) * 0.5, (point.1 - 0.5) * 0.5);
             let (x, y, sigma) = *point;
-            match next_position(x, y, forward, backward) {
-                Some((x, y)) => {
-                    track.points.push((x, y, sigma));
-                    live.push(track);
-                }
-                None => self.state.ended.push(track),
+            let next = next_position(x, y, forward, backward);
+            match next {
+                Some((x, y)) => track.push((x, y, sigma)),
+                None => ended.push(std::mem::take(track)),
             }
-        }
-        self.state.live = live;
+            next.is_some()
+        });
         self.state.frame += 1;
     }
 
@@ -165,15 +213,9 @@ impl Tracker {
     /// those that reach into the new window keep at most `remembered` points from before it.
     pub(crate) fn advance(&mut self, dropped: usize, remembered: usize) {
         self.state.frame = self.state.frame.saturating_sub(dropped);
-        for track in self.state.live.iter_mut().chain(&mut self.state.ended) {
-            track.num_past += dropped.saturating_sub(track.start).min(track.points.len() - track.num_past);
-            track.start = track.start.saturating_sub(dropped);
-            track.points.drain(..track.num_past.saturating_sub(remembered));
-            track.points.shrink_to_fit();
-            track.num_past = track.num_past.min(remembered);
-        }
-        self.state.live.retain(|track| !track.current().is_empty());
-        self.state.ended.retain(|track| !track.current().is_empty());
+        self.state.live.iter_mut().chain(&mut self.state.ended).for_each(|track| track.advance(dropped, remembered));
+        self.state.live.retain(|track| track.len() > 0);
+        self.state.ended.retain(|track| track.len() > 0);
     }
 
     /// Returns all tracks of at least the minimum length, ordered by first frame, then by position.
@@ -187,7 +229,7 @@ impl Tracker {
         let long_tracks = self.long_tracks();
         let mut trajectories = Trajectories::empty(self.state.frame + 1, self.size);
         for track in &long_tracks {
-            trajectories.push(track.start, track.current().iter().copied());
+            trajectories.push(track.start, track.points(track.num_past));
         }
         (trajectories, long_tracks.iter().map(|track| track.number).collect())
     }
@@ -199,7 +241,7 @@ impl Tracker {
         let num_past = long_tracks.iter().map(|track| track.num_past).max().filter(|&past| past > 0)?;
         let mut trajectories = Trajectories::empty(num_past + self.state.frame + 1, self.size);
         for track in long_tracks {
-            trajectories.push(num_past + track.start - track.num_past, track.points.iter().copied());
+            trajectories.push(num_past + track.start - track.num_past, track.points(0));
         }
         Some(trajectories)
     }
@@ -210,24 +252,25 @@ impl Tracker {
         let num_frames = self.state.frame + 1;
         let min_length = (self.params.min_length as usize).min(num_frames.div_ceil(2).max(2));
         let tracks = self.state.ended.iter().chain(&self.state.live);
-        let mut long_tracks: Vec<&Track> = tracks.filter(|t| t.current().len() >= min_length).collect();
-        order::sort_by_key(&mut long_tracks, |t| u64::from(order::f32_key(t.current()[0].0)));
-        order::sort_by_key(&mut long_tracks, |t| order::pair_key(t.start as u32, order::f32_key(t.current()[0].1)));
+        let mut long_tracks: Vec<&Track> = tracks.filter(|t| t.len() >= min_length).collect();
+        let first = |track: &Track| track.points(track.num_past).next().unwrap_or_default();
+        order::sort_by_key(&mut long_tracks, |t| u64::from(order::f32_key(first(t).0)));
+        order::sort_by_key(&mut long_tracks, |t| order::pair_key(t.start as u32, order::f32_key(first(t).1)));
         long_tracks
     }
-}
-
-/// Samples the flow at `(x, y)`.
-fn sample_flow(field: &FlowField, x: f32, y: f32) -> (f32, f32) {
-    let point = BilinearPoint::new(field.u.width(), field.u.height(), x, y);
-    (point.sample(&field.u), point.sample(&field.v))
 }
 
 /// Returns the point's position in the next frame, or `None` if it leaves the image, fails the forward–backward check or
 /// lies on a motion boundary.
 fn next_position(x: f32, y: f32, forward: &FlowField, backward: &CompactFlow) -> Option<(f32, f32)> {
     let size = (forward.u.width(), forward.u.height());
-    let (u, v) = sample_flow(forward, x, y);
+    // Four of the five samples share a row or a column with the point itself.
+    let sample = |x: BilinearAxis, y: BilinearAxis| {
+        let point = BilinearPoint::between(size.0, x, y);
+        (point.sample(&forward.u), point.sample(&forward.v))
+    };
+    let [column, row] = [BilinearAxis::new(x, size.0), BilinearAxis::new(y, size.1)];
+    let (u, v) = sample(column, row);
     let (nx, ny) = (x + u, y + v);
     let (right, bottom) = ((size.0 - 1) as f32, (size.1 - 1) as f32);
     if !(0.0..=right).contains(&nx) || !(0.0..=bottom).contains(&ny) {
@@ -239,8 +282,8 @@ fn next_position(x: f32, y: f32, forward: &FlowField, backward: &CompactFlow) ->
     if mismatch >= CONSISTENCY_RELATIVE * (energy + bu * bu + bv * bv) + CONSISTENCY_ABSOLUTE_PX_SQ {
         return None;
     }
-    let (east, west) = (sample_flow(forward, x + 1.0, y), sample_flow(forward, x - 1.0, y));
-    let (south, north) = (sample_flow(forward, x, y + 1.0), sample_flow(forward, x, y - 1.0));
+    let [east, west] = [x + 1.0, x - 1.0].map(|x| sample(BilinearAxis::new(x, size.0), row));
+    let [south, north] = [y + 1.0, y - 1.0].map(|y| sample(column, BilinearAxis::new(y, size.1)));
     let gradient = ((east.0 - west.0).powi(2) + (south.0 - north.0).powi(2))
         + ((east.1 - west.1).powi(2) + (south.1 - north.1).powi(2));
     if 0.25 * gradient > BOUNDARY_RELATIVE * energy + BOUNDARY_ABSOLUTE {

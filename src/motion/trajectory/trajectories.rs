@@ -62,10 +62,8 @@ impl Trajectories {
 
     /// Returns the position of trajectory `i` in `frame`, if it is alive there.
     pub fn at(&self, i: usize, frame: usize) -> Option<(f32, f32)> {
-        self.frames(i).contains(&frame).then(|| {
-            let p = self.point(i, frame);
-            (self.x[p], self.y[p])
-        })
+        let p = point_in(frame, self.start_frame[i], &self.offset[i..i + 2])?;
+        Some((self.x[p], self.y[p]))
     }
 
     /// Adds a trajectory that starts in `start_frame` with `points` of `(x, y, variation)`.
@@ -81,7 +79,20 @@ impl Trajectories {
 
     /// Returns index and position of every trajectory alive in `frame`, in the order of the indices.
     pub fn alive(&self, frame: usize) -> impl Iterator<Item = (usize, f32, f32)> + '_ {
-        (0..self.len()).filter_map(move |i| self.at(i, frame).map(|(x, y)| (i, x, y)))
+        let mut next = 0;
+        std::iter::from_fn(move || {
+            let (i, p) = self.next_alive(next, frame)?;
+            next = i + 1;
+            Some((i, self.x[p], self.y[p]))
+        })
+    }
+
+    /// Returns the first trajectory from `first` on that is alive in `frame`, and the index of its point there.
+    // Not inlined: it is called from many places, and most trajectories are passed over here.
+    #[inline(never)]
+    fn next_alive(&self, first: usize, frame: usize) -> Option<(usize, usize)> {
+        let tracks = self.start_frame[first..].iter().zip(self.offset[first..].windows(2));
+        (first..).zip(tracks).find_map(|(i, (&start, offsets))| Some((i, point_in(frame, start, offsets)?)))
     }
 
     /// Checks the invariants of the type.
@@ -130,4 +141,13 @@ impl Trajectories {
         }
         Ok(())
     }
+}
+
+/// Returns the index of the point in `frame` of a trajectory that starts in frame `start` and has the points between two offsets;
+/// `None` if it is not alive there.
+#[inline]
+fn point_in(frame: usize, start: u32, offsets: &[u32]) -> Option<usize> {
+    // Before the start the difference wraps to a large number, so that one comparison decides.
+    let index = (frame as u32).wrapping_sub(start);
+    (index < offsets[1].wrapping_sub(offsets[0])).then(|| (offsets[0] + index) as usize)
 }
