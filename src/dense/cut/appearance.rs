@@ -15,6 +15,7 @@ use super::terms::margins;
 use crate::image::Frame;
 use crate::rng::Rng;
 use crate::superpixel::Superpixels;
+use std::ops::Range;
 
 /// Reach of the background near an object, in columns and rows, as a part of the frame's longer side. Chosen by eye.
 const NEAR_SIDE_SHARE: f32 = 0.25;
@@ -118,30 +119,34 @@ fn draw(values: &mut Vec<usize>, count: usize, rng: &mut Rng) {
 
 /// Marks superpixels that have a pixel near an object, by a dilation of the objects' pixels with one bit a pixel.
 fn near_objects(superpixels: &Superpixels, is_object: &[bool]) -> Vec<bool> {
-    let label = superpixels.label();
-    let (w, h) = (label.width(), label.height());
+    let (w, h) = superpixels.runs().size();
     let radius = (NEAR_SIDE_SHARE * w.max(h) as f32) as usize;
     let row_words = w.div_ceil(64);
-    let mut dilated = Vec::with_capacity(row_words * h);
-    for y in 0..h {
-        let bits =
-            |labels: &[u32]| labels.iter().rev().fold(0, |bits, &s| bits << 1 | u64::from(is_object[s as usize]));
-        dilated.extend(label.row(y).chunks(64).map(bits));
+    let mut dilated = vec![0_u64; row_words * h];
+    for (y, columns, _) in superpixels.runs().rows().filter(|&(.., s)| is_object[s as usize]) {
+        let row = &mut dilated[y * row_words..];
+        words_of(columns).for_each(|(word, bits)| row[word] |= bits);
     }
     dilated.chunks_exact_mut(row_words).for_each(|row| dilate(row, radius, 1));
     dilate(&mut dilated, radius, 64 * row_words);
     let mut is_near = vec![false; superpixels.count];
-    for y in 0..h {
-        for (labels, &bits) in label.row(y).chunks(64).zip(&dilated[y * row_words..]) {
-            let mut bits = bits;
-            while bits != 0 {
-                // Bits after the end of a row have no pixel.
-                labels.get(bits.trailing_zeros() as usize).into_iter().for_each(|&s| is_near[s as usize] = true);
-                bits &= bits - 1;
-            }
+    for (y, columns, s) in superpixels.runs().rows() {
+        let is_near = &mut is_near[s as usize];
+        if !*is_near {
+            let row = &dilated[y * row_words..];
+            *is_near = words_of(columns).any(|(word, bits)| row[word] & bits != 0);
         }
     }
     is_near
+}
+
+/// Returns the words of a row that have some of these bits, each with these bits.
+fn words_of(columns: Range<usize>) -> impl Iterator<Item = (usize, u64)> {
+    (columns.start / 64..columns.end.div_ceil(64)).map(move |word| {
+        let first = columns.start.max(64 * word) - 64 * word;
+        let end = columns.end.min(64 * word + 64) - 64 * word;
+        (word, (u64::MAX << first) & (u64::MAX >> (64 - end)))
+    })
 }
 
 /// Sets all bits within `radius` times `stride` of a set bit, by shifts that double.
