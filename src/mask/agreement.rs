@@ -3,7 +3,7 @@
 //! In: the mask of each frame, and the forward flow of each pair of consecutive frames. Out: [`Agreement`], 1 where a mask
 //! equals its neighbours, moved along the flow, and 0 where they share no pixel.
 //!
-//! 1. From every frame `s`, every second pixel of every second row is followed along the chained flow to `s + 1`, `s + 2`
+//! 1. From every frame `s`, every fourth pixel of every fourth row is followed along the chained flow to `s + 1`, `s + 2`
 //!    and `s + 4`, until it leaves the frame. Its label in `s` is compared with the label where it lands.
 //! 2. A pixel of another label is occluded, and does not count, if one of the same label lands beside it. Pixels that become
 //!    visible are not followed at all.
@@ -16,17 +16,17 @@
 //! A wrong mask disagrees with all six, a correct one beside it only with that. Masks that are wrong in the same way in all
 //! frames agree. The cost is linear in pixels. Not in the paper.
 
-use crate::flow::{CompactFlow, Field};
+use crate::flow::{CompactFlow, Field, STEPS_PER_PIXEL_LOG2};
 use crate::image::Plane;
 use crate::order::nth_smallest;
 use std::ops::Range;
 
 /// Frames are compared with those this many frames before and after; chosen by eye.
 const GAPS: [usize; 3] = [1, 2, 4];
-/// Every how many columns and rows a pixel is followed; chosen by eye.
-const STEP_PX: usize = 2;
+/// Every how many columns and rows a pixel is followed, as a power of two; chosen by eye.
+const GRID_STEP_LOG2: u32 = 2;
 /// The same where only the mean of the clip is asked for; chosen by eye.
-const COARSE_STEP_PX: usize = 4;
+const COARSE_GRID_STEP_LOG2: u32 = 3;
 /// A frame is doubtful below this part of the median agreement of the clip; chosen by eye.
 const DOUBTFUL_PART: f32 = 0.7;
 /// And if the area of its objects differs by this factor from the median of the frames around it; chosen by eye.
@@ -98,21 +98,21 @@ fn mean(values: &[Option<f32>]) -> Option<f32> {
 /// Frames are compared as far as there is flow between them, and masks only if they have its size: an empty mask stands
 /// for a frame that has none.
 pub(crate) fn agreement(masks: &[Plane<u8>], flows: &[CompactFlow]) -> Agreement {
-    agreement_of_grid(masks, flows, STEP_PX)
+    agreement_of_grid(masks, flows, GRID_STEP_LOG2)
 }
 
 /// Computes the mean agreement of a clip in a quarter of the time, from fewer pixels; `None` if no two frames can be compared.
 pub(crate) fn clip_agreement(masks: &[Plane<u8>], flows: &[CompactFlow]) -> Option<f32> {
-    agreement_of_grid(masks, flows, COARSE_STEP_PX).clip
+    agreement_of_grid(masks, flows, COARSE_GRID_STEP_LOG2).clip
 }
 
-fn agreement_of_grid(masks: &[Plane<u8>], flows: &[CompactFlow], step: usize) -> Agreement {
+fn agreement_of_grid(masks: &[Plane<u8>], flows: &[CompactFlow], step_log2: u32) -> Agreement {
     let num_labels = masks.iter().flat_map(Plane::data).max().map_or(0, |&label| usize::from(label));
     // First for all objects as one, then for each label.
     let mut means = vec![vec![Mean::default(); masks.len()]; 1 + num_labels];
     for s in 0..masks.len() {
         let Some(size) = flows.get(s).map(Field::size) else { break };
-        let mut followed = grid(size, step);
+        let mut followed = grid(size, 1 << step_log2);
         for (gap, flow) in (1..=GAPS[GAPS.len() - 1]).zip(&flows[s..]) {
             let Some(mask) = masks.get(s + gap).filter(|_| flow.size() == size) else { break };
             followed.retain_mut(|pixel| pixel.follow(flow));
@@ -120,7 +120,7 @@ fn agreement_of_grid(masks: &[Plane<u8>], flows: &[CompactFlow], step: usize) ->
             if !GAPS.contains(&gap) || !has_size(&masks[s]) || !has_size(mask) {
                 continue;
             }
-            let overlaps = overlaps([&masks[s], mask], &followed, num_labels, step);
+            let overlaps = overlaps([&masks[s], mask], &followed, num_labels, step_log2);
             for (means, overlap) in means.iter_mut().zip(overlaps) {
                 for t in [s, s + gap] {
                     overlap.into_iter().for_each(|overlap| means[t].add(overlap));
@@ -141,29 +141,35 @@ fn overlaps(
     [from, to]: [&Plane<u8>; 2],
     followed: &[FollowedPixel],
     num_labels: usize,
-    step: usize,
+    step_log2: u32,
 ) -> Vec<Option<f64>> {
-    let labels_of = |pixel: &FollowedPixel| [from[pixel.start], to[pixel.pixel()]].map(usize::from);
-    let mut agrees = Plane::filled(to.width().div_ceil(step), to.height().div_ceil(step), false);
-    for pixel in followed {
-        let [first, second] = labels_of(pixel);
-        agrees[pixel.cell(step)] |= first == second;
-    }
+    let width = to.width();
+    let labels_of =
+        |pixel: &FollowedPixel| [from.data()[pixel.start as usize], to.data()[pixel.index(width)]].map(usize::from);
+    // A pixel is in a cell of the grid.
+    let columns = (width >> step_log2) + 1;
+    let cell_of = |pixel: &FollowedPixel| {
+        let (x, y) = pixel.pixel();
+        (y >> step_log2) * columns + (x >> step_log2)
+    };
+    let mut agrees = vec![false; columns * ((to.height() >> step_log2) + 1)];
     let mut counts = vec![ObjectCount::default(); 1 + num_labels];
     let mut all = ObjectCount::default();
+    let mut mismatches = Vec::new();
     for pixel in followed {
-        let [first, second] = labels_of(pixel);
+        let ([first, second], cell) = (labels_of(pixel), cell_of(pixel));
         if first == second {
+            agrees[cell] = true;
             counts[first].add(true);
-        } else if agrees[pixel.cell(step)] {
-            continue;
         } else {
-            counts[first].add(false);
-            counts[second].add(false);
+            mismatches.push((first, second, cell));
         }
-        if first > 0 || second > 0 {
-            all.add(first > 0 && second > 0);
-        }
+    }
+    counts[1..].iter().for_each(|count| all.add_all(count));
+    for (first, second, _) in mismatches.into_iter().filter(|&(.., cell)| !agrees[cell]) {
+        counts[first].add(false);
+        counts[second].add(false);
+        all.add(first > 0 && second > 0);
     }
     // The background's place.
     counts[0] = all;
@@ -191,39 +197,43 @@ impl Mean {
 /// A pixel that is followed along the flow.
 #[derive(Debug, Clone, Copy)]
 struct FollowedPixel {
-    start: (usize, usize),
-    /// Its position now: multiples of 1/64 pixel as the flow is, so sums are exact.
-    x: f32,
-    y: f32,
+    /// The index of the pixel in the first frame.
+    start: u32,
+    /// Its position now plus half a pixel, in the steps of the flow, so that sums are exact.
+    x: i32,
+    y: i32,
 }
 
 impl FollowedPixel {
     /// Moves to the next frame; false outside of it.
     fn follow(&mut self, flow: &CompactFlow) -> bool {
         let (width, height) = flow.size();
-        let (x, y) = self.pixel();
-        let (u, v) = flow.at(x, y);
+        let (u, v) = flow.steps(self.index(width));
         (self.x, self.y) = (self.x + u, self.y + v);
-        let is_inside = |position: f32, length: usize| position >= -0.5 && position < length as f32 - 0.5;
+        // A negative position is a large number.
+        let is_inside =
+            |position: i32, length: usize| (position.cast_unsigned() as usize) < length << STEPS_PER_PIXEL_LOG2;
         is_inside(self.x, width) && is_inside(self.y, height)
     }
 
     /// Returns the nearest pixel.
     fn pixel(&self) -> (usize, usize) {
-        ((self.x + 0.5) as usize, (self.y + 0.5) as usize)
+        let pixel = |position: i32| (position.cast_unsigned() >> STEPS_PER_PIXEL_LOG2) as usize;
+        (pixel(self.x), pixel(self.y))
     }
 
-    /// Returns the cell of `step × step` pixels in which it is.
-    fn cell(&self, step: usize) -> (usize, usize) {
+    /// Returns the index of the nearest pixel in a plane of this width.
+    fn index(&self, width: usize) -> usize {
         let (x, y) = self.pixel();
-        (x / step, y / step)
+        y * width + x
     }
 }
 
 /// Returns the pixels to follow.
 fn grid((width, height): (usize, usize), step: usize) -> Vec<FollowedPixel> {
-    let row = |y| (0..width).step_by(step).map(move |x| FollowedPixel { start: (x, y), x: x as f32, y: y as f32 });
-    (0..height).step_by(step).flat_map(row).collect()
+    let centre = |k: usize| (k << STEPS_PER_PIXEL_LOG2) as i32 + (1 << STEPS_PER_PIXEL_LOG2) / 2;
+    let pixel = |x: usize, y: usize| FollowedPixel { start: (y * width + x) as u32, x: centre(x), y: centre(y) };
+    (0..height).step_by(step).flat_map(|y| (0..width).step_by(step).map(move |x| pixel(x, y))).collect()
 }
 
 /// The numbers of pixels that are on an object in one of two frames, and in both.
@@ -237,6 +247,11 @@ impl ObjectCount {
     fn add(&mut self, is_in_both: bool) {
         self.in_either += 1;
         self.in_both += u32::from(is_in_both);
+    }
+
+    fn add_all(&mut self, other: &Self) {
+        self.in_either += other.in_either;
+        self.in_both += other.in_both;
     }
 
     /// Returns the intersection over union; `None` if neither frame has the object.

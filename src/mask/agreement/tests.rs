@@ -4,16 +4,16 @@ use super::*;
 use crate::flow::FlowField;
 use crate::rng::Rng;
 
-const SIZE: (usize, usize) = (40, 30);
+const SIZE: (usize, usize) = (80, 60);
 
 fn flow_of(size: (usize, usize), motion: impl Fn(usize, usize) -> (f32, f32)) -> CompactFlow {
     let plane = |component: fn((f32, f32)) -> f32| Plane::from_fn(size.0, size.1, |x, y| component(motion(x, y)));
     CompactFlow::new(&FlowField { u: plane(|d| d.0), v: plane(|d| d.1) })
 }
 
-/// Object 1, 12 pixels wide and 10 high, with its left border at `left`.
+/// Object 1, 24 pixels wide and 20 high, with its left border at `left`.
 fn object(left: usize) -> Plane<u8> {
-    Plane::from_fn(SIZE.0, SIZE.1, |x, y| u8::from((left..left + 12).contains(&x) && (8..18).contains(&y)))
+    Plane::from_fn(SIZE.0, SIZE.1, |x, y| u8::from((left..left + 24).contains(&x) && (16..36).contains(&y)))
 }
 
 fn still(frames: usize) -> Vec<CompactFlow> {
@@ -22,7 +22,7 @@ fn still(frames: usize) -> Vec<CompactFlow> {
 
 #[test]
 fn still_masks_agree_and_empty_ones_say_nothing() {
-    let result = agreement(&vec![object(10); 7], &still(7));
+    let result = agreement(&vec![object(20); 7], &still(7));
     assert_eq!(
         result,
         Agreement {
@@ -30,7 +30,7 @@ fn still_masks_agree_and_empty_ones_say_nothing() {
             frames: vec![Some(1.0); 7],
             objects: vec![vec![Some(1.0); 7]],
             merge_log_odds: None,
-            areas: vec![120; 7],
+            areas: vec![480; 7],
         }
     );
 
@@ -40,20 +40,20 @@ fn still_masks_agree_and_empty_ones_say_nothing() {
 
 #[test]
 fn masks_that_move_with_the_flow_agree_and_those_that_stay_do_not() {
-    // The object moves two pixels a frame before a still scene.
-    let corner = |t: usize| 4 + 2 * t;
+    // The object moves four pixels a frame before a still scene.
+    let corner = |t: usize| 8 + 4 * t;
     let moving: Vec<_> = (0..8).map(|t| object(corner(t))).collect();
     let flows: Vec<_> =
-        moving[..7].iter().map(|mask| flow_of(SIZE, |x, y| (2.0 * f32::from(mask[(x, y)]), 0.0))).collect();
+        moving[..7].iter().map(|mask| flow_of(SIZE, |x, y| (4.0 * f32::from(mask[(x, y)]), 0.0))).collect();
     let clip = agreement(&moving, &flows).clip.unwrap();
     assert!(clip > 0.95, "{clip}");
-    let clip = agreement(&vec![object(10); 8], &flows).clip.unwrap();
+    let clip = agreement(&vec![object(20); 8], &flows).clip.unwrap();
     assert!(clip < 0.9, "{clip}");
 }
 
 #[test]
 fn a_flooded_mask_agrees_least_and_those_beside_it_less_than_others() {
-    let mut masks = vec![object(10); 15];
+    let mut masks = vec![object(20); 15];
     masks[7] = Plane::filled(SIZE.0, SIZE.1, 1);
     let frames: Vec<f32> = agreement(&masks, &still(15)).frames.into_iter().flatten().collect();
     assert!(frames[7] < 0.2, "{frames:?}");
@@ -65,9 +65,9 @@ fn a_flooded_mask_agrees_least_and_those_beside_it_less_than_others() {
 
 #[test]
 fn objects_are_compared_where_one_of_two_frames_has_them() {
-    let mut masks = vec![object(10); 12];
+    let mut masks = vec![object(20); 12];
     // Object 2 has the right half of object 1 in frame 6 and touches no other frame.
-    (8..18).for_each(|y| (16..22).for_each(|x| masks[6][(x, y)] = 2));
+    (16..36).for_each(|y| (32..44).for_each(|x| masks[6][(x, y)] = 2));
     let result = agreement(&masks, &still(12));
     assert_eq!(result.clip, Some(1.0), "all objects as one");
     assert_eq!((result.objects[0][6], result.objects[1][6]), (Some(0.5), Some(0.0)));
@@ -76,20 +76,20 @@ fn objects_are_compared_where_one_of_two_frames_has_them() {
 
 #[test]
 fn missing_frames_flows_and_other_sizes_are_left_out() {
-    let mut masks = vec![object(10); 6];
+    let mut masks = vec![object(20); 6];
     masks[2] = Plane::default();
     let expected = [Some(1.0), Some(1.0), None, Some(1.0), Some(1.0), Some(1.0)];
     assert_eq!(agreement(&masks, &still(6)).frames, expected);
-    masks[2] = Plane::filled(50, 60, 1);
+    masks[2] = Plane::filled(90, 60, 1);
     assert_eq!(agreement(&masks, &still(6)).frames, expected);
 
-    let masks = vec![object(10); 4];
+    let masks = vec![object(20); 4];
     let mut flows = still(4);
     flows[1] = flow_of((20, 20), |_, _| (0.0, 0.0));
     assert_eq!(agreement(&masks, &flows).frames, [Some(1.0); 4], "0 and 1, 2 and 3");
     assert_eq!(agreement(&masks, &flows[..1]).frames, [Some(1.0), Some(1.0), None, None]);
     for (masks, flows) in [(0, 3), (1, 0), (1, 3), (3, 0)] {
-        let result = agreement(&vec![object(10); masks], &still(1 + flows));
+        let result = agreement(&vec![object(20); masks], &still(1 + flows));
         assert_eq!((result.clip, result.frames), (None, vec![None; masks]));
     }
     assert_eq!(agreement(&[object(1), object(1)], &still(9)).clip, Some(1.0));
@@ -97,7 +97,7 @@ fn missing_frames_flows_and_other_sizes_are_left_out() {
 
 /// Follows one pixel at a time and compares one label at a time.
 fn naive(masks: &[Plane<u8>], flows: &[CompactFlow], t: usize, is_object: impl Fn(u8) -> bool) -> Option<f32> {
-    let (w, h) = SIZE;
+    let ((w, h), step) = (SIZE, 1 << GRID_STEP_LOG2);
     let land = |s: usize, gap: usize, x: usize, y: usize| {
         let (mut px, mut py) = (x as f32, y as f32);
         for flow in &flows[s..s + gap] {
@@ -112,8 +112,8 @@ fn naive(masks: &[Plane<u8>], flows: &[CompactFlow], t: usize, is_object: impl F
     let mut overlaps = Vec::new();
     for gap in [1, 2, 4] {
         for s in [t.checked_sub(gap), Some(t)].into_iter().flatten().filter(|s| s + gap < masks.len()) {
-            let starts = || (0..w * h).map(|p| (p % w, p / w)).filter(|(x, y)| x % 2 == 0 && y % 2 == 0);
-            let cell = |(x, y): (f32, f32)| ((x + 0.5) as usize / 2, (y + 0.5) as usize / 2);
+            let starts = || (0..w * h).map(|p| (p % w, p / w)).filter(|(x, y)| x % step == 0 && y % step == 0);
+            let cell = |(x, y): (f32, f32)| ((x + 0.5) as usize / step, (y + 0.5) as usize / step);
             let label = |mask: &Plane<u8>, (x, y): (f32, f32)| mask[((x + 0.5) as usize, (y + 0.5) as usize)];
             let (mut both, mut either) = (0, 0);
             for (x, y) in starts() {
@@ -139,7 +139,7 @@ fn the_agreement_is_that_of_a_naive_version() {
     let (w, h) = SIZE;
     let mut mask = || {
         let corners: Vec<(usize, usize)> = (0..3).map(|_| (rng.below(w), rng.below(h))).collect();
-        let label = |x: usize, y: usize| corners.iter().position(|c| c.0.abs_diff(x) < 9 && c.1.abs_diff(y) < 7);
+        let label = |x: usize, y: usize| corners.iter().position(|c| c.0.abs_diff(x) < 18 && c.1.abs_diff(y) < 14);
         Plane::from_fn(w, h, |x, y| label(x, y).map_or(0, |k| k as u8 + 1))
     };
     let masks: Vec<_> = (0..6).map(|_| mask()).collect();
@@ -185,7 +185,7 @@ fn doubts_are_ranges_around_the_frames_that_agree_least() {
 
 #[test]
 fn a_flooded_frame_is_a_doubt() {
-    let mut masks = vec![object(10); 15];
+    let mut masks = vec![object(20); 15];
     masks[7] = Plane::filled(SIZE.0, SIZE.1, 1);
     assert_eq!(agreement(&masks, &still(15)).doubts(), [Range { start: 5, end: 10 }]);
 }

@@ -3,8 +3,10 @@
 use super::field::{Field, FlowField};
 use crate::image::{BilinearPoint, Plane};
 
-/// Steps per pixel: 16 bits reach ±512 pixels, longer than the default working size, with an error of 1/128 pixel.
-const STEPS_PER_PIXEL: f32 = 64.0;
+/// Steps per pixel, as a power of two: 16 bits reach ±512 pixels, longer than the default working size, with an error of 1/128
+/// pixel.
+pub(crate) const STEPS_PER_PIXEL_LOG2: u32 = 6;
+const STEPS_PER_PIXEL: f32 = (1 << STEPS_PER_PIXEL_LOG2) as f32;
 
 /// The largest `f32` below 0.5: with it added, truncation rounds as `f32::round` does, and vectorises.
 const BELOW_HALF: f32 = 0.499_999_97;
@@ -25,6 +27,11 @@ impl CompactFlow {
             plane.map(|d| ((d * STEPS_PER_PIXEL + BELOW_HALF.copysign(d)) as i32).clamp(min, max) as i16)
         };
         Self { u: pack(&flow.u), v: pack(&flow.v) }
+    }
+
+    /// Returns the displacement of pixel `p`, row by row, in steps.
+    pub(crate) fn steps(&self, p: usize) -> (i32, i32) {
+        (self.u.data()[p].into(), self.v.data()[p].into())
     }
 
     /// Samples the field between pixels.

@@ -40,6 +40,7 @@ mod variation;
 
 #[doc(hidden)] // For `examples/method.rs`.
 pub use compact::CompactFlow;
+pub(crate) use compact::STEPS_PER_PIXEL_LOG2;
 pub(crate) use field::Field;
 pub use field::FlowField;
 pub use params::FlowParams;
