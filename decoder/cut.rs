@@ -8,4 +8,4 @@ mod expansion;
 mod maxflow;
 
 pub(crate) use colour::{Colour, Corners, Histogram, UNSEEN_SHARE};
-pub(crate) use expansion::{Expansion, Potts, to_steps};
+pub(crate) use expansion::{Potts, minimize, to_steps};

@@ -26,6 +26,10 @@ impl DisjointSets {
 
     /// Merges the sets of `i` and `j`.
     pub fn join(&mut self, i: usize, j: usize) {
+        // Neighbours of one set often have the same parent.
+        if self.0[i] == self.0[j] {
+            return;
+        }
         let (a, b) = (self.root(i), self.root(j));
         self.0[a.max(b)] = a.min(b) as u32;
     }

@@ -8,13 +8,13 @@
 //! 3. A Potts energy over the band. A label costs `−ln p(label | colour)` times the separation; leaving the present label costs
 //!    more for deeper pixels; different labels of neighbours cost `exp(−|difference of colours|² / 2σ²)`, where σ² is the mean
 //!    squared difference in the band. Pixels outside the band keep their label.
-//! 4. The labelling of least energy by alpha-expansion; with two labels, a single cut.
+//! 4. The labelling of least energy by alpha-expansion, border by border: a border between two labels takes a single cut.
 //!
 //! Local colour models weighted by their separation are from Bai, Wang, Simons and Sapiro ("Video SnapCut", SIGGRAPH 2009), the
 //! energy from Rother, Kolmogorov and Blake ("GrabCut", SIGGRAPH 2004). The cost is the cut's, a few times linear in the
 //! band. It fails where object and background have the same colours. Not in the paper.
 
-use crate::cut::{Colour, Corners, Expansion, Histogram, Potts, UNSEEN_SHARE, to_steps};
+use crate::cut::{Colour, Corners, Histogram, Potts, UNSEEN_SHARE, minimize, to_steps};
 use crate::image::{Frame, Plane};
 use std::ops::Range;
 
@@ -110,9 +110,9 @@ pub(super) fn label_changes(
     let mut problem = band.problem(mask, frame, &depth, params);
     band.add_contrast(&mut problem, mask, frame, params.smoothness, contrast);
     // The expansion starts with the present labels, so that ties change nothing.
-    let present = band.pixels.iter().map(|&p| band.label_index[usize::from(mask.data()[p as usize])]).collect();
-    let label = Expansion::new(problem, present).finish();
-    let label = label.into_iter().map(|l| band.labels[l as usize]);
+    let present: Vec<u32> =
+        band.pixels.iter().map(|&p| band.label_index[usize::from(mask.data()[p as usize])]).collect();
+    let label = minimize(&problem, &present).into_iter().map(|l| band.labels[l as usize]);
     let changed = band.pixels.iter().map(|&p| p as usize).zip(label);
     changed.filter(|&(p, label)| mask.data()[p] != label).collect()
 }
@@ -297,8 +297,11 @@ impl Band {
 
     /// Step 3: adds the edges to four of the eight neighbours; the others add theirs in turn.
     fn add_contrast(&self, problem: &mut Potts, mask: &Plane<u8>, frame: &Frame, smoothness: f32, contrast: f32) {
-        let mut pairs: Vec<(u32, u32, u32, bool)> = Vec::with_capacity(4 * self.pixels.len());
+        // The weights depend on the mean of all differences, so these are kept in their place first.
+        let mut ties = Vec::new();
         let mut total = 0_u64;
+        problem.edges.reserve(4 * self.pixels.len());
+        problem.weights.reserve(4 * self.pixels.len());
         for y in 0..self.height {
             let row = |y: usize| &self.node[y * self.width..][..self.width];
             let (nodes, next) = (row(y), row((y + 1).min(self.height - 1)));
@@ -314,34 +317,42 @@ impl Band {
                 let neighbours =
                     [(right, p + 1), (down, below), (down && left, below.wrapping_sub(1)), (down && right, below + 1)];
                 for (k, (_, q)) in neighbours.into_iter().enumerate().filter(|(_, (is_inside, _))| *is_inside) {
+                    let (node, neighbour) = (self.node[p], self.node[q]);
                     // Also pairs with one end outside the band, which tie its edge to the labels outside.
-                    if self.node[p] != OUTSIDE || self.node[q] != OUTSIDE {
-                        let difference = difference_sq(frame.rgb(), p, q);
-                        total += u64::from(difference);
-                        pairs.push((p as u32, q as u32, difference, k >= 2));
+                    if node == OUTSIDE && neighbour == OUTSIDE {
+                        continue;
+                    }
+                    let difference = difference_sq(frame.rgb(), p, q);
+                    total += u64::from(difference);
+                    let difference = Difference::new(difference, k >= 2);
+                    match (node, neighbour) {
+                        (OUTSIDE, node) => ties.push((node, mask.data()[p], difference)),
+                        (node, OUTSIDE) => ties.push((node, mask.data()[q], difference)),
+                        ends => {
+                            problem.edges.push(ends);
+                            problem.weights.push(difference.0);
+                        }
                     }
                 }
             }
         }
         // A flat band has no contrast.
-        let variance = (contrast * (total as f32 / pairs.len().max(1) as f32)).max(1.0);
+        let count = problem.edges.len() + ties.len();
+        let variance = (contrast * (total as f32 / count.max(1) as f32)).max(1.0);
         let likeness = |difference: u32| libm::expf(-(difference as f32) / (2.0 * variance));
         let mut cache = vec![None; CACHED_DIFFERENCES];
-        for (p, q, difference, diagonal) in pairs {
+        let mut weight = |difference: Difference| {
+            let (difference, diagonal) = difference.parts();
             let length = if diagonal { std::f32::consts::FRAC_1_SQRT_2 } else { 1.0 };
             let likeness = match cache.get_mut(difference as usize) {
                 Some(entry) => *entry.get_or_insert_with(|| likeness(difference)),
                 None => likeness(difference),
             };
-            let weight = to_steps(smoothness * length * likeness);
-            match (self.node[p as usize], self.node[q as usize]) {
-                (OUTSIDE, node) => self.tie(problem, node, mask.data()[p as usize], weight),
-                (node, OUTSIDE) => self.tie(problem, node, mask.data()[q as usize], weight),
-                ends => {
-                    problem.edges.push(ends);
-                    problem.weights.push(weight);
-                }
-            }
+            to_steps(smoothness * length * likeness)
+        };
+        problem.weights.iter_mut().for_each(|value| *value = weight(Difference(*value)));
+        for (node, label, difference) in ties {
+            self.tie(problem, node, label, weight(difference));
         }
     }
 
@@ -352,6 +363,20 @@ impl Band {
         for (cost, _) in costs.iter_mut().zip(&self.labels).filter(|(_, l)| **l != label) {
             *cost += weight;
         }
+    }
+}
+
+/// The squared difference of two colours, and whether their pixels are diagonal neighbours.
+#[derive(Debug, Clone, Copy)]
+struct Difference(i32);
+
+impl Difference {
+    fn new(difference: u32, diagonal: bool) -> Self {
+        Self((difference << 1 | u32::from(diagonal)).cast_signed())
+    }
+
+    fn parts(self) -> (u32, bool) {
+        (self.0.cast_unsigned() >> 1, self.0 & 1 == 1)
     }
 }
 

@@ -4,7 +4,8 @@
 //! label for each node. A move offers one label α to all nodes and finds the best set to take it by a minimum cut
 //! (Boykov, Veksler and Zabih, "Fast approximate energy minimization via graph cuts", PAMI 2001). Moves cycle through the
 //! labels until a whole cycle has no gain: then the energy exceeds the least one by at most the pairwise part of that. Two
-//! labels need one cut only, and the result is the optimum.
+//! labels need one cut only, and the result is the optimum. [`minimize`] does so for each connected part of the graph with the
+//! labels that can be the best there, often two.
 //!
 //! All moves share one [`Network`]. The source's side keeps its labels and the sink's side takes α; an edge between two
 //! nodes without α has the capacities
@@ -18,6 +19,7 @@
 //! practice.
 
 use super::maxflow::Network;
+use crate::sets::DisjointSets;
 
 /// A Potts energy in whole numbers.
 ///
@@ -68,6 +70,77 @@ impl Potts {
     fn cost(&self, p: usize, label: u32) -> i64 {
         self.unary.get(p * self.num_labels + label as usize).map_or(0, |&c| i64::from(c))
     }
+
+    /// Splits off parts: `part_of` has a part or [`NO_PART`] for each node, and `labels` the labels of each part. Nodes keep their
+    /// order; edges between parts are left out.
+    pub(super) fn split(&self, part_of: &[u32], labels: &[Vec<u32>]) -> Vec<Self> {
+        let mut parts: Vec<Self> =
+            labels.iter().map(|labels| Self { num_labels: labels.len(), ..Self::default() }).collect();
+        let mut index = vec![0; self.num_nodes];
+        for (p, &k) in part_of.iter().enumerate().filter(|&(_, &k)| k != NO_PART) {
+            let part = &mut parts[k as usize];
+            index[p] = part.num_nodes as u32;
+            part.num_nodes += 1;
+            let costs = &self.unary[p * self.num_labels..];
+            part.unary.extend(labels[k as usize].iter().map(|&l| costs[l as usize]));
+        }
+        for (&(p, q), &weight) in self.edges.iter().zip(&self.weights) {
+            let (p, q) = (p as usize, q as usize);
+            if part_of[p] == part_of[q] && part_of[p] != NO_PART {
+                let part = &mut parts[part_of[p] as usize];
+                part.edges.push((index[p], index[q]));
+                part.weights.push(weight);
+            }
+        }
+        parts
+    }
+
+    /// Returns the sum of the weights of each node's edges.
+    fn edge_costs(&self) -> Vec<i64> {
+        let mut costs = vec![0; self.num_nodes];
+        for (&(p, q), &weight) in self.edges.iter().zip(&self.weights) {
+            costs[p as usize] += i64::from(weight);
+            costs[q as usize] += i64::from(weight);
+        }
+        costs
+    }
+}
+
+/// No part: [`Potts::split`] leaves the node out.
+pub(super) const NO_PART: u32 = u32::MAX;
+
+/// Minimizes an energy from the labels `initial`, each connected part of the graph by itself, with the labels that can be the best
+/// of some node there: any other costs more than the cheapest and all edges together.
+pub(crate) fn minimize(problem: &Potts, initial: &[u32]) -> Vec<u32> {
+    let mut sets = DisjointSets::new(problem.num_nodes);
+    for (&(p, q), _) in problem.edges.iter().zip(&problem.weights).filter(|&(_, &weight)| weight > 0) {
+        sets.join(p as usize, q as usize);
+    }
+    let (mut part_of, mut is_useful) = (vec![NO_PART; problem.num_nodes], Vec::<Vec<bool>>::new());
+    for (p, edge_cost) in problem.edge_costs().into_iter().enumerate() {
+        // The smallest node of each part comes first.
+        let root = sets.root(p);
+        if root == p {
+            part_of[p] = is_useful.len() as u32;
+            is_useful.push(vec![false; problem.num_labels]);
+        }
+        part_of[p] = part_of[root];
+        let costs = &problem.unary[p * problem.num_labels..][..problem.num_labels];
+        let limit = costs.iter().copied().min().map_or(0, i64::from) + edge_cost;
+        let is_useful = is_useful[part_of[p] as usize].iter_mut().zip(costs);
+        is_useful.for_each(|(is_useful, &cost)| *is_useful |= i64::from(cost) <= limit);
+    }
+    let useful =
+        |is_useful: Vec<bool>| (0..).zip(is_useful).filter(|&(_, is_useful)| is_useful).map(|(l, _)| l).collect();
+    let labels: Vec<Vec<u32>> = is_useful.into_iter().map(useful).collect();
+    let mut starts = vec![Vec::new(); labels.len()];
+    for (&k, l) in part_of.iter().zip(initial) {
+        starts[k as usize].push(labels[k as usize].binary_search(l).unwrap_or(0) as u32);
+    }
+    let parts = problem.split(&part_of, &labels).into_iter().zip(starts);
+    let mut minimized: Vec<_> = parts.map(|(part, start)| Expansion::new(part, start).finish().into_iter()).collect();
+    let label = |&k: &u32| minimized[k as usize].next().map_or(0, |l| labels[k as usize][l as usize]);
+    part_of.iter().map(label).collect()
 }
 
 /// Alpha-expansion, one move a step.
@@ -297,6 +370,34 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn parts_with_two_useful_labels_get_the_optimum_and_others_no_more_energy_than_by_moves_of_all() {
+        let mut rng = Rng::for_stage(5, "expansion");
+        let mut is_lower = 0;
+        for round in 0..100 {
+            let mut problem = random_problem(&mut rng, 9, 3, 12);
+            if round % 2 == 0 {
+                // Nodes 0 to 4 and 5 to 8 are parts of their own, each without one of the labels.
+                let part = |p: u32| u32::from(p > 4);
+                (problem.edges, problem.weights) =
+                    problem.edges.iter().zip(&problem.weights).filter(|((p, q), _)| part(*p) == part(*q)).unzip();
+                (0..9).for_each(|p| problem.unary[3 * p + 1 + usize::from(p > 4)] = MAX_WEIGHT);
+            }
+            let initial = problem.cheapest();
+            let label = minimize(&problem, &initial);
+            let energy = problem.energy(&label);
+            let of_all = problem.energy(&Expansion::new(problem.clone(), initial).finish());
+            if round % 2 == 0 {
+                assert_eq!(energy, problem.energy(&best_of_all(&problem)));
+                assert!(energy <= of_all);
+            } else {
+                is_lower += i32::from(energy < of_all) - i32::from(energy > of_all);
+            }
+        }
+        assert!(is_lower >= 0, "{is_lower}");
+        assert!(minimize(&Potts::default(), &[]).is_empty());
     }
 
     #[test]

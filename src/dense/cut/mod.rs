@@ -42,7 +42,7 @@ pub(crate) use appearance::{ClipFeatures, label_kinds};
 pub(crate) use colour::{Colour, Corners, Histogram, UNSEEN_SHARE};
 #[doc(hidden)]
 pub use expansion::{Expansion, Potts};
-pub(crate) use expansion::{STEPS_PER_UNIT, to_steps};
+pub(crate) use expansion::{STEPS_PER_UNIT, minimize, to_steps};
 pub(crate) use features::{Features, superpixel_features};
 pub use input::{CutInput, CutLabels};
 pub(crate) use input::{OUTLIER, UNKNOWN};
@@ -54,7 +54,7 @@ pub(crate) use terms::{Link, SuperpixelTerms, margins, pixel_index};
 
 use crate::image::Plane;
 use crate::superpixel::Superpixels;
-use expansion::MAX_WEIGHT;
+use expansion::{MAX_WEIGHT, NO_PART};
 use terms::{Nodes, energy};
 
 /// The Gabriel cut in steps of one move of the expansion.
@@ -176,7 +176,9 @@ impl CutPart {
         clip_labels.resize(clip.num_nodes, 0);
         let nodes: Vec<u32> = (0..clip.num_nodes as u32).filter(|&p| is_open(clip_labels[p as usize])).collect();
         let labels: Vec<u32> = (0..clip.num_labels as u32).filter(|&l| is_open(l)).collect();
-        let mut problem = restrict(clip, &nodes, &labels);
+        let mut part_of = vec![NO_PART; clip.num_nodes];
+        nodes.iter().for_each(|&p| part_of[p as usize] = 0);
+        let mut problem = clip.split(&part_of, std::slice::from_ref(&labels)).remove(0);
         let mut base = vec![0];
         for frame in region.current {
             base.push(base[base.len() - 1] + frame.len() as u32);
@@ -208,29 +210,6 @@ impl CutPart {
         }
         clip_labels
     }
-}
-
-/// Restricts a problem to `nodes` and `labels` (both increasing).
-fn restrict(clip: &Potts, nodes: &[u32], labels: &[u32]) -> Potts {
-    let mut index = vec![u32::MAX; clip.num_nodes];
-    for (k, &p) in (0..).zip(nodes) {
-        index[p as usize] = k;
-    }
-    let cost = |p: u32, l: u32| clip.unary[p as usize * clip.num_labels + l as usize];
-    let mut part = Potts {
-        num_nodes: nodes.len(),
-        num_labels: labels.len(),
-        unary: nodes.iter().flat_map(|&p| labels.iter().map(move |&l| cost(p, l))).collect(),
-        ..Potts::default()
-    };
-    for (&(p, q), &weight) in clip.edges.iter().zip(&clip.weights) {
-        let ends = (index[p as usize], index[q as usize]);
-        if ends.0 != u32::MAX && ends.1 != u32::MAX {
-            part.edges.push(ends);
-            part.weights.push(weight);
-        }
-    }
-    part
 }
 
 /// Number of superpixels in each frame.
