@@ -27,10 +27,7 @@ impl Session {
         {
             return Some(job);
         }
-        let clip = self.phase.clip_mut()?;
-        let frames = 0..if clip.params.clip.dense { clip.frames.len() } else { 0 };
-        let id = clip.pending_jobs.assign(JobKind::Superpixels, frames)?;
-        Some(Job { id, input: JobInput::Superpixels(clip.frames[id.index as usize].clone()) })
+        self.phase.clip_mut()?.take_superpixel_job()
     }
 
     /// Stores the result of a job, `None` if it was lost and the session has to do it itself. Results that are no longer
@@ -58,9 +55,12 @@ impl Session {
     }
 }
 
-/// Jobs that each worker thread has at a time: the present one and the next, so that it never waits for this thread.
+/// Jobs that each worker thread has at a time: the present one and two more, as this thread hands out jobs only between its own.
 #[cfg(not(target_arch = "wasm32"))]
-const JOBS_PER_WORKER: usize = 2;
+const JOBS_PER_WORKER: usize = 3;
+/// Frame pairs for each worker thread whose flow may be computed before it is used, which takes memory.
+#[cfg(not(target_arch = "wasm32"))]
+const PAIRS_PER_WORKER: usize = 2;
 
 #[cfg(not(target_arch = "wasm32"))]
 impl Session {
@@ -107,7 +107,7 @@ impl Session {
                 });
             }
             let workers = threads.saturating_sub(1);
-            let (max_pending, ahead) = (JOBS_PER_WORKER * workers, JOBS_PER_WORKER * workers + 2);
+            let (max_pending, ahead) = (JOBS_PER_WORKER * workers, PAIRS_PER_WORKER * workers + 2);
             let mut num_pending = 0;
             // Dropped at the end of this closure, however it ends, which stops the workers. Without the other sender,
             // receiving fails once all workers have panicked, which the scope reports.

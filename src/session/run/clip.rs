@@ -5,7 +5,7 @@ use crate::flow::{CompactFlow, FlowScratch};
 use crate::image::Frame;
 use crate::saliency::SaliencyMaps;
 use crate::session::base::{Params, Scale, ScaledParams, TrackSet};
-use crate::session::jobs::PendingJobs;
+use crate::session::jobs::{Job, JobInput, JobKind, PendingJobs};
 use crate::session::window::{Identities, Thumbnail};
 use crate::trajectory::Tracker;
 
@@ -69,6 +69,13 @@ impl Clip {
         }
         self.params.clip.check_frames(self.frames.len() + 1)?;
         Ok(frame.resized(working.0, working.1))
+    }
+
+    /// Hands out the unassigned superpixels of a frame.
+    pub(crate) fn take_superpixel_job(&mut self) -> Option<Job> {
+        let frames = 0..if self.params.clip.dense { self.frames.len() } else { 0 };
+        let id = self.pending_jobs.assign(JobKind::Superpixels, frames)?;
+        Some(Job { id, input: JobInput::Superpixels(self.frames[id.index as usize].clone()) })
     }
 
     /// Finds the dominant motions of the flow fields so far.

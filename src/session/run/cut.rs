@@ -83,6 +83,18 @@ impl CutWork {
         Self { recut, step: CutStep::Selection(None) }
     }
 
+    /// Returns whether clusters are selected as objects.
+    pub(super) fn has_selected(&self) -> bool {
+        !matches!(self.step, CutStep::Selection(None))
+    }
+
+    /// Selects clusters as objects.
+    pub(super) fn select(&mut self, outputs: &mut Outputs, clip: &Clip) {
+        if let CutStep::Selection(selection) = &mut self.step {
+            selection.get_or_insert_with(|| ObjectSelection::new(outputs, clip));
+        }
+    }
+
     /// Moves the finished cut to the outputs. Returns the correction.
     pub(crate) fn finish(self, outputs: &mut Outputs) -> Option<Recut> {
         if let CutStep::Rounds(rounds) = self.step {
@@ -134,8 +146,7 @@ impl StageWork for CutWork {
 
     fn is_waiting(&self, pending_jobs: &PendingJobs, _: &Outputs) -> bool {
         let CutStep::Selection(Some(selection)) = &self.step else { return false };
-        let t = selection.reprojection_errors.len();
-        t < selection.num_frames && pending_jobs.is_pending(JobKind::Reprojection, t)
+        selection.is_incomplete() && pending_jobs.is_pending(JobKind::Reprojection, selection.reprojection_errors.len())
     }
 }
 
@@ -316,15 +327,20 @@ impl ObjectSelection {
 
     /// Selects clusters first, then adds the reprojection errors of a frame, if they are needed.
     fn step(selection: &mut Option<Self>, outputs: &mut Outputs, clip: &mut Clip) -> SelectionStep {
-        if let Some(selection) = selection {
+        if let Some(selection) = selection.as_mut().filter(|selection| selection.is_incomplete()) {
             selection.add_frame(outputs, clip);
         }
         let selection = selection.get_or_insert_with(|| Self::new(outputs, clip));
-        let (done, num_frames) = (selection.reprojection_errors.len(), selection.num_frames);
-        if done < num_frames {
+        if selection.is_incomplete() {
+            let (done, num_frames) = (selection.reprojection_errors.len(), selection.num_frames);
             return SelectionStep::Frame(StepReport::new(Stage::Cut, done + 1, num_frames + 1));
         }
         SelectionStep::Finished(selection.finish(outputs, clip))
+    }
+
+    /// Returns whether reprojection errors of more frames are needed.
+    fn is_incomplete(&self) -> bool {
+        self.reprojection_errors.len() < self.num_frames
     }
 
     /// Adds the reprojection errors of the next frame.

@@ -1,6 +1,7 @@
-//! The stages of superpixels and masks, a frame a step. Camera and background are estimated with the last superpixels.
+//! The stages of superpixels and masks, a frame a step. Camera, background and objects are found before the superpixels.
 
 use super::clip::Clip;
+use super::cut::CutWork;
 use super::recut::Recut;
 use super::work::{StageWork, StepReport};
 use crate::Error;
@@ -11,22 +12,24 @@ use crate::mask::refine;
 use crate::session::base::{Outputs, Stage};
 use crate::session::jobs::{DescribedSuperpixels, Job, JobInput, JobKind, JobResult, PendingJobs};
 
-/// Superpixels, a frame a step; with the last of them the camera and the background.
+/// First the camera, the background and the clusters that are objects, while other threads compute superpixels; then the
+/// superpixels, a frame a step.
 #[derive(Debug, Clone)]
-pub(crate) struct SuperpixelWork;
+pub(crate) struct SuperpixelWork {
+    /// The cut that follows.
+    pub(super) cut: Box<CutWork>,
+}
+
+impl SuperpixelWork {
+    pub(super) fn new() -> Self {
+        Self { cut: Box::new(CutWork::new(None)) }
+    }
+}
 
 impl StageWork for SuperpixelWork {
     fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<StepReport, Error> {
         let t = outputs.superpixels.len();
-        let DescribedSuperpixels { superpixels, features } =
-            match clip.pending_jobs.take_result(JobKind::Superpixels, t) {
-                Some(JobResult::Superpixels(superpixels)) => superpixels,
-                _ => DescribedSuperpixels::new(&clip.frames[t], &clip.params),
-            };
-        outputs.features.add_frame(features, &superpixels);
-        outputs.superpixels.push(superpixels);
-        let report = StepReport::new(Stage::Superpixels, t + 1, clip.frames.len());
-        if report.is_last {
+        if !self.cut.has_selected() {
             let Clip { pending_jobs, frames, params, .. } = &mut *clip;
             let mut pair_motion =
                 |k: usize, matches: PointMatches| match pending_jobs.take_result(JobKind::CameraMotion, k) {
@@ -35,12 +38,26 @@ impl StageWork for SuperpixelWork {
                 };
             outputs.camera = estimate_camera(outputs, frames, &params.background, &mut pair_motion);
             outputs.background = outputs.camera.clone().and_then(|camera| model_background(camera, outputs, clip));
+            self.cut.select(outputs, clip);
+            return Ok(StepReport::new(Stage::Superpixels, t, clip.frames.len()));
         }
-        Ok(report)
+        let DescribedSuperpixels { superpixels, features } =
+            match clip.pending_jobs.take_result(JobKind::Superpixels, t) {
+                Some(JobResult::Superpixels(superpixels)) => superpixels,
+                _ => DescribedSuperpixels::new(&clip.frames[t], &clip.params),
+            };
+        outputs.features.add_frame(features, &superpixels);
+        outputs.superpixels.push(superpixels);
+        Ok(StepReport::new(Stage::Superpixels, t + 1, clip.frames.len()))
+    }
+
+    /// The longer jobs first: then no thread waits for a new one while this one takes a step.
+    fn take_job(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Job> {
+        clip.take_superpixel_job().or_else(|| self.cut.take_job(clip, outputs))
     }
 
     fn is_waiting(&self, pending_jobs: &PendingJobs, outputs: &Outputs) -> bool {
-        pending_jobs.is_pending(JobKind::Superpixels, outputs.superpixels.len())
+        self.cut.has_selected() && pending_jobs.is_pending(JobKind::Superpixels, outputs.superpixels.len())
     }
 }
 

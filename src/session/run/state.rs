@@ -72,12 +72,12 @@ impl State {
             Self::Clusters(_) if clip.params.clip.dense && !clip.frames.is_empty() => {
                 let is_new = alternatives.note(&outputs.clusters);
                 match alternatives.is_trying() {
-                    false => Self::Superpixels(SuperpixelWork),
+                    false => Self::Superpixels(SuperpixelWork::new()),
                     true if is_new => Self::Cut(Box::new(CutWork::new(None))),
                     true => Self::clusters_or_masks(alternatives.next(outputs, clip)),
                 }
             }
-            Self::Superpixels(_) => Self::Cut(Box::new(CutWork::new(None))),
+            Self::Superpixels(work) => Self::Cut(work.cut),
             Self::Cut(work) => match work.finish(outputs) {
                 None => Self::clusters_or_masks(alternatives.judge(outputs, clip)),
                 recut => Self::Masks(Box::new(MaskWork { recut })),
