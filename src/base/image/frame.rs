@@ -171,20 +171,20 @@ impl<'a, const CHANNELS: usize> Picture<'a, CHANNELS> {
     /// As [`Picture::reduced_to`], in integers: sums and means of a power of two of bytes are exact in either.
     fn reduced_by(&self, ratio: usize, columns: Range<usize>, rows: Range<usize>) -> Vec<u8> {
         let (half, shift) = (ratio * ratio / 2, 2 * ratio.trailing_zeros());
-        let mut rgb = Vec::with_capacity(3 * columns.len() * rows.len());
+        let mut rgb = vec![0; 3 * columns.len() * rows.len()];
         let mut line = vec![0_u16; CHANNELS * ratio * columns.len()];
-        for row in rows {
+        for (out, row) in rgb.chunks_exact_mut(3 * columns.len().max(1)).zip(rows) {
             line.fill(0);
             for y in ratio * row..ratio * (row + 1) {
                 let source = self.row(y, ratio * columns.start..ratio * columns.end).as_flattened();
                 line.iter_mut().zip(source).for_each(|(sum, &value)| *sum += u16::from(value));
             }
-            for cell in line.chunks_exact(CHANNELS * ratio) {
+            for (pixel, cell) in out.as_chunks_mut::<3>().0.iter_mut().zip(line.chunks_exact(CHANNELS * ratio)) {
                 let mut sums = [half as u32; 3];
-                for pixel in cell.as_chunks::<CHANNELS>().0 {
-                    (0..3).for_each(|c| sums[c] += u32::from(pixel[c]));
+                for part in cell.as_chunks::<CHANNELS>().0 {
+                    (0..3).for_each(|c| sums[c] += u32::from(part[c]));
                 }
-                rgb.extend(sums.map(|sum| (sum >> shift) as u8));
+                *pixel = sums.map(|sum| (sum >> shift) as u8);
             }
         }
         rgb

@@ -96,8 +96,7 @@ pub(super) fn max_channel_difference(a: [u8; 3], b: [u8; 3]) -> u8 {
 /// Reduces a frame by `step`.
 pub(super) fn reduce(frame: &Frame, step: usize) -> Picture {
     let small = frame.resized((frame.width() / step).max(1), (frame.height() / step).max(1));
-    let at = |x: usize, y: usize| 3 * (y * small.width() + x);
-    Plane::from_fn(small.width(), small.height(), |x, y| std::array::from_fn(|c| small.rgb()[at(x, y) + c]))
+    Plane::from_vec(small.width(), small.height(), small.rgb().as_chunks().0.to_vec()).unwrap_or_default()
 }
 
 /// Samples a colour bilinearly, to a sixteenth of a pixel.
@@ -105,12 +104,12 @@ pub(super) fn sample_colour(picture: &Picture, x: f32, y: f32) -> [u8; 3] {
     let (x, y) = ((16.0 * x) as u32, (16.0 * y) as u32);
     let (x0, y0) = ((x / 16) as usize, (y / 16) as usize);
     let (x1, y1) = ((x0 + 1).min(picture.width() - 1), (y0 + 1).min(picture.height() - 1));
-    let (fx, fy) = (x % 16, y % 16);
-    let (above, below) = (picture.row(y0), picture.row(y1));
-    std::array::from_fn(|k| {
-        let mix = |row: &[[u8; 3]]| (16 - fx) * u32::from(row[x0][k]) + fx * u32::from(row[x1][k]);
-        (((16 - fy) * mix(above) + fy * mix(below) + 128) / 256) as u8
-    })
+    let (fx, fy) = (u64::from(x % 16), u64::from(y % 16));
+    // All channels at once, in 16 bits each.
+    let wide = |[r, g, b]: [u8; 3]| u64::from(r) | u64::from(g) << 16 | u64::from(b) << 32;
+    let mix = |row: &[[u8; 3]]| (16 - fx) * wide(row[x0]) + fx * wide(row[x1]);
+    let sum = (16 - fy) * mix(picture.row(y0)) + fy * mix(picture.row(y1));
+    [0, 16, 32].map(|shift| (((sum >> shift & 0xffff) + 128) >> 8) as u8)
 }
 
 /// Median colour of each pixel of a row over all frames, and the median distance from it.

@@ -79,13 +79,13 @@ impl ReprojectionInput {
             reference.object.iter().for_each(|object| by_object.add(picture, &reference.picture, object));
         }
         let mut errors = Plane::filled(picture.width(), picture.height(), [0; 2]);
-        let mut index = 0;
+        let mut known = by_scene.into_quantiles().into_iter().zip(by_object.into_quantiles());
         for y in 0..picture.height() {
-            for error in errors.row_mut(y).iter_mut().skip(first_compared_column(y)).step_by(2) {
-                if let (Some(scene), Some(object)) = (by_scene.quantile(index), by_object.quantile(index)) {
+            let compared = errors.row_mut(y).iter_mut().skip(first_compared_column(y)).step_by(2);
+            for (error, (scene, object)) in compared.zip(&mut known) {
+                if scene != OUT_OF_FRAME && object != OUT_OF_FRAME {
                     *error = [scene, object];
                 }
-                index += 1;
             }
         }
         errors
@@ -127,20 +127,26 @@ impl Differences {
         self.0.push(differences);
     }
 
-    /// Returns the [`ERROR_QUANTILE`] of the differences of pixel `i`, `None` if it is in no reference frame.
-    fn quantile(&self, i: usize) -> Option<u8> {
-        let mut sorted = [OUT_OF_FRAME; 2 * REFERENCE_OFFSETS_FRAMES.len()];
-        let mut count = 0;
-        for differences in self.0.iter().filter(|differences| differences[i] != OUT_OF_FRAME) {
-            let mut place = count;
-            while place > 0 && sorted[place - 1] > differences[i] {
-                sorted[place] = sorted[place - 1];
-                place -= 1;
+    /// Returns the [`ERROR_QUANTILE`] of the differences of each pixel, [`OUT_OF_FRAME`] if it is in no reference frame.
+    fn into_quantiles(self) -> Vec<u8> {
+        let mut sorted = self.0;
+        // Many pixels at a time in vector registers; what is out of the frame comes last.
+        for end in (1..sorted.len()).rev() {
+            for k in 0..end {
+                let [low, high] = &mut sorted[k..k + 2] else { continue };
+                for (low, high) in low.iter_mut().zip(high) {
+                    (*low, *high) = ((*low).min(*high), (*low).max(*high));
+                }
             }
-            sorted[place] = differences[i];
-            count += 1;
         }
-        (count > 0).then(|| sorted[(ERROR_QUANTILE * (count - 1) as f32 + 0.5) as usize])
+        let Some(least) = sorted.first() else { return Vec::new() };
+        let mut counts = vec![0_u8; least.len()];
+        for differences in &sorted {
+            counts.iter_mut().zip(differences).for_each(|(count, d)| *count += u8::from(*d != OUT_OF_FRAME));
+        }
+        let place = |count: u8| (ERROR_QUANTILE * f32::from(count.saturating_sub(1)) + 0.5) as usize;
+        let places: Vec<usize> = (0..=sorted.len() as u8).map(place).collect();
+        counts.into_iter().enumerate().map(|(i, count)| sorted[places[usize::from(count)]][i]).collect()
     }
 }
 
