@@ -68,34 +68,45 @@ fn subtract_mean(plane: &Plane<f32>) -> Plane<f32> {
 }
 
 fn halved(plane: &Plane<f32>) -> Plane<f32> {
-    halved_by(plane.width(), plane.height(), |x, y| plane[(x, y)])
+    halved_by(plane.width(), plane.height(), |p| plane.data()[p])
 }
 
 fn halved_energy(flow: &FlowField) -> Plane<f32> {
-    let square = |x, y| flow.u[(x, y)] * flow.u[(x, y)] + flow.v[(x, y)] * flow.v[(x, y)];
-    halved_by(flow.u.width(), flow.u.height(), square)
+    let (u, v) = (flow.u.data(), flow.v.data());
+    halved_by(flow.u.width(), flow.u.height(), |p| u[p] * u[p] + v[p] * v[p])
 }
 
-/// Computes means of 2×2 blocks; an odd last row or column counts twice.
-fn halved_by(width: usize, height: usize, value: impl Fn(usize, usize) -> f32) -> Plane<f32> {
-    Plane::from_fn(width.div_ceil(2), height.div_ceil(2), |x, y| {
-        let (x1, y1) = ((2 * x + 1).min(width - 1), (2 * y + 1).min(height - 1));
-        0.25 * (value(2 * x, 2 * y) + value(x1, 2 * y) + value(2 * x, y1) + value(x1, y1))
-    })
+/// Computes means of 2×2 blocks of `value(p)`, pixels in a row; an odd last row or column counts twice.
+fn halved_by(width: usize, height: usize, value: impl Fn(usize) -> f32) -> Plane<f32> {
+    let mut halved = Vec::with_capacity(width.div_ceil(2) * height.div_ceil(2));
+    for y in (0..height).step_by(2) {
+        let (top, bottom) = (y * width, (y + 1).min(height - 1) * width);
+        halved.extend((0..width).step_by(2).map(|x| {
+            let right = (x + 1).min(width - 1);
+            0.25 * (value(top + x) + value(top + right) + value(bottom + x) + value(bottom + right))
+        }));
+    }
+    Plane::from_vec(width.div_ceil(2), height.div_ceil(2), halved).unwrap_or_default()
 }
 
 /// Computes the diffusivities between each pixel and its right and lower neighbour; zero across the frame border.
 fn edge_weights(u: &Plane<f32>, v: &Plane<f32>) -> (Plane<f32>, Plane<f32>) {
     let (w, h) = (u.width(), u.height());
-    let g = Plane::from_fn(w, h, |x, y| {
-        let (x1, y1) = ((x + 1).min(w - 1), (y + 1).min(h - 1));
-        let gradient: f32 =
-            [u, v].iter().map(|p| (p[(x1, y)] - p[(x, y)]).powi(2) + (p[(x, y1)] - p[(x, y)]).powi(2)).sum();
-        1.0 / (gradient + EPSILON * EPSILON).sqrt()
-    });
+    let mut g = Plane::filled(w, h, 0.0);
+    for y in 0..h {
+        let below = (y + 1).min(h - 1);
+        let ([u, u_below], [v, v_below]) = ([y, below].map(|y| u.row(y)), [y, below].map(|y| v.row(y)));
+        for (x, g) in g.row_mut(y).iter_mut().enumerate() {
+            let right = (x + 1).min(w - 1);
+            let square = |row: &[f32], below: &[f32]| (row[right] - row[x]).powi(2) + (below[x] - row[x]).powi(2);
+            let gradient = square(u, u_below) + square(v, v_below);
+            *g = 1.0 / (gradient + EPSILON * EPSILON).sqrt();
+        }
+    }
     // g(x, y) is computed from the differences across these two edges; averaging with the neighbour's g would leak.
-    let across = Plane::from_fn(w, h, |x, y| if x + 1 < w { g[(x, y)] } else { 0.0 });
-    let down = Plane::from_fn(w, h, |x, y| if y + 1 < h { g[(x, y)] } else { 0.0 });
+    let (mut across, mut down) = (g.clone(), g);
+    (0..h).for_each(|y| across.row_mut(y)[w.saturating_sub(1)..].fill(0.0));
+    down.data_mut()[h.saturating_sub(1) * w..].fill(0.0);
     (across, down)
 }
 
@@ -158,18 +169,12 @@ impl Systems {
     fn step(&mut self, map: &mut [f32x4]) {
         let (w, h) = (self.rows.width(), self.rows.height());
         let Self { rows, columns, along_rows, along_columns } = self;
-        for y in 0..h {
-            let (factors, source, out) = (rows.row(y), &map[y * w..][..w], &mut along_rows[y * w..][..w]);
-            let mut previous = f32x4::ZERO;
-            for ((out, &source), f) in out.iter_mut().zip(source).zip(factors) {
-                previous = (source + f32x4::splat(f.edge) * previous) * f32x4::splat(f.pivot);
-                *out = previous;
-            }
-            let mut next = f32x4::ZERO;
-            for (out, f) in out.iter_mut().zip(factors).rev() {
-                next = *out + f32x4::splat(f.ratio) * next;
-                *out = next;
-            }
+        let (fours, rest) = (h / 4 * 4, h % 4);
+        for y in (0..fours).step_by(4) {
+            solve_rows::<4>(&rows.data()[y * w..], &map[y * w..], &mut along_rows[y * w..], w);
+        }
+        for y in fours..fours + rest {
+            solve_rows::<1>(&rows.data()[y * w..], &map[y * w..], &mut along_rows[y * w..], w);
         }
         // All columns together, row after row, so that memory is read in order.
         for y in 0..h {
@@ -189,6 +194,33 @@ impl Systems {
         }
         for (value, (&a, &b)) in map.iter_mut().zip(along_rows.iter().zip(&*along_columns)) {
             *value = f32x4::splat(0.5) * (a + b);
+        }
+    }
+}
+
+/// Solves the first `N` rows of `width` pixels side by side: each step of a row waits for the one before.
+fn solve_rows<const N: usize>(factors: &[Factor], source: &[f32x4], out: &mut [f32x4], width: usize) {
+    let factors: [&[Factor]; N] = std::array::from_fn(|k| &factors[k * width..][..width]);
+    let source: [&[f32x4]; N] = std::array::from_fn(|k| &source[k * width..][..width]);
+    let mut rest = out;
+    let out: [&mut [f32x4]; N] = std::array::from_fn(|_| {
+        let (row, below) = std::mem::take(&mut rest).split_at_mut(width);
+        rest = below;
+        row
+    });
+    let mut previous = [f32x4::ZERO; N];
+    for x in 0..width {
+        for k in 0..N {
+            let f = factors[k][x];
+            previous[k] = (source[k][x] + f32x4::splat(f.edge) * previous[k]) * f32x4::splat(f.pivot);
+            out[k][x] = previous[k];
+        }
+    }
+    let mut next = [f32x4::ZERO; N];
+    for x in (0..width).rev() {
+        for k in 0..N {
+            next[k] = out[k][x] + f32x4::splat(factors[k][x].ratio) * next[k];
+            out[k][x] = next[k];
         }
     }
 }
