@@ -5,8 +5,8 @@
 const LATENCY = 0.00005;
 /** As in the engine: maximum steps, and maximum seconds, between two checks for results of helpers. */
 const [SLICE_STEPS, SLICE_SECONDS] = [16, 0.03];
-/** As in its pool: number of jobs that a helper has at a time. */
-const IN_HAND = 2;
+/** As in its pool: number of jobs that a helper has at a time, and of frame pairs that may be ahead for each. */
+const [IN_HAND, PAIRS_AHEAD] = [3, 2];
 
 /** Returns the result of `work` and its processor seconds. */
 function timed(work) {
@@ -57,7 +57,7 @@ function read(session, frames) {
 export function wall(glue, clip, width, height, cores) {
   const [session, worker] = [new glue.Session({}), new glue.Session({})];
   const helpers = Array.from({ length: cores - 1 }, () => ({ free: 0, hands: [] }));
-  const ahead = IN_HAND * helpers.length + 2;
+  const ahead = PAIRS_AHEAD * helpers.length + 2;
   let now = 0;
   let back = [];
   const here = (work) => {

@@ -93,8 +93,10 @@ export class Crew {
   }
 }
 
-/** Jobs of a helper at a time: the present and the next one. */
-const JOBS_PER_HELPER = 2;
+/** Jobs of a helper at a time: the present one and two more, as this thread hears of results only between its own jobs. */
+const JOBS_PER_HELPER = 3;
+/** Frame pairs for each helper whose flow may be computed before it is used, which takes memory. */
+const PAIRS_PER_HELPER = 2;
 /** Words that identify a job. */
 const HEAD_WORDS = 3;
 
@@ -156,7 +158,7 @@ export class Pool {
 
   /** Number of frame pairs whose flow may be computed before it is used. */
   get ahead() {
-    return JOBS_PER_HELPER * this.#helpers.size + 2;
+    return PAIRS_PER_HELPER * this.#helpers.size + 2;
   }
 
   /** Passes results to the session and jobs to the helpers. */
