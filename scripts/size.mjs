@@ -16,18 +16,18 @@ export const MOST_ZIPPED = {
   'vendor/zip.js': 8 * 1024,
   // The whole file.
   'worker.bundle.js': 18 * 1024,
-  'inline.js': 766 * 1024,
+  'inline.js': 775 * 1024,
 };
 
 /**
  * Maximum bytes of the zipped wasm files: every visitor of a page fetches the first; pushing PNG or JPEG files, enlarging
  * masks, run lengths and tables also need the second.
  */
-export const MOST_WASM = { 'tracecut_bg.wasm': 367.5 * 1024, 'decoder_bg.wasm': 155 * 1024 };
+export const MOST_WASM = { 'tracecut_bg.wasm': 374 * 1024, 'decoder_bg.wasm': 156.5 * 1024 };
 
 /** Maximum bytes of the single-file builds, and of the installed package without them. */
 export const MOST_OF_FILES = {
-  'inline.js': 1477 * 1024,
+  'inline.js': 1488 * 1024,
   'worker.bundle.js': 52 * 1024,
   'node/all.cjs': 264 * 1024,
 };

@@ -2,7 +2,7 @@
 //!
 //! In: a flow field. Out: a [`DominantMotion`], affine or a homography, which predicts the flow of each static pixel.
 //!
-//! 1. The flow is sampled on a grid of at most [`MAX_SAMPLES_PER_SIDE`] points along_row the longer side.
+//! 1. The flow is sampled on a grid of at most [`MAX_SAMPLES_PER_SIDE`] points along the longer side.
 //! 2. Affine motions through three random samples compete with no motion, the mean motion, and the motion of the frame
 //!    before (RANSAC). The least robust cost `Σ r² / (r² + τ²)` wins (Geman and McClure; `r` is the residual in pixels):
 //!    outliers all cost the same, so that the motion of the majority wins even if an object fills nearly half of the
@@ -16,7 +16,7 @@ use super::Homography;
 use crate::flow::Field;
 use crate::rng::Rng;
 
-/// Most samples along_row the longer side of the frame. Chosen by eye: more change the motion by less than the flow's error.
+/// Most samples along the longer side of the frame. Chosen by eye: more change the motion by less than the flow's error.
 const MAX_SAMPLES_PER_SIDE: usize = 40;
 
 /// Triples of samples that are tried: if objects fill 60 % of the frame, one in 16 lies on the scene, and with 150 the
@@ -98,7 +98,7 @@ impl DominantMotion {
         (u * self.frame.unit, v * self.frame.unit)
     }
 
-    /// Returns the motion along_row row `y`, for the residuals of its pixels.
+    /// Returns the motion along row `y`, for the residuals of its pixels.
     pub(crate) fn along_row(&self, y: usize) -> RowMotion {
         let p = &self.p;
         let unit = self.frame.unit;
@@ -113,7 +113,7 @@ impl DominantMotion {
     }
 }
 
-/// A motion along_row a row of pixels.
+/// A motion along a row of pixels.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RowMotion {
     /// Both numerators and the denominator of the motion, linear in the column.
