@@ -1,6 +1,7 @@
 //! Conversion to CIE Lab, in which equal steps look about equally large.
 
 use super::Frame;
+use std::sync::OnceLock;
 
 /// Intervals of the table of the cube root over `0..=1`: the error of lightness is at most 0.0011 of its range.
 const ROOT_STEPS: usize = 4096;
@@ -10,8 +11,7 @@ const MAX_CHROMA: f32 = 40.0;
 /// Converts sRGB pixels to Lab under daylight D65: `L / 100`, `(a + 40) / 80`, `(b + 40) / 80`, row by row. Strong colours
 /// leave `0..=1`.
 pub(crate) fn lab(frame: &Frame) -> [Vec<f32>; 3] {
-    let linear: [f32; 256] = std::array::from_fn(|v| linear(v as f32 / 255.0));
-    let roots: [f32; ROOT_STEPS + 1] = std::array::from_fn(|i| root(i as f32 / ROOT_STEPS as f32));
+    let Tables { linear, roots } = TABLES.get_or_init(Tables::new);
     let root = |t: f32| roots[((t * ROOT_STEPS as f32 + 0.5) as usize).min(ROOT_STEPS)];
     let mut planes = [0; 3].map(|_| vec![0.0; frame.width() * frame.height()]);
     let [lightness, a, b] = &mut planes;
@@ -27,6 +27,23 @@ pub(crate) fn lab(frame: &Frame) -> [Vec<f32>; 3] {
         *along_b = 0.5 + 200.0 / (2.0 * MAX_CHROMA) * (y - z);
     }
     planes
+}
+
+/// Both functions below at equal steps. Computed once, as that takes as long as a tenth of a frame.
+struct Tables {
+    linear: [f32; 256],
+    roots: [f32; ROOT_STEPS + 1],
+}
+
+static TABLES: OnceLock<Tables> = OnceLock::new();
+
+impl Tables {
+    fn new() -> Self {
+        Self {
+            linear: std::array::from_fn(|v| linear(v as f32 / 255.0)),
+            roots: std::array::from_fn(|i| root(i as f32 / ROOT_STEPS as f32)),
+        }
+    }
 }
 
 /// Linear intensity of an sRGB value.

@@ -15,19 +15,25 @@ pub fn thin(strength: &Plane<f32>, orientation: &Plane<u8>) -> Plane<f32> {
     let normals = normals();
     let steps = normals.map(|(nx, ny)| [UnitStep::new(-nx, -ny, w), UnitStep::new(nx, ny, w)]);
     let data = strength.data();
-    Plane::from_fn(w, h, |x, y| {
-        let value = strength[(x, y)];
-        let k = usize::from(orientation[(x, y)]) % ORIENTATIONS;
-        let is_inside = (1..w.max(2) - 1).contains(&x) && (1..h.max(2) - 1).contains(&y);
-        let is_largest = if is_inside {
-            let [before, behind] = &steps[k];
-            let p = y * w + x;
-            value > 0.0 && value > before.sample(data, p) && value >= behind.sample(data, p)
-        } else {
-            value > 0.0 && is_largest_at_border(strength, x, y, normals[k])
-        };
-        if is_largest { value } else { 0.0 }
-    })
+    let mut thinned = Plane::filled(w, h, 0.0);
+    for y in 0..h {
+        let is_row_inside = y > 0 && y + 1 < h;
+        let pixels = strength.row(y).iter().zip(orientation.row(y));
+        for (x, (thinned, (&value, &orientation))) in thinned.row_mut(y).iter_mut().zip(pixels).enumerate() {
+            let k = usize::from(orientation) % ORIENTATIONS;
+            let is_largest = if is_row_inside && x > 0 && x + 1 < w {
+                let [before, behind] = &steps[k];
+                let p = y * w + x;
+                value > 0.0 && value > before.sample(data, p) && value >= behind.sample(data, p)
+            } else {
+                value > 0.0 && is_largest_at_border(strength, x, y, normals[k])
+            };
+            if is_largest {
+                *thinned = value;
+            }
+        }
+    }
+    thinned
 }
 
 /// A step of one pixel from a pixel that has neighbours on all sides.
@@ -49,7 +55,9 @@ impl UnitStep {
     /// Interpolates the value a step from pixel `p`.
     fn sample(&self, data: &[f32], p: usize) -> f32 {
         let corner = p.wrapping_add_signed(self.offset);
-        let (above, below) = (&data[corner..corner + 2], &data[corner + self.stride..][..2]);
+        // One bounds check for all four.
+        let around = &data[corner..][..self.stride + 2];
+        let (above, below) = ([around[0], around[1]], [around[self.stride], around[self.stride + 1]]);
         let (fx, fy) = self.fractions;
         let above = above[0] + fx * (above[1] - above[0]);
         let below = below[0] + fx * (below[1] - below[0]);

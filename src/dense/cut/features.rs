@@ -34,12 +34,21 @@ pub(crate) fn superpixel_features(frame: &Frame, superpixels: &Superpixels) -> V
     for (y, columns, p) in superpixels.runs().rows() {
         let run = y * width + columns.start..y * width + columns.end;
         let (sum, count) = (&mut sums[p as usize], columns.len() as f32);
-        for (channel, plane) in lab.iter().enumerate() {
-            let values = &plane[run.clone()];
-            sum.values[channel] += values.iter().sum::<f32>();
-            sum.squares[channel] += values.iter().map(|v| v * v).sum::<f32>();
+        // All sums side by side: each waits for its last addition.
+        let (mut values, mut squares, mut gradients) = ([0.0; 3], [0.0; 3], 0.0);
+        let [lightness, a, b] = lab.each_ref().map(|plane| &plane[run.clone()]);
+        for (((lightness, a), b), gradient) in lightness.iter().zip(a).zip(b).zip(&gradient[run]) {
+            for (channel, value) in [lightness, a, b].into_iter().enumerate() {
+                values[channel] += value;
+                squares[channel] += value * value;
+            }
+            gradients += gradient;
         }
-        sum.gradient += gradient[run].iter().sum::<f32>();
+        for channel in 0..3 {
+            sum.values[channel] += values[channel];
+            sum.squares[channel] += squares[channel];
+        }
+        sum.gradient += gradients;
         sum.x += 0.5 * count * (columns.start + columns.end - 1) as f32;
         sum.y += count * y as f32;
         sum.count += count;
@@ -107,8 +116,11 @@ fn reduce(plane: &[f32], width: usize) -> Plane<f32> {
     let height = plane.len() / width;
     let mut sums = Plane::filled(width.div_ceil(REDUCTION), height.div_ceil(REDUCTION), 0.0);
     for (y, row) in plane.chunks_exact(width).enumerate() {
-        for (sum, pixels) in sums.row_mut(y / REDUCTION).iter_mut().zip(row.chunks(REDUCTION)) {
-            *sum += pixels.iter().sum::<f32>();
+        let (squares, rest) = row.as_chunks::<REDUCTION>();
+        let sums = sums.row_mut(y / REDUCTION);
+        sums.iter_mut().zip(squares).for_each(|(sum, pixels)| *sum += pixels.iter().sum::<f32>());
+        if !rest.is_empty() {
+            sums[squares.len()] += rest.iter().sum::<f32>();
         }
     }
     let size = |k: usize, length: usize| REDUCTION.min(length - REDUCTION * k);
