@@ -117,12 +117,16 @@ impl Differences {
         for y in 0..picture.height() {
             grid.interpolate_row(y, picture.width(), &mut row);
             let first = first_compared_column(y);
-            let pixels = picture.row(y).iter().skip(first).step_by(2);
-            differences.extend(pixels.zip(interpolate_columns(&row, first)).map(|(&colour, (x, y))| {
-                let inside = x >= 0.0 && y >= 0.0 && x <= right && y <= bottom;
-                let difference = || max_channel_difference(colour, sample_colour(reference, x, y));
-                if inside { difference().min(OUT_OF_FRAME - 1) } else { OUT_OF_FRAME }
-            }));
+            let mut pixels = picture.row(y).iter().skip(first).step_by(2);
+            // Between two columns of the grid lie a few compared pixels.
+            for ends in row.windows(2) {
+                for (share, &colour) in shares_between_columns(first).zip(&mut pixels) {
+                    let (x, y) = interpolate(ends[0], ends[1], share);
+                    let inside = x >= 0.0 && y >= 0.0 && x <= right && y <= bottom;
+                    let difference = || max_channel_difference(colour, sample_colour(reference, x, y));
+                    differences.push(if inside { difference().min(OUT_OF_FRAME - 1) } else { OUT_OF_FRAME });
+                }
+            }
         }
         self.0.push(differences);
     }
@@ -158,11 +162,9 @@ fn interpolate(a: Point, b: Point, share: f32) -> Point {
     (a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1))
 }
 
-/// Interpolates the warp of every second pixel of a row, from `first` on (0 or 1), between the grid's columns.
-fn interpolate_columns(columns: &[Point], first: usize) -> impl Iterator<Item = Point> + '_ {
-    let spacing = WarpGrid::SPACING_PX;
-    let shares = move || (first..spacing).step_by(2).map(move |k| k as f32 / spacing as f32);
-    columns.windows(2).flat_map(move |ends| shares().map(|share| interpolate(ends[0], ends[1], share)))
+/// Returns the positions of every second pixel between two columns of the grid, from `first` on (0 or 1), as shares of their distance.
+fn shares_between_columns(first: usize) -> impl Iterator<Item = f32> {
+    (first..WarpGrid::SPACING_PX).step_by(2).map(|k| k as f32 / WarpGrid::SPACING_PX as f32)
 }
 
 impl WarpGrid {
