@@ -3,8 +3,8 @@
 //! In: the mask of each frame, and the forward flow of each pair of consecutive frames. Out: [`Agreement`], 1 where a mask
 //! equals its neighbours, moved along the flow, and 0 where they share no pixel.
 //!
-//! 1. From every frame `s`, every fourth pixel of every fourth row is followed along the chained flow to `s + 1`, `s + 2`
-//!    and `s + 4`, until it leaves the frame. Its label in `s` is compared with the label where it lands.
+//! 1. From every frame `s`, the pixels of a grid, every fourth of 480, are followed along the chained flow to `s + 1`, `s + 2`
+//!    and `s + 4`, until they leave the frame. The label of each in `s` is compared with that where it lands.
 //! 2. A pixel of another label is occluded, and does not count, if one of the same label lands beside it. Pixels that become
 //!    visible are not followed at all.
 //! 3. The agreement of two frames is intersection over union of these pixels, for all objects as one and for each object.
@@ -23,10 +23,10 @@ use std::ops::Range;
 
 /// Frames are compared with those this many frames before and after; chosen by eye.
 const GAPS: [usize; 3] = [1, 2, 4];
-/// Every how many columns and rows a pixel is followed, as a power of two; chosen by eye.
-const GRID_STEP_LOG2: u32 = 2;
+/// Pixels are followed at least this many along the longer side of the frame, and less than twice as many, or all; chosen by eye.
+const MIN_GRID_SIDE: usize = 120;
 /// The same where only the mean of the clip is asked for; chosen by eye.
-const COARSE_GRID_STEP_LOG2: u32 = 3;
+const MIN_COARSE_GRID_SIDE: usize = 60;
 /// A frame is doubtful below this part of the median agreement of the clip; chosen by eye.
 const DOUBTFUL_PART: f32 = 0.7;
 /// And if the area of its objects differs by this factor from the median of the frames around it; chosen by eye.
@@ -98,20 +98,21 @@ fn mean(values: &[Option<f32>]) -> Option<f32> {
 /// Frames are compared as far as there is flow between them, and masks only if they have its size: an empty mask stands
 /// for a frame that has none.
 pub(crate) fn agreement(masks: &[Plane<u8>], flows: &[CompactFlow]) -> Agreement {
-    agreement_of_grid(masks, flows, GRID_STEP_LOG2)
+    agreement_of_grid(masks, flows, MIN_GRID_SIDE)
 }
 
 /// Computes the mean agreement of a clip in a quarter of the time, from fewer pixels; `None` if no two frames can be compared.
 pub(crate) fn clip_agreement(masks: &[Plane<u8>], flows: &[CompactFlow]) -> Option<f32> {
-    agreement_of_grid(masks, flows, COARSE_GRID_STEP_LOG2).clip
+    agreement_of_grid(masks, flows, MIN_COARSE_GRID_SIDE).clip
 }
 
-fn agreement_of_grid(masks: &[Plane<u8>], flows: &[CompactFlow], step_log2: u32) -> Agreement {
+fn agreement_of_grid(masks: &[Plane<u8>], flows: &[CompactFlow], min_side: usize) -> Agreement {
     let num_labels = masks.iter().flat_map(Plane::data).max().map_or(0, |&label| usize::from(label));
     // First for all objects as one, then for each label.
     let mut means = vec![vec![Mean::default(); masks.len()]; 1 + num_labels];
     for s in 0..masks.len() {
         let Some(size) = flows.get(s).map(Field::size) else { break };
+        let step_log2 = grid_step_log2(size, min_side);
         let mut followed = grid(size, 1 << step_log2);
         for (gap, flow) in (1..=GAPS[GAPS.len() - 1]).zip(&flows[s..]) {
             let Some(mask) = masks.get(s + gap).filter(|_| flow.size() == size) else { break };
@@ -227,6 +228,11 @@ impl FollowedPixel {
         let (x, y) = self.pixel();
         y * width + x
     }
+}
+
+/// Returns the distance of followed pixels, as a power of two.
+fn grid_step_log2((width, height): (usize, usize), min_side: usize) -> u32 {
+    (width.max(height) / min_side).max(1).ilog2()
 }
 
 /// Returns the pixels to follow.

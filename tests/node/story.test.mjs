@@ -9,7 +9,7 @@ import { play, prepare } from '../story.mjs';
 const WAYS = [{}, { worker: true }, { threads: 2 }, { worker: true, threads: 2 }];
 const STEPS = 40;
 const { STORY, TRACECUT_LONG } = process.env;
-const usual = TRACECUT_LONG ? { first: 1000, count: 500 } : { first: 0, count: 4 };
+const usual = TRACECUT_LONG ? { first: 1000, count: 500 } : { first: 0, count: 7 };
 const { first, count } = STORY ? { first: Number(STORY), count: 1 } : usual;
 
 /** Rejections that nobody heard of. */

@@ -5,6 +5,8 @@ use crate::flow::FlowField;
 use crate::rng::Rng;
 
 const SIZE: (usize, usize) = (80, 60);
+/// Every fourth pixel.
+const NAIVE_GRID_SIDE: usize = 20;
 
 fn flow_of(size: (usize, usize), motion: impl Fn(usize, usize) -> (f32, f32)) -> CompactFlow {
     let plane = |component: fn((f32, f32)) -> f32| Plane::from_fn(size.0, size.1, |x, y| component(motion(x, y)));
@@ -97,7 +99,7 @@ fn missing_frames_flows_and_other_sizes_are_left_out() {
 
 /// Follows one pixel at a time and compares one label at a time.
 fn naive(masks: &[Plane<u8>], flows: &[CompactFlow], t: usize, is_object: impl Fn(u8) -> bool) -> Option<f32> {
-    let ((w, h), step) = (SIZE, 1 << GRID_STEP_LOG2);
+    let ((w, h), step) = (SIZE, 1 << grid_step_log2(SIZE, NAIVE_GRID_SIDE));
     let land = |s: usize, gap: usize, x: usize, y: usize| {
         let (mut px, mut py) = (x as f32, y as f32);
         for flow in &flows[s..s + gap] {
@@ -150,7 +152,7 @@ fn the_agreement_is_that_of_a_naive_version() {
         })
     };
     let flows: Vec<_> = (0..5).map(motion).collect();
-    let result = agreement(&masks, &flows);
+    let result = agreement_of_grid(&masks, &flows, NAIVE_GRID_SIDE);
     let is_near = |a: Option<f32>, b: Option<f32>| match (a, b) {
         (Some(a), Some(b)) => (a - b).abs() < 1e-6,
         (a, b) => a == b,

@@ -29,7 +29,9 @@ impl SuperpixelWork {
 impl StageWork for SuperpixelWork {
     fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<StepReport, Error> {
         let t = outputs.superpixels.len();
+        let report = |done| StepReport::new(Stage::Superpixels, done, clip.frames.len() + 1);
         if !self.cut.has_selected() {
+            let report = report(1);
             let Clip { pending_jobs, frames, params, .. } = &mut *clip;
             let mut pair_motion =
                 |k: usize, matches: PointMatches| match pending_jobs.take_result(JobKind::CameraMotion, k) {
@@ -39,8 +41,9 @@ impl StageWork for SuperpixelWork {
             outputs.camera = estimate_camera(outputs, frames, &params.background, &mut pair_motion);
             outputs.background = outputs.camera.clone().and_then(|camera| model_background(camera, outputs, clip));
             self.cut.select(outputs, clip);
-            return Ok(StepReport::new(Stage::Superpixels, t, clip.frames.len()));
+            return Ok(report);
         }
+        let report = report(t + 2);
         let DescribedSuperpixels { superpixels, features } =
             match clip.pending_jobs.take_result(JobKind::Superpixels, t) {
                 Some(JobResult::Superpixels(superpixels)) => superpixels,
@@ -48,7 +51,7 @@ impl StageWork for SuperpixelWork {
             };
         outputs.features.add_frame(features, &superpixels);
         outputs.superpixels.push(superpixels);
-        Ok(StepReport::new(Stage::Superpixels, t + 1, clip.frames.len()))
+        Ok(report)
     }
 
     /// The longer jobs first: then no thread waits for a new one while this one takes a step.
