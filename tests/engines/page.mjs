@@ -85,10 +85,10 @@ export async function save(page, id) {
   await page.call(() => document.querySelector('#export').open || document.querySelector('#export-open').click());
   await until(page, (one) => document.querySelector('#export').open && document.querySelector(one) !== null, item(id));
   await page.call(() => void (document.querySelector('#export-more').open = true));
+  // A card is only chosen by a press; a button saves at once, and is disabled meanwhile.
+  const isCard = await page.call((one) => document.querySelector(one).type === 'radio', item(id));
   await press(page, item(id));
-  // A card is only chosen by that.
-  if (await page.call((one) => document.querySelector(one).type === 'radio', item(id)))
-    await press(page, '#export-run');
+  if (isCard) await press(page, '#export-run');
   const { name, text } = await until(page, () => globalThis.caught);
   await press(page, '#export-close');
   return { name, bytes: Buffer.from(text, 'base64') };
