@@ -119,7 +119,7 @@ async function runPipe(count) {
   const program = ['release', 'quick'].map((kind) => join(root, 'target', kind, 'tracecut')).find(existsSync);
   if (!program) throw new Error('There is no command line yet: cargo build --release --package tracecut-cli.');
   const folder = mkdtempSync(join(tmpdir(), 'tracecut-'));
-  const args = ['-', '--out', join(folder, 'masks')];
+  const args = ['segment', '-', '--out', join(folder, 'masks')];
   const child = spawn(program, args, { stdio: ['pipe', 'ignore', 'pipe'] });
   let complaint = '';
   child.stderr.on('data', (text) => (complaint = `${complaint}${text}`.slice(-2000)));
