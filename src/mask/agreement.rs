@@ -101,7 +101,7 @@ pub(crate) fn agreement(masks: &[Plane<u8>], flows: &[CompactFlow]) -> Agreement
     agreement_of_grid(masks, flows, MIN_GRID_SIDE)
 }
 
-/// Computes the mean agreement of a clip in a quarter of the time, from fewer pixels; `None` if no two frames can be compared.
+/// Computes the mean agreement of a clip from a quarter of the pixels, and so faster; `None` if no two frames can be compared.
 pub(crate) fn clip_agreement(masks: &[Plane<u8>], flows: &[CompactFlow]) -> Option<f32> {
     agreement_of_grid(masks, flows, MIN_COARSE_GRID_SIDE).clip
 }
