@@ -112,7 +112,7 @@ fn agreement_of_grid(masks: &[Plane<u8>], flows: &[CompactFlow], min_side: usize
     let mut means = vec![vec![Mean::default(); masks.len()]; 1 + num_labels];
     for s in 0..masks.len() {
         let Some(size) = flows.get(s).map(Field::size) else { break };
-        let step_log2 = grid_step_log2(size, min_side);
+        let step_log2 = grid_step_log2(size.0.max(size.1), min_side);
         let mut followed = grid(size, 1 << step_log2);
         for (gap, flow) in (1..=GAPS[GAPS.len() - 1]).zip(&flows[s..]) {
             let Some(mask) = masks.get(s + gap).filter(|_| flow.size() == size) else { break };
@@ -230,9 +230,9 @@ impl FollowedPixel {
     }
 }
 
-/// Returns the distance of followed pixels, as a power of two.
-fn grid_step_log2((width, height): (usize, usize), min_side: usize) -> u32 {
-    (width.max(height) / min_side).max(1).ilog2()
+/// Returns the distance of followed pixels in a frame of this longer side, as a power of two.
+fn grid_step_log2(side: usize, min_side: usize) -> u32 {
+    (side / min_side).max(1).ilog2()
 }
 
 /// Returns the pixels to follow.

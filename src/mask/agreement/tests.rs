@@ -99,7 +99,7 @@ fn missing_frames_flows_and_other_sizes_are_left_out() {
 
 /// Follows one pixel at a time and compares one label at a time.
 fn naive(masks: &[Plane<u8>], flows: &[CompactFlow], t: usize, is_object: impl Fn(u8) -> bool) -> Option<f32> {
-    let ((w, h), step) = (SIZE, 1 << grid_step_log2(SIZE, NAIVE_GRID_SIDE));
+    let ((w, h), step) = (SIZE, 1 << grid_step_log2(SIZE.0, NAIVE_GRID_SIDE));
     let land = |s: usize, gap: usize, x: usize, y: usize| {
         let (mut px, mut py) = (x as f32, y as f32);
         for flow in &flows[s..s + gap] {

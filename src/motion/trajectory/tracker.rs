@@ -23,7 +23,7 @@ const BOUNDARY_RELATIVE: f32 = 0.01;
 /// Absolute part of this bound, in pixels per frame per pixel, squared (same source).
 const BOUNDARY_ABSOLUTE: f32 = 0.002;
 
-/// Most recent points of a track; more take longer to copy. Chosen by eye.
+/// Most points that a track keeps beside it; more take longer to copy. Chosen by eye.
 const MAX_RECENT: usize = 8;
 
 /// `(x, y, variation)`.

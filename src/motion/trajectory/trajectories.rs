@@ -148,6 +148,33 @@ impl Trajectories {
 #[inline]
 fn point_in(frame: usize, start: u32, offsets: &[u32]) -> Option<usize> {
     // Before the start the difference wraps to a large number, so that one comparison decides.
-    let index = (frame as u32).wrapping_sub(start);
+    let index = u32::try_from(frame).ok()?.wrapping_sub(start);
     (index < offsets[1].wrapping_sub(offsets[0])).then(|| (offsets[0] + index) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    #[test]
+    fn the_alive_tracks_are_those_whose_frames_contain_the_frame() {
+        let mut rng = Rng::for_stage(1, "alive");
+        let mut tracks = Trajectories::empty(12, (64, 48));
+        for i in 0..40 {
+            let (start, length) = (rng.below(10), 1 + rng.below(3));
+            tracks.push(start, (0..length.min(12 - start)).map(|k| (i as f32, k as f32, 0.0)));
+        }
+        tracks.check().unwrap();
+        for frame in 0..14 {
+            let naive = (0..40).filter(|&i| tracks.frames(i).contains(&frame));
+            let naive = naive.map(|i| (i, tracks.x[tracks.point(i, frame)], tracks.y[tracks.point(i, frame)]));
+            assert_eq!(tracks.alive(frame).collect::<Vec<_>>(), naive.clone().collect::<Vec<_>>());
+            assert!(naive.clone().all(|(i, x, y)| tracks.at(i, frame) == Some((x, y))));
+        }
+        // A frame that 32 bits do not hold is no other one.
+        assert!([usize::MAX, u32::MAX as usize].into_iter().all(|frame| tracks.alive(frame).next().is_none()));
+        #[cfg(target_pointer_width = "64")]
+        assert_eq!(tracks.at(0, tracks.start_frame[0] as usize + (1 << 32)), None);
+    }
 }
