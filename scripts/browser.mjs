@@ -1,7 +1,7 @@
-// Finds a Chromium to test in, or downloads one, and starts it with a fresh profile.
+// Finds a Chromium to test in, or downloads one, and starts it.
 
 import { join } from 'node:path';
-import { chromium } from 'playwright-core';
+import { chromium } from '@playwright/test';
 import { fail, findProgram, root, run } from './tools.mjs';
 
 // Headless first: a third less work for the machine.
@@ -18,7 +18,8 @@ const places = [
   '/Applications/Chromium.app/Contents/MacOS/Chromium',
   'C:\\Program Files\\Google\\Chrome\\Application\\chrome.exe',
 ];
-const flags = [
+/** Options of every Chromium that tests and benchmarks start. */
+export const BROWSER_FLAGS = [
   '--no-sandbox',
   '--disable-gpu',
   '--disable-quic',
@@ -42,7 +43,7 @@ export function ensureBrowser() {
   console.log('No Chromium or Chrome was found; downloading one for the tests.');
   run(
     process.execPath,
-    [join(root, 'node_modules', 'playwright-core', 'cli.js'), 'install', '--no-shell', 'chromium'],
+    [join(root, 'node_modules', 'playwright', 'cli.js'), 'install', '--no-shell', 'chromium'],
     {
       hint: 'Install Chromium or Chrome, or name one in the environment variable CHROME, then run this again.',
     },
@@ -50,18 +51,7 @@ export function ensureBrowser() {
   return findBrowser() ?? fail('The downloaded Chromium cannot be found; name one in the environment variable CHROME.');
 }
 
-const launchOptions = (args = []) => ({ executablePath: ensureBrowser(), headless: true, args: [...flags, ...args] });
-
-/** Starts a headless Chromium (a Playwright `BrowserServer`) that processes share, each with its own pages. */
-export function shareBrowser() {
-  return chromium.launchServer(launchOptions());
-}
-
-/**
- * Returns a headless Chromium with a fresh profile (a Playwright `Browser`): the shared one that `TRACECUT_BROWSER` names,
- * or a new one if there is none or arguments are given.
- */
+/** Starts a headless Chromium with a fresh profile. @param {{args?: string[]}} [options] more options of the browser */
 export function launchBrowser({ args = [] } = {}) {
-  const shared = process.env.TRACECUT_BROWSER;
-  return shared && args.length === 0 ? chromium.connect(shared) : chromium.launch(launchOptions(args));
+  return chromium.launch({ executablePath: ensureBrowser(), headless: true, args: [...BROWSER_FLAGS, ...args] });
 }

@@ -4,10 +4,12 @@ import { execFileSync, spawnSync } from 'node:child_process';
 import { existsSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { after } from 'node:test';
+import { test } from './fixtures.mjs';
 
-/** Option of tests that make files. */
-export const withFfmpeg = { skip: spawnSync('ffmpeg', ['-version']).status === 0 ? false : 'there is no ffmpeg' };
+const hasFfmpeg = spawnSync('ffmpeg', ['-version']).status === 0;
+
+/** Skips the current test, or all of the enclosing file or `test.describe`, where ffmpeg is missing. */
+export const needsFfmpeg = () => test.skip(!hasFfmpeg, 'ffmpeg is not installed');
 
 export const FILM = { width: 240, height: 180, count: 16, side: 60 };
 
@@ -38,7 +40,7 @@ export function filmBytes({ width, height, count, side } = FILM) {
 /** A folder of its own for the files of a test file, gone after it. */
 export function useFilms() {
   const folder = mkdtempSync(join(tmpdir(), 'tracecut-films-'));
-  after(() => rmSync(folder, { recursive: true, force: true }));
+  test.afterAll(() => rmSync(folder, { recursive: true, force: true }));
   const path = (name) => join(folder, name);
   /** Runs ffmpeg in the folder; gives what it writes to `-`. */
   const ffmpeg = (args) => execFileSync('ffmpeg', ['-nostdin', '-v', 'error', '-y', ...args], { cwd: folder });
