@@ -1,9 +1,8 @@
-//! The program `bench`: scores against ground truth, the tables and curves of the paper, and the ledger of choices.
+//! The program `bench`: scores against ground truth, and the tables and curves of the paper.
 //!
 //! Not published: neither the crate, nor the wheel, nor the user's command line carries any of it. README.md beside
 //! `src` has a line for each command. [`measures`] has the computations; a module for each command reads, runs and prints.
 
-mod ablate;
 mod batch;
 mod clips;
 mod compare;
@@ -59,8 +58,6 @@ enum Command {
     Fit(fit::FitArgs),
     /// Measure the changes of J under irrelevant changes of a clip: seed, crop, mirror, light, JPEG, start
     Stability(stability::StabilityArgs),
-    /// Measure the effect of each rule and constant that is not the paper's on clips of many kinds, for docs/choices.md
-    Ablate(ablate::AblateArgs),
     /// Compare five ways to make clusters of the embedding: over-segmentation against missed objects (the paper's
     /// Figure 10)
     Discretization(discretization::DiscretizationArgs),
@@ -101,7 +98,6 @@ fn run(command: &Command) -> Result<()> {
         Command::Masks(args) => masks::eval(args),
         Command::Points(args) => points::eval(args),
         Command::Fit(args) => fit::eval(args),
-        Command::Ablate(args) => ablate::eval(args),
         Command::Stability(args) => stability::eval(args),
         Command::Discretization(args) => discretization::eval(args),
         Command::Figment(args) => figment::eval(args),
