@@ -18,7 +18,6 @@ pub(crate) struct Options {
     pub(crate) frames: Option<u32>,
     pub(crate) formats: Vec<String>,
     pub(crate) background: bool,
-    pub(crate) confidence: bool,
     pub(crate) dump: bool,
     /// True if trajectories come from a file.
     pub(crate) tracks: bool,

@@ -31,5 +31,4 @@ pub mod foreground;
 pub mod logistic;
 pub mod masks;
 pub mod moseg;
-pub mod reliability;
 pub mod superpixels;

@@ -42,9 +42,6 @@ pub fn check_session(session: &Session) {
         assert_eq!(objects.of_cluster.len(), clusters.count);
         assert!(known.iter().all(|&label| usize::from(label) <= objects.highest_label));
     }
-    if let Some(sure) = allowed(session.object_confidence()) {
-        all_in(&sure, 0.0..=1.0, "confidence of objects");
-    }
     if let Some(agreement) = session.agreement() {
         for values in agreement.objects.iter().chain([&agreement.frames]) {
             assert_eq!(values.len(), session.num_frames());
@@ -136,9 +133,6 @@ fn check_frame(session: &Session, t: usize, known: &[u8]) {
     }
     if let Some(superpixels) = allowed(session.superpixels(t)) {
         check_superpixels(superpixels);
-    }
-    if let Some(sure) = allowed(session.confidence(t)) {
-        all_in(sure.data(), 0.0..=1.0, "confidence");
     }
     if let Some(plate) = allowed(session.background(t)) {
         assert!(plate.data().iter().all(|pixel| pixel[3] == 0 || pixel[3] == 255));
