@@ -10,7 +10,6 @@
 //! - [`davis`]: region similarity and boundary measure of masks, as the DAVIS benchmark has them;
 //! - [`masks`]: masks of any clip, with pixels that are not scored, and which objects were found;
 //! - [`contours`]: boundary maps against the outlines that people drew (ODS, OIS);
-//! - [`edges`]: Canny's and Sobel's edges, to compare boundary maps with;
 //! - [`estimate`]: means and their standard errors;
 //! - [`superpixels`]: boundary recall, under-segmentation error and achievable accuracy of superpixels;
 //! - [`discretization`]: missed objects and over-segmentation of clusters, and curves of both (the paper's Figure 10);
@@ -23,7 +22,6 @@ pub mod contours;
 pub mod davis;
 pub mod definition;
 pub mod discretization;
-pub mod edges;
 pub mod estimate;
 pub mod figment;
 pub mod flow;
