@@ -4,7 +4,7 @@ mod clusters;
 mod davis;
 mod wild;
 
-use crate::made::*;
+use crate::helpers::*;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
