@@ -7,7 +7,7 @@ mod images;
 mod masks;
 mod times;
 
-use crate::made::*;
+use crate::helpers::*;
 use crate::videos::ffmpeg;
 use image::ExtendedColorType;
 use std::collections::BTreeMap;

@@ -12,7 +12,6 @@ import type {
   ClusterList,
   ClusterObjects,
   ComponentTable,
-  ConfidenceMap,
   EdgeTable,
   EmbeddingTable,
   FrameRange,
@@ -98,7 +97,6 @@ export type RawBoundaryMap = Omit<BoundaryMap, 'scaleX' | 'scaleY'>;
 export type RawSuperpixels = Omit<Superpixels, 'scaleX' | 'scaleY'>;
 export type RawBackground = Omit<Background, 'scaleX' | 'scaleY'>;
 export type RawSaliencyMap = Omit<SaliencyMap, 'scaleX' | 'scaleY'>;
-export type RawConfidenceMap = Omit<ConfidenceMap, 'scaleX' | 'scaleY'>;
 
 /** An engine of a session, in this thread or in a worker. `run` resolves to `null` when it was aborted. */
 export interface Engine {

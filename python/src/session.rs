@@ -332,14 +332,6 @@ impl Session {
         Ok(plane(py, self.compute(py, |session| session.cluster_labels(t))?))
     }
 
-    fn confidence<'py>(&self, py: Python<'py>, t: usize) -> Result<Bound<'py, PyArray2<f32>>> {
-        Ok(plane(py, self.compute(py, |session| session.confidence(t))?))
-    }
-
-    fn object_confidence<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<f32>>> {
-        Ok(list(py, self.compute(py, tracecut::Session::object_confidence)?))
-    }
-
     fn agreement<'py>(&self, py: Python<'py>) -> Result<Option<AgreementArrays<'py>>> {
         let agreement = self.compute(py, |session| Ok(session.agreement().cloned()))?;
         let values = |values: &[Option<f32>]| list(py, values.iter().map(|v| v.unwrap_or(f32::NAN)).collect());

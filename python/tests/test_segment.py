@@ -138,7 +138,7 @@ def test_frames_are_chosen_as_in_numpy(clip: list[np.ndarray]) -> None:
 
 def test_negative_frames_count_from_the_end_everywhere(done: tracecut.Session) -> None:
     session = done
-    for name in ("labels", "working_labels", "cluster_labels", "confidence", "background", "saliency_map"):
+    for name in ("labels", "working_labels", "cluster_labels", "background", "saliency_map"):
         assert np.array_equal(getattr(session, name)(-2), getattr(session, name)(6)), name
     assert np.array_equal(session.flow(-2).u, session.flow(6).u)
     assert np.array_equal(session.superpixels(-1).label, session.superpixels(7).label)

@@ -87,8 +87,7 @@ def test_maps_of_frames(done: Session, clip: list[np.ndarray]) -> None:
     assert labels.dtype == np.uint8 and labels.shape == (64, 96)
     flow = done.flow(0)
     assert flow.u.shape == flow.v.shape == (64, 96) and flow.u.dtype == np.float32
-    assert done.saliency_map(7).shape == (64, 96) and done.confidence(0).max() <= 1
-    assert len(done.object_confidence()) == objects.max() + 1
+    assert done.saliency_map(7).shape == (64, 96)
     agreement = done.agreement()
     assert agreement[0].shape == (8,) and len(agreement[1]) == objects.max()
     assert 0 <= agreement[0].min() <= agreement[0].max() <= 1

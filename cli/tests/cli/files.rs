@@ -442,7 +442,7 @@ fn a_complete_result_is_taken_for_no_other() {
         (&["--format", "npz"][..], "options.formats was [\"png\",\"rle\"] and is [\"png\",\"rle\",\"npz\"]"),
         (&["--frames", "3"], "options.frames was null and is 3"),
         (&["--window", "12"], "options.window was 50 and is 12"),
-        (&["--confidence"], "options.confidence was false and is true"),
+        (&["--background"], "options.background was false and is true"),
         (&["--set", "shot.maxUnmatched=0.25"], "params.shot.maxUnmatched was 0.5 and is 0.25"),
     ] {
         assert_refused(&resume(more), 2, &["complete-out: was not made", difference, "--overwrite"]);

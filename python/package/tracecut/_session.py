@@ -227,14 +227,6 @@ class SessionView:
         """The cluster of each pixel of frame ``t``, before clusters become objects or background."""
         return self._raw.cluster_labels(self._frame(t))
 
-    def confidence(self, t: int) -> F32:
-        """The probability that the label of each pixel of frame ``t`` is right, 0 to 1, at working size."""
-        return self._raw.confidence(self._frame(t))
-
-    def object_confidence(self) -> F32:
-        """The mean confidence of each label, the background first."""
-        return self._raw.object_confidence()
-
     def agreement(self) -> tuple[F32, list[F32]]:
         """The agreement of the masks with those of nearby frames, moved along the flow, 0 to 1.
 

@@ -1,4 +1,4 @@
-//! Content and parameters of small clips, and what else a caller may bring.
+//! Random frames, parameters, trajectories and corrections of small clips.
 
 use super::choices::Choices;
 use tracecut::Params;
@@ -8,7 +8,7 @@ use tracecut::params::ParamValue;
 use tracecut::rng::Rng;
 use tracecut::trajectory::Trajectories;
 
-/// Ends of the range, values near them, and others; small ones as likely as large ones.
+/// Returns an end of the range, a value near it or another one; small ones are as likely as large ones.
 fn legal(choices: &mut Choices<'_>, low: f64, high: f64) -> f64 {
     match choices.below(6) {
         0 => low,
@@ -20,7 +20,7 @@ fn legal(choices: &mut Choices<'_>, low: f64, high: f64) -> f64 {
     }
 }
 
-/// Legal parameters, a few of them anything, or many.
+/// Returns legal parameters, of which a few or many have random values.
 pub fn params(choices: &mut Choices<'_>) -> Params {
     let mut params = match choices.below(4) {
         0 => Params::paper(),
@@ -52,7 +52,7 @@ pub fn params(choices: &mut Choices<'_>) -> Params {
     params
 }
 
-/// A clip of some content, of no frames up to six.
+/// Returns a clip of some content, of up to six frames.
 pub fn frames(choices: &mut Choices<'_>) -> Vec<Frame> {
     let most = choices.pick(&[3, 12, 40, 80]);
     let (width, height) = (1 + choices.below(most), 1 + choices.below(most));
@@ -60,7 +60,7 @@ pub fn frames(choices: &mut Choices<'_>) -> Vec<Frame> {
     clip(choices, (width, height), count)
 }
 
-/// An image of some content.
+/// Returns an image of some content.
 pub fn image(choices: &mut Choices<'_>) -> Frame {
     let most = choices.pick(&[3, 12, 40, 64]);
     let size = (1 + choices.below(most), 1 + choices.below(most));
@@ -97,14 +97,14 @@ fn clip(choices: &mut Choices<'_>, (width, height): (usize, usize), count: usize
         .collect()
 }
 
-/// Trajectories of any tracker, some of which break the law.
+/// Returns trajectories as of any tracker, some of which are invalid.
 pub fn tracks(choices: &mut Choices<'_>, num_frames: usize, size: (usize, usize)) -> Trajectories {
     let mut tracks = Trajectories::empty(num_frames, size);
     let kind = choices.below(8);
     for _ in 0..choices.below(60) {
         let start = choices.below(num_frames.max(1));
         let length = 1 + choices.below(num_frames - start.min(num_frames.saturating_sub(1)));
-        let at = place(choices, kind, size);
+        let at = begin(choices, kind, size);
         let by = choices.pick(&[0.0, 0.5, -1.0]);
         let points: Vec<_> = (0..length)
             .map(|k| {
@@ -124,7 +124,7 @@ pub fn tracks(choices: &mut Choices<'_>, num_frames: usize, size: (usize, usize)
     tracks
 }
 
-/// One of the arrays says what cannot be, or says it twice.
+/// Makes one of the arrays invalid.
 fn break_numbers(choices: &mut Choices<'_>, tracks: &mut Trajectories) {
     let number = choices.pick(&[0, 1, 2, 1 << 16, u32::MAX - 1, u32::MAX]);
     let i = choices.below(tracks.len());
@@ -138,8 +138,8 @@ fn break_numbers(choices: &mut Choices<'_>, tracks: &mut Trajectories) {
     }
 }
 
-/// Where a trajectory begins: anywhere, far outside, all at one place, or all on one line.
-fn place(choices: &mut Choices<'_>, kind: usize, (width, height): (usize, usize)) -> (f32, f32) {
+/// Returns where a trajectory begins: anywhere, far outside, all at one place, or all on one line.
+fn begin(choices: &mut Choices<'_>, kind: usize, (width, height): (usize, usize)) -> (f32, f32) {
     let (x, y) = (choices.below(width) as f32, choices.below(height) as f32);
     match kind {
         1 => (x * choices.pick(&[1.0, -1.0, 1e3, 1e9, 1e30, 1e38]), y * choices.pick(&[1.0, 1e-30, -1e20])),
@@ -150,7 +150,7 @@ fn place(choices: &mut Choices<'_>, kind: usize, (width, height): (usize, usize)
     }
 }
 
-/// What a user may want otherwise.
+/// Returns a correction.
 pub fn correction(choices: &mut Choices<'_>, num_frames: usize, (width, height): (usize, usize)) -> Correction {
     let place = |choices: &mut Choices<'_>| {
         (

@@ -1,21 +1,16 @@
-//! What tests of programs share: folders, words, a clip in which an object moves, and the files that fuzzing begins with,
-//! with faults in them. Those of `bench/` have it too.
+//! Helpers of the tests of programs, also of `bench`: folders, texts, a clip in which an object moves, and seed files.
 
-#[path = "../../tests/rust/made/choices.rs"]
+#[path = "../../tests/rust/generators/choices.rs"]
 mod choices;
-#[path = "../../tests/rust/made/mutate.rs"]
-mod mutate;
-#[path = "../../tests/rust/made/seeds.rs"]
-mod seeds;
+#[path = "../../tests/rust/generators/seeds.rs"]
+pub(crate) mod seeds;
 
-use choices::Choices;
 use image::{ExtendedColorType, ImageEncoder};
 use std::fs;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-/// An empty folder of this test's own.
+/// Creates an empty folder for a test.
 pub(crate) fn folder(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     if path.exists() {
@@ -25,8 +20,8 @@ pub(crate) fn folder(name: &str) -> PathBuf {
     path
 }
 
-/// A folder of data that are nobody's to pass on: `shared/data` beside the repository, or below another `shared` folder that
-/// `TRACECUT_SHARED` names. `None`, and a line that says so, where there is none.
+/// Returns a folder of data that are not ours to publish: in `shared/data` beside the repository, or in the `shared` folder that
+/// `TRACECUT_SHARED` names. `None`, with a printed line, if it is missing.
 pub(crate) fn shared(name: &str) -> Option<PathBuf> {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared");
     let data = std::env::var_os("TRACECUT_SHARED").map_or_else(beside, PathBuf::from).join("data").join(name);
@@ -114,26 +109,4 @@ pub(crate) fn on_object(x: i32, y: i32, t: i32) -> bool {
 /// A textured object in front of a background that goes left by one pixel a frame.
 pub(crate) fn moving(x: i32, y: i32, t: i32) -> u8 {
     if on_object(x, y, t) { texture(x - 2 * t, y, 1) } else { texture(x + t, y, 2) }
-}
-
-/// A reader, and the target whose seeds it reads.
-pub(crate) type Reader = (&'static str, fn(&[u8]));
-
-/// The seeds of a fuzz target, by name.
-pub(crate) fn seeds(target: &str) -> Vec<(String, Vec<u8>)> {
-    seeds::all().into_iter().filter(|seed| seed.0 == target).map(|(_, name, bytes)| (name, bytes)).collect()
-}
-
-/// Has each reader read its seeds with faults of each of these kinds.
-pub(crate) fn read_faulty(readers: &[Reader], seeds_of: Range<u64>) {
-    for &(target, reader) in readers {
-        let files = seeds(target);
-        for seed in seeds_of.clone() {
-            let mut choices = Choices::of_seed(seed, target);
-            let (file, other) = (choices.below(files.len()), choices.below(files.len()));
-            let bytes = mutate::mutated(&mut choices, &files[file].1, &files[other].1);
-            let outcome = std::panic::catch_unwind(|| reader(&bytes));
-            assert!(outcome.is_ok(), "{target}, seed {seed}: {bytes:?}");
-        }
-    }
 }

@@ -1,4 +1,4 @@
-//! What holds of every result, whatever went in.
+//! Invariants of every result, whatever the input.
 
 use tracecut::connectedness::Components;
 use tracecut::contour::BoundaryMap;
@@ -10,10 +10,10 @@ use tracecut::mask::Objects;
 use tracecut::superpixel::Superpixels;
 use tracecut::{Error, Session};
 
-/// What a session may answer to any call.
+/// Codes of the errors that any call may return.
 const CODES: [&str; 7] = ["too-few-frames", "frame-size", "frame-size-changed", "param", "data", "state", "too-large"];
 
-/// An error has to be one of those that are documented.
+/// Returns the value; fails the test unless an error has a documented code.
 pub fn allowed<T>(outcome: Result<T, Error>) -> Option<T> {
     match outcome {
         Ok(value) => Some(value),
@@ -34,16 +34,13 @@ fn all_finite(values: &[f64], what: &str) {
     assert!(values.iter().all(|value| value.is_finite()), "{what} is not finite");
 }
 
-/// All that a session knows keeps its laws.
+/// Checks everything that a session returns.
 pub fn check_session(session: &Session) {
     check_spectral(session);
     let known: Vec<u8> = session.objects().map_or(Vec::new(), Objects::labels);
     if let (Some(objects), Some(clusters)) = (session.objects(), session.clusters()) {
         assert_eq!(objects.of_cluster.len(), clusters.count);
         assert!(known.iter().all(|&label| usize::from(label) <= objects.highest_label));
-    }
-    if let Some(sure) = allowed(session.object_confidence()) {
-        all_in(&sure, 0.0..=1.0, "confidence of objects");
     }
     if let Some(agreement) = session.agreement() {
         for values in agreement.objects.iter().chain([&agreement.frames]) {
@@ -95,8 +92,8 @@ fn check_embedding(embedding: &Embedding, num_tracks: usize) {
     all_finite(eigenvalues, "an eigenvalue");
     all_finite(vectors, "an eigenvector");
     assert!(eigenvalues.is_sorted_by(|a, b| a >= b) && eigenvalues.iter().all(|l| l.abs() < 1.0 + 1e-6));
-    let rests = (0..*num_rows).all(|i| embedded[i] || embedding.row(i).iter().all(|&v| v == 0.0));
-    assert!(rests, "a trajectory that is not embedded has a place");
+    let is_zero = (0..*num_rows).all(|i| embedded[i] || embedding.row(i).iter().all(|&v| v == 0.0));
+    assert!(is_zero, "a trajectory that is not embedded has coordinates");
 }
 
 fn check_discontinuities(found: &Discontinuities, num_tracks: usize) {
@@ -122,7 +119,7 @@ fn check_clusters(clusters: &Clusters, num_tracks: usize) {
     assert!(used.iter().all(|&used| used), "a cluster without trajectories");
 }
 
-/// What is known of frame `t`; `known` are the labels of the objects.
+/// Checks the results of frame `t`; `known` are the labels of the objects.
 fn check_frame(session: &Session, t: usize, known: &[u8]) {
     let size = session.input_size().unwrap();
     if let Some(field) = allowed(session.flow(t)) {
@@ -136,9 +133,6 @@ fn check_frame(session: &Session, t: usize, known: &[u8]) {
     }
     if let Some(superpixels) = allowed(session.superpixels(t)) {
         check_superpixels(superpixels);
-    }
-    if let Some(sure) = allowed(session.confidence(t)) {
-        all_in(sure.data(), 0.0..=1.0, "confidence");
     }
     if let Some(plate) = allowed(session.background(t)) {
         assert!(plate.data().iter().all(|pixel| pixel[3] == 0 || pixel[3] == 255));
@@ -161,14 +155,14 @@ fn check_mask(session: &Session, t: usize, mask: &Plane<u8>, known: &[u8], (widt
     }
 }
 
-/// The law of boundary maps.
+/// Checks a boundary map.
 pub fn check_boundaries(map: &BoundaryMap) {
     all_in(map.pb.data(), 0.0..=1.0, "pb");
     assert_eq!(map.pb.data().len(), map.thin.data().len());
     assert!(map.pb.data().iter().zip(map.thin.data()).all(|(pb, thin)| (0.0..=*pb).contains(thin)), "thin above pb");
 }
 
-/// The law of superpixels.
+/// Checks superpixels.
 pub fn check_superpixels(found: &Superpixels) {
     let mut next = 0;
     for &label in found.label().data() {

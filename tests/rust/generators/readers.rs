@@ -1,4 +1,4 @@
-//! Readers of the library: any bytes are an error or a value that keeps its laws, and survives writing and reading.
+//! Readers of the library: any bytes give an error or a valid value, which is the same after writing and reading.
 
 use std::collections::BTreeMap;
 use tracecut::Params;
@@ -31,7 +31,7 @@ pub fn parameters(bytes: &[u8]) {
     let mut params = Params::default();
     if let Err(error) = params.apply(&tree) {
         assert_eq!(error.code(), "param");
-        assert_eq!(params, Params::default(), "what was refused has changed something");
+        assert_eq!(params, Params::default(), "refused parameters changed others");
         return;
     }
     params.validate().unwrap();

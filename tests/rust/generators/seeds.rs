@@ -1,19 +1,44 @@
-//! Files that readers accept, made by hand, for fuzzing and property tests to begin with.
+//! Small files that readers accept: the first inputs of fuzzing and property tests.
 
-use super::choices::Choices;
+use super::choices::{Choices, mutate};
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder};
+use std::ops::Range;
 
 /// A small file for a fuzz target: target, name, bytes.
 pub type Seed = (&'static str, String, Vec<u8>);
 
 /// Targets that take choices, not files.
-const OF_CHOICES: [&str; 6] = ["session", "outside_tracks", "corrections", "halves", "windows", "image"];
+const CHOICE_TARGETS: [&str; 6] = ["session", "outside_tracks", "corrections", "halves", "windows", "image"];
 
-/// All of them.
+/// A fuzz target, and the function that reads its input.
+pub type Reader = (&'static str, fn(&[u8]));
+
+/// Returns the seeds of a target: name and bytes.
+pub fn of_target(target: &str) -> Vec<(String, Vec<u8>)> {
+    all().into_iter().filter(|seed| seed.0 == target).map(|(_, name, bytes)| (name, bytes)).collect()
+}
+
+/// Has each reader read its seeds, then these seeds with faults.
+pub fn read_with_faults(readers: &[Reader], faults: Range<u64>) {
+    for &(target, reader) in readers {
+        let files = of_target(target);
+        assert!(!files.is_empty(), "{target}");
+        files.iter().for_each(|(_, file)| reader(file));
+        for seed in faults.clone() {
+            let mut choices = Choices::from_seed(seed, target);
+            let (file, other) = (choices.below(files.len()), choices.below(files.len()));
+            let bytes = mutate(&mut choices, &files[file].1, &files[other].1);
+            let outcome = std::panic::catch_unwind(|| reader(&bytes));
+            assert!(outcome.is_ok(), "{target}, seed {seed}: {bytes:?}");
+        }
+    }
+}
+
+/// Returns the seeds of all targets.
 pub fn all() -> Vec<Seed> {
-    fn named(target: &'static str, of: Vec<(&'static str, Vec<u8>)>) -> impl Iterator<Item = Seed> {
-        of.into_iter().map(move |(name, bytes)| (target, name.to_owned(), bytes))
+    fn named(target: &'static str, files: Vec<(&'static str, Vec<u8>)>) -> impl Iterator<Item = Seed> {
+        files.into_iter().map(move |(name, bytes)| (target, name.to_owned(), bytes))
     }
     let mut seeds: Vec<Seed> = named("image_file", [pngs(), jpegs(), ppms()].concat()).collect();
     seeds.extend(named("animation", animations()));
@@ -26,7 +51,7 @@ pub fn all() -> Vec<Seed> {
     seeds.extend(named("mat", vec![("plain.mat", mat(false)), ("packed.mat", mat(true))]));
     seeds.extend(named("parameters", parameters()));
     seeds.extend(named("setting", vec![("one", b"flow.patchStride=5".to_vec()), ("two", b"preset=paper".to_vec())]));
-    for target in OF_CHOICES {
+    for target in CHOICE_TARGETS {
         seeds.extend((0..8).map(|k| (target, format!("choices-{k}"), choices(k))));
     }
     seeds
@@ -34,7 +59,7 @@ pub fn all() -> Vec<Seed> {
 
 /// Bytes for some tens of choices.
 fn choices(k: u64) -> Vec<u8> {
-    let mut rng = Choices::of_seed(k, "seeds");
+    let mut rng = Choices::from_seed(k, "seeds");
     let length = 8 + (24 << (k / 2));
     (0..length).map(|_| rng.below(256) as u8).collect()
 }
@@ -78,8 +103,8 @@ fn png(colour: u8, bits: u8, channels: usize, interlaced: bool, extra: &[Vec<u8>
 
 fn pngs() -> Vec<(&'static str, Vec<u8>)> {
     let palette = [chunk(b"PLTE", &[0, 0, 0, 255, 255, 255, 9, 99, 199, 50, 60, 70]), chunk(b"tRNS", &[0, 128])];
-    let profile = [chunk(b"iCCP", &[b"made\0\0".to_vec(), zlib(&[7; 40])].concat()), chunk(b"gAMA", &[0, 0, 177, 143])];
-    let words = [chunk(b"tEXt", b"Title\0made"), chunk(b"zTXt", &[b"Note\0\0".to_vec(), zlib(b"made")].concat())];
+    let profile = [chunk(b"iCCP", &[b"name\0\0".to_vec(), zlib(&[7; 40])].concat()), chunk(b"gAMA", &[0, 0, 177, 143])];
+    let words = [chunk(b"tEXt", b"Title\0text"), chunk(b"zTXt", &[b"Note\0\0".to_vec(), zlib(b"text")].concat())];
     vec![
         ("grey1.png", png(0, 1, 1, false, &[])),
         ("grey8.png", png(0, 8, 1, false, &words)),
@@ -112,7 +137,7 @@ fn jpegs() -> Vec<(&'static str, Vec<u8>)> {
 
 fn ppms() -> Vec<(&'static str, Vec<u8>)> {
     vec![
-        ("binary.ppm", b"P6\n# made\n2 2\n255\nabcdefghijkl".to_vec()),
+        ("binary.ppm", b"P6\n# text\n2 2\n255\nabcdefghijkl".to_vec()),
         ("text.ppm", b"P3 2 1 255 1 2 3 40 50 60\n".to_vec()),
         ("bits.pbm", b"P1 3 2\n1 0 1 0 1 0\n".to_vec()),
         ("grey16.pgm", b"P5 2 1 65535\nabcd".to_vec()),

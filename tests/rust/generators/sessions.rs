@@ -1,13 +1,19 @@
-//! Whole sessions, in any order of calls, and the same clip by different ways.
+//! Sessions with random calls, runs that must give the same result, single images, and sessions recorded for other builds.
 
 use super::choices::Choices;
-use super::clips::{correction, frames, params, tracks};
-use super::laws::{allowed, check_session};
+use super::clips::{correction, frames, image, params, tracks};
+use super::invariants::{allowed, check_boundaries, check_session, check_superpixels};
+use serde_json::{Value, json};
+use std::path::Path;
+use tracecut::contour::{Segments, boundary_map, contour_segments};
 use tracecut::image::{Frame, Plane};
-use tracecut::{Checkpoint, Error, Session, Step, Windows};
+use tracecut::mask::enlarge;
+use tracecut::still::image_discontinuities;
+use tracecut::superpixel::{superpixels_in, superpixels_of};
+use tracecut::{Checkpoint, Error, Params, Session, Step, Windows};
 
-/// A session of any legal parameters in any order of calls: nothing panics, and what comes out keeps its laws.
-pub fn any_calls(choices: &mut Choices<'_>) {
+/// Checks a session with any legal parameters after random calls.
+pub fn check_random_calls(choices: &mut Choices<'_>) {
     let mut session = Session::new(params(choices)).unwrap();
     let clip = frames(choices);
     let size = size_of(&clip);
@@ -41,7 +47,7 @@ fn push(session: &mut Session, clip: &[Frame]) {
     }
 }
 
-/// Frame by frame, or shot by shot with runs in between.
+/// Pushes frames, with or without runs at the end of each shot.
 fn push_all(choices: &mut Choices<'_>, session: &mut Session, clip: &[Frame]) {
     let in_shots = choices.once_in(4);
     for frame in clip {
@@ -55,7 +61,7 @@ fn push_all(choices: &mut Choices<'_>, session: &mut Session, clip: &[Frame]) {
     }
 }
 
-/// Fewer than `most` corrections, some of them taken back.
+/// Makes fewer than `most` corrections, and undoes some of them.
 fn correct(choices: &mut Choices<'_>, session: &mut Session, most: usize) {
     let (num_frames, size) = (session.num_frames(), session.input_size().unwrap_or((5, 5)));
     for _ in 0..choices.below(most) {
@@ -70,8 +76,8 @@ fn correct(choices: &mut Choices<'_>, session: &mut Session, most: usize) {
     }
 }
 
-/// Trajectories from outside, lawful or not, alone or with frames.
-pub fn outside_tracks(choices: &mut Choices<'_>) {
+/// Checks a session with given trajectories, valid or not, with or without frames.
+pub fn check_given_tracks(choices: &mut Choices<'_>) {
     let mut session = Session::new(params(choices)).unwrap();
     let mut clip = frames(choices);
     let size = size_of(&clip);
@@ -83,14 +89,14 @@ pub fn outside_tracks(choices: &mut Choices<'_>) {
     let given = tracks(choices, num_frames, size);
     let legal = given.check().is_ok();
     let taken = allowed(session.set_trajectories(given)).is_some();
-    assert!(!taken || legal, "unlawful trajectories were taken");
+    assert!(!taken || legal, "invalid trajectories were accepted");
     allowed(session.run());
     check_session(&session);
     correct(choices, &mut session, 2);
 }
 
-/// Many corrections of one result; all of them taken back, it is what it was.
-pub fn corrections(choices: &mut Choices<'_>) {
+/// Checks that a result is restored when all of its corrections are undone.
+pub fn check_undo(choices: &mut Choices<'_>) {
     let mut session = Session::new(params(choices)).unwrap();
     push(&mut session, &frames(choices));
     if allowed(session.run()).is_none() {
@@ -102,10 +108,10 @@ pub fn corrections(choices: &mut Choices<'_>) {
         allowed(session.undo_correction());
         allowed(session.run());
     }
-    assert!(results(&session) == before, "corrections that were taken back left something");
+    assert!(results(&session) == before, "undone corrections changed the result");
 }
 
-/// What of a run must be the same by any way.
+/// The results that must be the same however a clip is run.
 #[derive(Debug, PartialEq)]
 pub struct Results {
     /// Coordinates of all trajectory points, as bits.
@@ -118,7 +124,7 @@ pub struct Results {
     pub masks: Vec<Plane<u8>>,
 }
 
-/// Those of a session that is done.
+/// Returns the results of a finished session.
 pub fn results(session: &Session) -> Results {
     let tracks = session.trajectories().map_or(Vec::new(), |t| t.x.iter().chain(&t.y).map(|v| v.to_bits()).collect());
     let labels = session.clusters().map_or(Vec::new(), |clusters| clusters.label.clone());
@@ -129,8 +135,8 @@ pub fn results(session: &Session) -> Results {
     Results { tracks, labels, superpixels, masks }
 }
 
-/// A clip at one go is the same as stopped and gone on with, on two threads, and by a session that did another before.
-pub fn two_ways(choices: &mut Choices<'_>) {
+/// Checks that a run that is paused, continued on several threads or in a used session gives the same result.
+pub fn check_interrupted_run(choices: &mut Choices<'_>) {
     let params = params(choices);
     let clip = frames(choices);
     let pushed = || {
@@ -160,8 +166,8 @@ pub fn two_ways(choices: &mut Choices<'_>) {
     assert!(results(&other) == expected, "on {threads} threads, in two halves");
 }
 
-/// A clip in windows is the same as stopped after any window, written down, read and gone on with.
-pub fn windows(choices: &mut Choices<'_>) {
+/// Checks that windows which stop, are written, read and resumed give the same masks.
+pub fn check_resumed_windows(choices: &mut Choices<'_>) {
     let params = params(choices);
     let mut clip = frames(choices);
     clip.extend(frames(choices).into_iter().filter(|frame| choices.below(8) > 0 || frame.width() > 5));
@@ -197,7 +203,7 @@ pub fn windows(choices: &mut Choices<'_>) {
     assert!(masks == expected, "stopped after window {stop}");
 }
 
-/// The masks that the next windows settle, at most `most` of them.
+/// Returns the masks that the next windows settle; at most `most` windows.
 fn settled<I: Iterator<Item = Result<Frame, Error>>>(windows: &mut Windows<I>, most: usize) -> Vec<Plane<u8>> {
     let mut masks = Vec::new();
     for _ in 0..most {
@@ -206,4 +212,96 @@ fn settled<I: Iterator<Item = Result<Frame, Error>>>(windows: &mut Windows<I>, m
         masks.extend(window.settled.filter_map(|t| windows.session().labels(t).ok()));
     }
     masks
+}
+
+/// Checks boundaries, superpixels and discontinuities of a single image under any legal parameters.
+pub fn check_image(choices: &mut Choices<'_>) {
+    let (params, frame) = (params(choices), image(choices));
+    let map = boundary_map(&frame);
+    check_boundaries(&map);
+    check_segments(&frame, &contour_segments(&map, &params.contour));
+    let wanted = choices.once_in(2).then(|| 1 + choices.below(300));
+    let found = superpixels_in(&map, wanted, &params.contour, &params.superpixel);
+    check_superpixels(&found);
+    assert_eq!(found, superpixels_of(&frame, wanted, &params.contour, &params.superpixel));
+    let mask = found.label().map(|label| (label % 4) as u8);
+    if choices.once_in(4) {
+        let picture = image(choices);
+        // Refused unless the picture is a larger one of the same shape.
+        let _ = enlarge(&mask, &picture, |label| label != 2);
+    }
+    if choices.once_in(2) {
+        check_discontinuities(&frame, &params);
+    }
+}
+
+fn check_segments(frame: &Frame, segments: &Segments) {
+    let inside = |v: f32, side: usize| (-0.5..=side as f32 - 0.5).contains(&v);
+    let count = segments.points.len();
+    assert!(segments.points.iter().all(|&(x, y)| inside(x, frame.width()) && inside(y, frame.height())));
+    assert!(segments.lines.iter().all(|&(a, b)| a != b && (a.max(b) as usize) < count));
+}
+
+fn check_discontinuities(frame: &Frame, params: &Params) {
+    let found = image_discontinuities(frame, &params.still, params.clip.seed);
+    check_boundaries(&found.pb);
+    check_boundaries(&found.combined);
+    assert!(found.eigenvalues.iter().all(|v| v.is_finite()));
+    assert!(found.eigenvectors.iter().flat_map(|plane| plane.data()).all(|v| v.is_finite()));
+    for map in [&found.d, &found.spectral] {
+        assert!(map.strength.data().iter().chain(map.thin.data()).all(|v| v.is_finite() && *v >= 0.0));
+    }
+}
+
+/// Writes a session with its outcome, for other builds to repeat (`tests/differ.mjs`): parameters and outcome in `SEED.json`, the
+/// frames in `SEED.rgba`.
+pub fn write_session(folder: &Path, seed: u64) {
+    let mut choices = Choices::from_seed(seed, "differ");
+    let params = params(&mut choices);
+    let clip = frames(&mut choices);
+    let (width, height) = clip.first().map_or((0, 0), |frame| (frame.width(), frame.height()));
+    let rgba: Vec<u8> =
+        clip.iter().flat_map(|f| f.rgb().chunks_exact(3)).flat_map(|p| [p[0], p[1], p[2], 255]).collect();
+    let run = |threads: usize| -> Result<Results, Error> {
+        let mut session = Session::new(params.clone())?;
+        for frame in rgba.chunks_exact((4 * width * height).max(1)) {
+            session.push_rgba(frame, width, height)?;
+        }
+        session.run_on(threads, |_| ())?;
+        Ok(results(&session))
+    };
+    let outcome = run(1);
+    assert!(run(3) == outcome, "seed {seed}: three threads differ from one");
+    let record = json!({
+        "params": params_json(&params), "width": width, "height": height, "frames": clip.len(), "outcome": outcome_json(&outcome),
+    });
+    std::fs::write(folder.join(format!("{seed}.rgba")), rgba).unwrap();
+    std::fs::write(folder.join(format!("{seed}.json")), serde_json::to_string(&record).unwrap()).unwrap();
+}
+
+/// Goes through text, in which 0.1 in single precision is 0.1.
+fn params_json(params: &Params) -> Value {
+    serde_json::from_str(&serde_json::to_string(params).unwrap()).unwrap()
+}
+
+/// As `outcomeOf` in `tests/differ.mjs`.
+fn outcome_json(outcome: &Result<Results, Error>) -> Value {
+    match outcome {
+        Ok(found) => json!({
+            "tracks": hash_words(&found.tracks),
+            "labels": hash_words(&found.labels),
+            "superpixels": found.superpixels.iter().map(|map| hash_words(map)).collect::<Vec<_>>(),
+            "masks": found.masks.iter().map(|mask| fnv1a(mask.data().iter().copied())).collect::<Vec<_>>(),
+        }),
+        Err(error) => json!({ "error": error.code() }),
+    }
+}
+
+fn hash_words(words: &[u32]) -> String {
+    fnv1a(words.iter().flat_map(|v| v.to_le_bytes()))
+}
+
+/// As `fnv1a` in `tests/fingerprint.mjs`.
+fn fnv1a(bytes: impl Iterator<Item = u8>) -> String {
+    format!("{:08x}", bytes.fold(0x811c_9dc5_u32, |hash, b| (hash ^ u32::from(b)).wrapping_mul(0x0100_0193)))
 }
