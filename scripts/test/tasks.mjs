@@ -27,7 +27,7 @@ const CORES_PER_PAGE = 0.5;
 /** These use a service worker, and one of them changes the page's files: they run one at a time. */
 const WITH_SERVICE_WORKER = ['offline', 'service-worker'].map((name) => `tests/browser/${name}.test.mjs`);
 /** Tests that run programs built by Cargo. */
-const WITH_NATIVE = ['differ', 'cluster', 'intake'].map((name) => `tests/node/${name}.test.mjs`);
+const WITH_NATIVE = ['differ', 'intake'].map((name) => `tests/node/${name}.test.mjs`);
 
 /**
  * The tasks of these parts.
