@@ -1,4 +1,4 @@
-//! Why a pixel has its label, as dictionaries and tuples; `package/tracecut/_why.py` makes classes of them.
+//! Why a pixel has its label, as dictionaries and tuples; `package/tracecut/_types.py` makes classes of them.
 
 use crate::error::Result;
 use pyo3::prelude::*;

@@ -1,7 +1,7 @@
 //! Faults of the machine around `segment`: full disks, folders that cannot be written, another run in the same folder,
 //! lists that name what is no file. A folder of results is whole or absent.
 
-use super::files::{WINDOWS, absent, assert_same, beside, long_clip, start, wait_for};
+use super::files::{Running, WINDOWS, absent, assert_same, beside, long_clip};
 use super::*;
 
 /// Runs `segment` from a shell that says first what is to be different; `$0` is the program.
@@ -106,13 +106,10 @@ fn a_place_that_cannot_be_written_is_named_and_what_is_there_stays() {
 fn of_two_runs_into_one_folder_the_first_goes_on_and_the_other_is_refused() {
     let (input, whole, out) = (long_clip("two-in"), absent("two-whole"), absent("two-out"));
     assert_done(&segment(&input, &whole, &WINDOWS));
-    let mut first = start(&input, &out, &WINDOWS);
+    let mut first = Running::start(&input, &out, &WINDOWS);
     let work = beside(&out, ".partial").join(".tracecut");
-    wait_for(&work.join("checkpoint"), &mut first);
-    let halt = |signal: &str| {
-        assert!(Command::new("kill").args([signal, &first.id().to_string()]).status().unwrap().success());
-    };
-    halt("-STOP");
+    first.wait_for("window");
+    first.signal("-STOP");
     assert_refused(&segment(&input, &out, &WINDOWS), 2, &["two-out.partial"]);
     for more in ["--overwrite", "--resume"] {
         let second = segment(&input, &out, &[&WINDOWS[..], &[more]].concat());
@@ -120,8 +117,8 @@ fn of_two_runs_into_one_folder_the_first_goes_on_and_the_other_is_refused() {
     }
     // A signal to one that is refused takes nothing from the other either.
     assert!(work.join("checkpoint").is_file());
-    halt("-CONT");
-    let output = first.wait_with_output().unwrap();
+    first.signal("-CONT");
+    let output = first.finish();
     assert_done(&output);
     assert_same(&whole, &out);
     assert!(!beside(&out, ".partial").exists());
@@ -182,9 +179,8 @@ fn an_ffmpeg_that_is_killed_is_no_damage_of_the_video() {
 fn many_runs_begun_at_once_leave_one_whole_result() {
     let (input, whole, out) = (long_clip("many-in"), absent("many-whole"), absent("many-out"));
     assert_done(&segment(&input, &whole, &WINDOWS));
-    let runs: Vec<_> = (0..6).map(|_| start(&input, &out, &WINDOWS)).collect();
-    let ends: Vec<_> = runs.into_iter().map(|run| run.wait_with_output().unwrap()).collect();
-    let codes: Vec<_> = ends.iter().map(|end| end.status.code().unwrap()).collect();
+    let runs: Vec<_> = (0..6).map(|_| Running::start(&input, &out, &WINDOWS)).collect();
+    let codes: Vec<_> = runs.into_iter().map(|run| run.finish().status.code().unwrap()).collect();
     assert!(
         codes.iter().filter(|&&code| code == 0).count() == 1 && codes.iter().all(|code| [0, 2].contains(code)),
         "{codes:?}"

@@ -2,8 +2,8 @@
 
 use super::*;
 use std::collections::BTreeMap;
-use std::process::Child;
-use std::time::Duration;
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, ChildStderr};
 
 /// Frames of the long clip, and where it is cut.
 const LONG: i32 = 34;
@@ -72,17 +72,40 @@ pub(crate) fn absent(name: &str) -> PathBuf {
     out
 }
 
-pub(crate) fn start(input: &Path, out: &Path, more: &[&str]) -> Child {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tracecut"));
-    command.arg("segment").arg(input).arg("--out").arg(out).args(more);
-    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+/// A run of `segment` whose events can be awaited.
+pub(crate) struct Running {
+    child: Child,
+    events: BufReader<ChildStderr>,
 }
 
-/// Waits until a run has left something.
-pub(crate) fn wait_for(file: &Path, child: &mut Child) {
-    while !file.exists() {
-        assert!(child.try_wait().unwrap().is_none(), "the run ended before {} was there", file.display());
-        std::thread::sleep(Duration::from_millis(2));
+impl Running {
+    pub(crate) fn start(input: &Path, out: &Path, more: &[&str]) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_tracecut"));
+        command.arg("segment").arg(input).arg("--out").arg(out).args(more).args(["--log", "json"]);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let events = BufReader::new(child.stderr.take().unwrap());
+        Self { child, events }
+    }
+
+    /// Waits for the next event with this name.
+    pub(crate) fn wait_for(&mut self, event: &str) {
+        let mut line = String::new();
+        while !line.contains(&format!("\"event\":\"{event}\"")) {
+            line.clear();
+            assert!(self.events.read_line(&mut line).unwrap() > 0, "the run ended before its event {event}");
+        }
+    }
+
+    #[cfg(unix)]
+    pub(crate) fn signal(&self, signal: &str) {
+        assert!(Command::new("kill").args([signal, &self.child.id().to_string()]).status().unwrap().success());
+    }
+
+    /// Waits for the end; the output has the events that nobody waited for.
+    pub(crate) fn finish(mut self) -> Output {
+        let mut stderr = Vec::new();
+        self.events.read_to_end(&mut stderr).unwrap();
+        Output { stderr, ..self.child.wait_with_output().unwrap() }
     }
 }
 
@@ -198,13 +221,12 @@ fn paint(labels: &mut [u8], annotation: &serde_json::Value) {
 fn a_run_that_was_killed_goes_on_to_the_same_result() {
     let (input, whole, out) = (long_clip("killed-in"), absent("killed-whole"), absent("killed-out"));
     assert_done(&segment(&input, &whole, &WINDOWS));
-    let mut child = start(&input, &out, &WINDOWS);
-    // In the middle of the third window.
+    let mut run = Running::start(&input, &out, &WINDOWS);
     let partial = beside(&out, ".partial");
-    wait_for(&partial.join(".tracecut/parts/00001.json"), &mut child);
-    wait_for(&partial.join(".tracecut/checkpoint"), &mut child);
-    child.kill().unwrap();
-    child.wait().unwrap();
+    run.wait_for("window");
+    run.wait_for("window");
+    run.signal("-KILL");
+    run.finish();
     assert!(!out.exists() && partial.is_dir());
 
     let left = segment(&input, &out, &WINDOWS);
@@ -234,18 +256,17 @@ fn a_run_that_was_killed_goes_on_to_the_same_result() {
 fn signals_leave_no_half_result_and_have_codes_of_their_own() {
     let (input, out) = (long_clip("signal-in"), absent("signal-out"));
     let partial = beside(&out, ".partial");
-    for (signal, code, part) in [("-TERM", 143, None), ("-INT", 130, None), ("-TERM", 143, Some("checkpoint"))] {
-        let mut child = start(&input, &out, &WINDOWS);
-        wait_for(&partial.join(".tracecut"), &mut child);
-        part.iter().for_each(|part| wait_for(&partial.join(".tracecut").join(part), &mut child));
-        let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
-        assert!(sent.success());
-        let output = child.wait_with_output().unwrap();
+    for (signal, code, event) in [("-TERM", 143, "begin"), ("-INT", 130, "begin"), ("-TERM", 143, "window")] {
+        let mut run = Running::start(&input, &out, &WINDOWS);
+        run.wait_for(event);
+        run.signal(signal);
+        let output = run.finish();
         assert_eq!(output.status.code(), Some(code), "{}", text(&output.stderr));
-        // What a run can go on with stays, beside.
         assert!(!out.exists());
-        assert_eq!(partial.exists(), part.is_some(), "{signal}");
-        assert_eq!(text(&output.stderr).contains("--resume"), part.is_some(), "{}", text(&output.stderr));
+        // A finished window stays, so that another run can continue.
+        let is_resumable = event == "window";
+        assert_eq!(partial.exists(), is_resumable, "{signal}");
+        assert_eq!(text(&output.stderr).contains("--resume"), is_resumable, "{}", text(&output.stderr));
     }
 }
 
@@ -344,10 +365,10 @@ fn a_clip_that_is_cut_off_gives_the_results_of_its_whole_frames() {
 fn a_run_over_a_clip_that_is_cut_off_can_be_killed_and_goes_on() {
     let (input, whole, out) = (cut_clip("cut-killed-in"), absent("cut-killed-whole"), absent("cut-killed-out"));
     assert_refused(&segment(&input, &whole, &WINDOWS), 3, &["frame 32"]);
-    let mut child = start(&input, &out, &WINDOWS);
-    wait_for(&beside(&out, ".partial").join(".tracecut/checkpoint"), &mut child);
-    child.kill().unwrap();
-    child.wait().unwrap();
+    let mut run = Running::start(&input, &out, &WINDOWS);
+    run.wait_for("window");
+    run.signal("-KILL");
+    run.finish();
     assert_refused(&segment(&input, &out, &[&WINDOWS[..], &["--resume"]].concat()), 3, &["results end after frame 32"]);
     assert_same(&whole, &out);
 }
