@@ -7,16 +7,11 @@
 mod arrays;
 mod error;
 mod files;
-mod frame;
 mod images;
-mod names;
 mod params;
-mod prompts;
 mod run;
 mod scene;
 mod session;
-mod why;
-mod windows;
 
 use pyo3::prelude::*;
 use std::ffi::OsString;
@@ -27,19 +22,19 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 #[pymodule]
 mod _tracecut {
     #[pymodule_export]
+    use crate::files::Prompts;
+    #[pymodule_export]
     use crate::files::{decode, palette_png, read_tracks, run_counts, run_lengths, run_mask, run_text, write_tracks};
     #[pymodule_export]
     use crate::images::{boundaries, enlarge, flow, image_discontinuities, superpixels};
     #[pymodule_export]
     use crate::params::parameters;
     #[pymodule_export]
-    use crate::prompts::Prompts;
+    use crate::run::Windows;
     #[pymodule_export]
     use crate::scene::Scene;
     #[pymodule_export]
     use crate::session::Session;
-    #[pymodule_export]
-    use crate::windows::Windows;
 
     use super::{AssertUnwindSafe, Bound, OsString, PyModule, PyModuleMethods, PyResult, Python};
     use super::{catch_unwind, iter, pyfunction};

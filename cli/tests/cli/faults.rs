@@ -1,7 +1,7 @@
 //! Faults of the machine around `segment`: full disks, folders that cannot be written, another run in the same folder,
 //! lists that name what is no file. A folder of results is whole or absent.
 
-use super::files::{Running, WINDOWS, absent, assert_same, beside, long_clip};
+use super::files::{Running, WINDOWS, absent, assert_same, beside, long_clip, undisturbed_results};
 use super::*;
 
 /// Runs `segment` from a shell that says first what is to be different; `$0` is the program.
@@ -24,8 +24,7 @@ fn assert_nothing_half(out: &Path) {
 #[cfg(unix)]
 #[test]
 fn a_file_that_finds_no_more_room_is_an_error_and_leaves_no_half_result() {
-    let (input, whole, out) = (long_clip("room-in"), absent("room-whole"), absent("room-out"));
-    assert_done(&segment(&input, &whole, &WINDOWS));
+    let (input, out) = (long_clip("room-in"), absent("room-out"));
     // A limit on the size of files, in blocks of 512 bytes, and its signal ignored: writing fails as on a full disk.
     for blocks in [0, 4] {
         let output = shell(&format!("trap '' XFSZ; ulimit -f {blocks}"), &input, &out, &WINDOWS);
@@ -38,7 +37,7 @@ fn a_file_that_finds_no_more_room_is_an_error_and_leaves_no_half_result() {
     assert!(!output.status.success());
     assert!(!out.exists());
     assert_done(&segment(&input, &out, &[&WINDOWS[..], &["--overwrite"]].concat()));
-    assert_same(&whole, &out);
+    assert_same(undisturbed_results(), &out);
 }
 
 /// As `shell`, with a disk of this many kilobytes at `/mnt`, which only this program sees.
@@ -104,8 +103,7 @@ fn a_place_that_cannot_be_written_is_named_and_what_is_there_stays() {
 #[cfg(unix)]
 #[test]
 fn of_two_runs_into_one_folder_the_first_goes_on_and_the_other_is_refused() {
-    let (input, whole, out) = (long_clip("two-in"), absent("two-whole"), absent("two-out"));
-    assert_done(&segment(&input, &whole, &WINDOWS));
+    let (input, out) = (long_clip("two-in"), absent("two-out"));
     let mut first = Running::start(&input, &out, &WINDOWS);
     let work = beside(&out, ".partial").join(".tracecut");
     first.wait_for("window");
@@ -120,7 +118,7 @@ fn of_two_runs_into_one_folder_the_first_goes_on_and_the_other_is_refused() {
     first.signal("-CONT");
     let output = first.finish();
     assert_done(&output);
-    assert_same(&whole, &out);
+    assert_same(undisturbed_results(), &out);
     assert!(!beside(&out, ".partial").exists());
 }
 
@@ -177,15 +175,14 @@ fn an_ffmpeg_that_is_killed_is_no_damage_of_the_video() {
 
 #[test]
 fn many_runs_begun_at_once_leave_one_whole_result() {
-    let (input, whole, out) = (long_clip("many-in"), absent("many-whole"), absent("many-out"));
-    assert_done(&segment(&input, &whole, &WINDOWS));
+    let (input, out) = (long_clip("many-in"), absent("many-out"));
     let runs: Vec<_> = (0..6).map(|_| Running::start(&input, &out, &WINDOWS)).collect();
     let codes: Vec<_> = runs.into_iter().map(|run| run.finish().status.code().unwrap()).collect();
     assert!(
         codes.iter().filter(|&&code| code == 0).count() == 1 && codes.iter().all(|code| [0, 2].contains(code)),
         "{codes:?}"
     );
-    assert_same(&whole, &out);
+    assert_same(undisturbed_results(), &out);
 }
 
 #[cfg(unix)]
