@@ -1,7 +1,7 @@
 //! Faults of the machine around `segment`: full disks, folders that cannot be written, another run in the same folder,
 //! lists that name what is no file. A folder of results is whole or absent.
 
-use super::files::{Running, WINDOWS, absent, assert_same, beside, long_clip, undisturbed_results};
+use super::files::{Running, WINDOWS, absent, assert_same, beside, long_clip, shared_long_clip, undisturbed_results};
 use super::*;
 
 /// Runs `segment` from a shell that says first what is to be different; `$0` is the program.
@@ -24,19 +24,19 @@ fn assert_nothing_half(out: &Path) {
 #[cfg(unix)]
 #[test]
 fn a_file_that_finds_no_more_room_is_an_error_and_leaves_no_half_result() {
-    let (input, out) = (long_clip("room-in"), absent("room-out"));
+    let (input, out) = (shared_long_clip(), absent("room-out"));
     // A limit on the size of files, in blocks of 512 bytes, and its signal ignored: writing fails as on a full disk.
     for blocks in [0, 4] {
-        let output = shell(&format!("trap '' XFSZ; ulimit -f {blocks}"), &input, &out, &WINDOWS);
+        let output = shell(&format!("trap '' XFSZ; ulimit -f {blocks}"), input, &out, &WINDOWS);
         assert_refused(&output, 1, &["room-out", "cannot be written"]);
         assert_nothing_half(&out);
         let _ = fs::remove_dir_all(beside(&out, ".partial"));
     }
     // Heard, it ends the program in the middle of a file; what is left is not taken for results.
-    let output = shell("ulimit -f 4", &input, &out, &WINDOWS);
+    let output = shell("ulimit -f 4", input, &out, &WINDOWS);
     assert!(!output.status.success());
     assert!(!out.exists());
-    assert_done(&segment(&input, &out, &[&WINDOWS[..], &["--overwrite"]].concat()));
+    assert_done(&segment(input, &out, &[&WINDOWS[..], &["--overwrite"]].concat()));
     assert_same(undisturbed_results(), &out);
 }
 
@@ -103,14 +103,14 @@ fn a_place_that_cannot_be_written_is_named_and_what_is_there_stays() {
 #[cfg(unix)]
 #[test]
 fn of_two_runs_into_one_folder_the_first_goes_on_and_the_other_is_refused() {
-    let (input, out) = (long_clip("two-in"), absent("two-out"));
-    let mut first = Running::start(&input, &out, &WINDOWS);
+    let (input, out) = (shared_long_clip(), absent("two-out"));
+    let mut first = Running::start(input, &out, &WINDOWS);
     let work = beside(&out, ".partial").join(".tracecut");
     first.wait_for("window");
     first.signal("-STOP");
-    assert_refused(&segment(&input, &out, &WINDOWS), 2, &["two-out.partial"]);
+    assert_refused(&segment(input, &out, &WINDOWS), 2, &["two-out.partial"]);
     for more in ["--overwrite", "--resume"] {
-        let second = segment(&input, &out, &[&WINDOWS[..], &[more]].concat());
+        let second = segment(input, &out, &[&WINDOWS[..], &[more]].concat());
         assert_refused(&second, 2, &["two-out.partial", "another run"]);
     }
     // A signal to one that is refused takes nothing from the other either.
@@ -175,8 +175,8 @@ fn an_ffmpeg_that_is_killed_is_no_damage_of_the_video() {
 
 #[test]
 fn many_runs_begun_at_once_leave_one_whole_result() {
-    let (input, out) = (long_clip("many-in"), absent("many-out"));
-    let runs: Vec<_> = (0..6).map(|_| Running::start(&input, &out, &WINDOWS)).collect();
+    let (input, out) = (shared_long_clip(), absent("many-out"));
+    let runs: Vec<_> = (0..6).map(|_| Running::start(input, &out, &WINDOWS)).collect();
     let codes: Vec<_> = runs.into_iter().map(|run| run.finish().status.code().unwrap()).collect();
     assert!(
         codes.iter().filter(|&&code| code == 0).count() == 1 && codes.iter().all(|code| [0, 2].contains(code)),
