@@ -1,4 +1,4 @@
-//! Files with faults, read by the command line: nothing panics, and whatever comes out keeps its laws.
+//! Damaged files read by the command line: nothing panics, and every value that is returned is valid.
 
 mod checks;
 
@@ -13,7 +13,7 @@ const READERS: [Reader; 5] = [
 ];
 
 #[test]
-fn files_with_faults_are_an_error_or_keep_the_laws() {
+fn damaged_files_are_errors_or_valid_values() {
     read_faulty(&READERS, 0..4000);
 }
 
@@ -30,7 +30,7 @@ fn a_frame_that_claims_to_be_larger_than_its_gif_takes_no_memory() {
 
 #[test]
 #[ignore = "a minute; part of npm run test:long"]
-fn many_more_files_with_faults() {
+fn many_more_damaged_files() {
     read_faulty(&READERS, 4000..204_000);
 }
 

@@ -23,7 +23,7 @@ fn assert_nothing_half(out: &Path) {
 
 #[cfg(unix)]
 #[test]
-fn a_file_that_finds_no_more_room_is_an_error_and_leaves_no_half_result() {
+fn a_file_that_cannot_be_completed_is_an_error_and_leaves_no_partial_results() {
     let (input, out) = (shared_long_clip(), absent("room-out"));
     // A limit on the size of files, in blocks of 512 bytes, and its signal ignored: writing fails as on a full disk.
     for blocks in [0, 4] {
@@ -123,7 +123,7 @@ fn of_two_runs_into_one_folder_the_first_goes_on_and_the_other_is_refused() {
 }
 
 #[test]
-fn what_may_work_later_has_another_code_than_what_never_does() {
+fn failures_that_may_pass_have_exit_code_1_and_bad_data_has_3() {
     let (input, out) = moving_clip("later", 4);
     let bad = input.join("bad.y4m");
     fs::write(&bad, &y4m(2)[..3000]).unwrap();
@@ -150,7 +150,7 @@ fn what_may_work_later_has_another_code_than_what_never_does() {
 
 #[cfg(unix)]
 #[test]
-fn an_ffmpeg_that_is_killed_is_no_damage_of_the_video() {
+fn a_killed_ffmpeg_is_not_reported_as_damage() {
     use std::os::unix::fs::PermissionsExt;
     let (input, out) = moving_clip("killed-ffmpeg", 8);
     let video = input.join("clip.mkv");
@@ -210,7 +210,7 @@ fn lists_may_name_files_anywhere_but_no_devices_and_pipes() {
 
 #[cfg(unix)]
 #[test]
-fn a_single_picture_that_finds_no_room_leaves_no_part_of_it() {
+fn a_full_disk_leaves_no_partial_picture() {
     let (input, out) = moving_clip("single", 1);
     let image = input.join("f0.png");
     for command in ["superpixels", "boundaries"] {

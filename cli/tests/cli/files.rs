@@ -150,8 +150,8 @@ fn a_long_clip_is_taken_in_windows_with_the_labels_of_the_library() {
     let (mut t, mut objects) = (0, std::collections::BTreeSet::new());
     while let Some(window) = windows.next_window(|_| ()) {
         let window = window.unwrap();
-        let told = &report["windows"][window.index];
-        assert_eq!((&told["shot"], &told["firstFrame"]), (&window.shot.into(), &window.first_frame.into()));
+        let reported = &report["windows"][window.index];
+        assert_eq!((&reported["shot"], &reported["firstFrame"]), (&window.shot.into(), &window.first_frame.into()));
         for settled in window.settled {
             let mask = windows.session().labels(settled).unwrap();
             assert_eq!(read_labels(&out, t), mask.data(), "frame {t}");
@@ -160,9 +160,9 @@ fn a_long_clip_is_taken_in_windows_with_the_labels_of_the_library() {
         }
     }
     assert_eq!((t, names_in(&out.join("masks")).len()), (LONG as usize, LONG as usize));
-    let told: Vec<u64> = report["objects"].as_array().unwrap().iter().map(|o| o["label"].as_u64().unwrap()).collect();
-    assert_eq!(told, objects.into_iter().map(u64::from).collect::<Vec<_>>());
-    assert!(told.len() > 1, "{told:?}");
+    let labels: Vec<u64> = report["objects"].as_array().unwrap().iter().map(|o| o["label"].as_u64().unwrap()).collect();
+    assert_eq!(labels, objects.into_iter().map(u64::from).collect::<Vec<_>>());
+    assert!(labels.len() > 1, "{labels:?}");
     assert_eq!(names_in(&out.join("tracks")).len(), report["windows"].as_array().unwrap().len());
 }
 
@@ -288,7 +288,7 @@ fn signals_leave_no_half_result_and_have_codes_of_their_own() {
 }
 
 #[test]
-fn what_lies_there_is_replaced_only_when_asked_and_only_if_it_is_a_result() {
+fn existing_folders_are_replaced_only_with_overwrite_and_only_if_they_are_results() {
     let (input, out) = moving_clip("there", 4);
     assert_done(&segment(&input, &out, &[]));
     let before = all_files(&out);
@@ -314,7 +314,7 @@ fn what_lies_there_is_replaced_only_when_asked_and_only_if_it_is_a_result() {
 }
 
 #[test]
-fn a_failure_leaves_nothing_and_a_late_one_what_a_run_goes_on_with() {
+fn a_failure_leaves_no_results_and_after_a_window_a_resumable_run() {
     let (input, out) = moving_clip("late", 4);
     fs::write(input.join("f3.png"), "no image").unwrap();
     assert_refused(&segment(&input, &out, &[]), 3, &["f3.png"]);
@@ -402,7 +402,7 @@ fn stages(events: &[serde_json::Value]) -> Vec<&str> {
 }
 
 #[test]
-fn events_tell_the_progress_of_the_whole_clip_as_in_javascript() {
+fn events_report_the_progress_of_the_whole_clip_as_in_javascript() {
     let (frames, out) = (folder("progress-in"), absent("progress-out"));
     clip(&frames, LONG, SIZE, &moving);
     for (input, is_counted) in [(frames, true), (long_clip("progress-stream-in"), false)] {
@@ -434,7 +434,7 @@ fn events_tell_the_progress_of_the_whole_clip_as_in_javascript() {
 }
 
 #[test]
-fn damage_is_told_as_an_event_and_does_not_stop_other_inputs() {
+fn damage_is_reported_as_an_event_and_does_not_stop_other_inputs() {
     let (input, out) = (folder("events-in"), absent("events-out"));
     let whole = y4m(6);
     for (name, bytes) in [("a-cut", &whole[..whole.len() - 5]), ("b-one", &whole[..20_000]), ("c-whole", &whole[..])] {
@@ -446,7 +446,7 @@ fn damage_is_told_as_an_event_and_does_not_stop_other_inputs() {
     assert_eq!(output.status.code(), Some(3));
     let mut events = json_lines(&output.stderr);
     events.retain(|event| event["event"] != "progress");
-    let told: Vec<String> = events
+    let names: Vec<String> = events
         .iter()
         .map(|event| {
             let input = Path::new(event["input"].as_str().unwrap_or_default()).file_stem().unwrap_or_default();
@@ -455,7 +455,7 @@ fn damage_is_told_as_an_event_and_does_not_stop_other_inputs() {
         .collect();
     let expected = "begin a-cut,window ,done a-cut,truncated a-cut,error a-cut,begin b-one,error b-one,begin c-whole,\
         window ,done c-whole,error ";
-    assert_eq!(told.join(","), expected);
+    assert_eq!(names.join(","), expected);
     assert_eq!((&events[3]["frames"], &events[4]["code"]), (&5.into(), &3.into()));
     let reports = json_lines(&output.stdout);
     assert_eq!((reports.len(), &reports[0]["truncated"]["frames"]), (2, &5.into()));
@@ -465,7 +465,7 @@ fn damage_is_told_as_an_event_and_does_not_stop_other_inputs() {
 }
 
 #[test]
-fn a_complete_result_is_taken_for_no_other() {
+fn resume_refuses_complete_results_of_another_clip_or_other_options() {
     let (input, out) = moving_clip("complete", 4);
     let options = ["--format", "png,rle", "--set", "shot.maxUnmatched=0.5"];
     let resume = |more: &[&str]| segment(&input, &out, &[&options[..], &["--resume"], more].concat());
@@ -504,7 +504,7 @@ fn a_complete_result_is_taken_for_no_other() {
 }
 
 #[test]
-fn seconds_are_those_on_the_wall_with_writing() {
+fn seconds_are_wall_seconds_and_include_writing() {
     let (input, out) = (long_clip("seconds-in"), absent("seconds-out"));
     let begin = std::time::Instant::now();
     let output = segment(&input, &out, &[&WINDOWS[..], &["--background", "--dump"]].concat());
@@ -558,17 +558,17 @@ fn several_inputs_have_folders_of_their_own_and_a_bad_one_does_not_stop_the_othe
 }
 
 #[test]
-fn progress_is_told_as_asked() {
-    let (input, out) = moving_clip("told", 4);
+fn progress_is_printed_in_the_requested_format() {
+    let (input, out) = moving_clip("progress-format", 4);
     let quiet = segment(&input, &out, &["--quiet"]);
     assert_done(&quiet);
     assert_eq!((text(&quiet.stdout), text(&quiet.stderr)), (String::new(), String::new()));
-    let told = json_lines(&segment(&input, &out, &["--overwrite", "--log", "json"]).stderr);
-    let mut names: Vec<&str> = told.iter().map(|event| event["event"].as_str().unwrap()).collect();
+    let events = json_lines(&segment(&input, &out, &["--overwrite", "--log", "json"]).stderr);
+    let mut names: Vec<&str> = events.iter().map(|event| event["event"].as_str().unwrap()).collect();
     names.dedup();
-    assert_eq!((names, &told.last().unwrap()["frames"]), (vec!["begin", "progress", "window", "done"], &4.into()));
-    let told = json_lines(&segment(&input.join("nowhere"), &out, &["--overwrite", "--log", "json"]).stderr);
-    assert_eq!((told.len(), &told[0]["event"], &told[0]["code"]), (1, &"error".into(), &1.into()));
+    assert_eq!((names, &events.last().unwrap()["frames"]), (vec!["begin", "progress", "window", "done"], &4.into()));
+    let events = json_lines(&segment(&input.join("nowhere"), &out, &["--overwrite", "--log", "json"]).stderr);
+    assert_eq!((events.len(), &events[0]["event"], &events[0]["code"]), (1, &"error".into(), &1.into()));
 }
 
 #[test]
