@@ -75,7 +75,7 @@ enum Command {
 #[must_use]
 pub fn main() -> ExitCode {
     let command = Cli::parse().command;
-    ending::conclude(false, || run(&command))
+    ending::conclude(false, || run(&command)).into()
 }
 
 fn run(command: &Command) -> Result<()> {

@@ -9,21 +9,21 @@ from typing import Any, Literal, Optional, TypeVar, cast
 import numpy as np
 
 from . import _progress, _tracecut
-from ._errors import TraceCutError, WrongTypeError, index_of, is_text, real, whole, wrong_type
+from ._errors import TraceCutError, Unpack, WrongTypeError, index_of, is_text, raw_params, real, whole, wrong_type
 from ._frames import FrameLike, Frames, as_array, open_frames
-from ._options import Unpack, raw_params
 from ._params import Params
 from ._tracks import check_trajectories
 from ._types import (
     F32,
-    U8,
     U32,
+    U8,
     Affinities,
     BoundaryMap,
     Clusters,
     Components,
     Discontinuities,
     Embedding,
+    Explanation,
     FlowField,
     Progress,
     Saliency,
@@ -31,8 +31,8 @@ from ._types import (
     Stroke,
     Superpixels,
     Trajectories,
+    explanation,
 )
-from ._why import Explanation, explanation
 
 #: The ways to discretize an embedding, those of the parameter ``discretize.method``.
 Method = Literal["rotation-merge", "rotation", "k-means", "rotation-evidence"]
