@@ -31,7 +31,7 @@ type CorrectedResult = { job: ClipJob; hidden: ReadonlySet<number> };
 const TICK_MS = 100;
 
 /** Time without changes after which new settings restart a run, in milliseconds; chosen by eye. */
-const SETTINGS_DELAY_MS = 600;
+export const SETTINGS_DELAY_MS = 600;
 
 /** Services that the model needs from the browser. */
 interface Platform {

@@ -56,6 +56,11 @@ export function waitForState(store, condition) {
   });
 }
 
+/** Returns the masks of the result on screen as text, frame by frame. */
+export function maskText({ analysis: { segmentation } }) {
+  return Array.from({ length: segmentation.result.numFrames }, (_, t) => segmentation.mask(t).join('')).join('|');
+}
+
 /** A gate for `openModel`: frames from number `count` on are read only after `open()`. */
 export function frameGate(count) {
   let open;
