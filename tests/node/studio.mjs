@@ -61,11 +61,12 @@ export function maskText({ analysis: { segmentation } }) {
   return Array.from({ length: segmentation.result.numFrames }, (_, t) => segmentation.mask(t).join('')).join('|');
 }
 
-/** A gate for `openModel`: frames from number `count` on are read only after `open()`. */
-export function frameGate(count) {
+/** Returns a gate for `openModel`: frames from number `count` on are read only after `open()`. */
+export function frameGate(count = Infinity) {
   let open;
   const opened = new Promise((resolve) => (open = resolve));
-  return { open, wait: (t) => (t < count ? null : opened) };
+  const gate = { count, open, wait: (t) => (t < gate.count ? null : opened) };
+  return gate;
 }
 
 /**
