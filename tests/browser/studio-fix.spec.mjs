@@ -23,7 +23,8 @@ const INSIDE = { 1: [29, 9], 2: [69, 32], 4: [150, 79], 5: [190, 103] };
 const BACKGROUND = [30, 100];
 
 const undo = (page) => correct(page, () => page.click('#correct-undo'));
-const objects = (page) => page.locator('.object').evaluateAll((rows) => rows.map(({ dataset }) => dataset.object).join());
+const objects = (page) =>
+  page.locator('.object').evaluateAll((rows) => rows.map(({ dataset }) => dataset.object).join());
 const expectObjects = (page, wanted) => expect.poll(() => objects(page)).toBe(wanted);
 
 test.describe('with the mouse', () => {

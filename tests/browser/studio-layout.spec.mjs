@@ -146,7 +146,8 @@ test.describe('the picture', () => {
     expect(await placeOf(page, '#canvas')).toEqual(before);
     // Shifts are reported with the frame that shows them. The timeline may move by less than a pixel.
     const shifts = await page.evaluate(
-      () => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => resolve(globalThis.shifts)))),
+      () =>
+        new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => resolve(globalThis.shifts)))),
     );
     expect(shifts.filter(({ value }) => value > 0.001)).toEqual([]);
   });
@@ -308,7 +309,12 @@ test.describe('the first screen', () => {
       const picture = page.locator('#welcome picture img');
       for (const [width, height] of reducedMotion === 'reduce'
         ? [[1366, 768]]
-        : [[1366, 768], [2560, 1440], [390, 844], [844, 390]]) {
+        : [
+            [1366, 768],
+            [2560, 1440],
+            [390, 844],
+            [844, 390],
+          ]) {
         await page.setViewportSize({ width, height });
         await expect.poll(() => picture.evaluate(({ naturalWidth }) => naturalWidth)).toBeGreaterThan(0);
         for (const selector of ['#welcome h1', '#welcome-open', '#welcome ul', '#welcome picture']) {
@@ -457,7 +463,9 @@ test('the help has the first steps; the hashes of this browser match, and one th
   await page.waitForSelector('#guide', { state: 'visible' });
   expect(await page.locator('#guide strong').allInnerTexts()).toEqual(['Objects', 'Fix', 'Save']);
   await page.click('#about-open');
-  await expect(page.locator('#about')).toHaveText(new RegExp(`TraceCut ${version.replaceAll('.', '\\.')}, free software`));
+  await expect(page.locator('#about')).toHaveText(
+    new RegExp(`TraceCut ${version.replaceAll('.', '\\.')}, free software`),
+  );
   await page.click('#about-check');
   await expect(page.locator('#about-status')).toHaveText('All 19 parts match.');
   const names = await page.locator('#about dt').allInnerTexts();

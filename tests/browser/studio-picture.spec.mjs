@@ -337,11 +337,14 @@ test.describe('a sample', () => {
       }, size);
     await seek(page, 4);
     await isShownAt(width);
-    const pixels = await page.evaluate(([w, h]) => {
-      const context = new OffscreenCanvas(w, h).getContext('2d', { willReadFrequently: true });
-      context.drawImage(globalThis.tracecutStudio.app.viewer.view.image, 0, 0);
-      return [...context.getImageData(0, 0, w, h).data];
-    }, [width, height]);
+    const pixels = await page.evaluate(
+      ([w, h]) => {
+        const context = new OffscreenCanvas(w, h).getContext('2d', { willReadFrequently: true });
+        context.drawImage(globalThis.tracecutStudio.app.viewer.view.image, 0, 0);
+        return [...context.getImageData(0, 0, w, h).data];
+      },
+      [width, height],
+    );
     expect(Buffer.from(pixels).equals(Buffer.from(frames[4].data))).toBe(true);
     await page.click('#play');
     await isShownAt(480);

@@ -63,7 +63,13 @@ test('cuts out a dropped clip at full size: run, fix, and two clicks to save', a
   expect(await page.evaluate(() => globalThis.clicks)).toEqual(['export-open', 'export-run']);
   expect(download.suggestedFilename()).toBe('square-cutout.webm');
   const [left, top] = cornerOf(0);
-  const places = [[left + SIDE / 2, top + SIDE / 2], [550, 60], [20, 20], [left - 40, top], [620, 340]];
+  const places = [
+    [left + SIDE / 2, top + SIDE / 2],
+    [550, 60],
+    [20, 20],
+    [left - 40, top],
+    [620, 340],
+  ];
   const bytes = [...(await downloadBytes(download))];
   const { width, height, opacities } = await page.evaluate(firstFrame, { bytes, places });
   expect([width, height]).toEqual([CLIP.width, CLIP.height]);
