@@ -108,7 +108,9 @@ export async function correct(page, act) {
   const status = page.locator('#correct-status');
   await status.evaluate((element) => (element.textContent = ''));
   await act();
-  await expect(status).toHaveText(/^(Applied to .*\.|Corrected .*|Undone.*|Redone.*|Not possible.*|.* joined with .*)$/);
+  await expect(status).toHaveText(
+    /^(Applied to .*\.|Corrected .*|Undone.*|Redone.*|Not possible.*|.* joined with .*)$/,
+  );
   return status.innerText();
 }
 
