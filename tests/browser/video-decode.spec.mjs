@@ -92,7 +92,7 @@ test('frames can be drawn on a canvas at every size, and are closed when the nex
 });
 
 test('a video that was recorded upright is turned', async () => {
-  const turned = await library.page.evaluate(async () => {
+  const rotated = await library.page.evaluate(async () => {
     const upright = await makeClip({ times: evenTimes(3, 25), container: 'Mp4', codec: 'vp9', rotation: 90 });
     const frames = tracecut.videoFrames(upright);
     const { value } = await frames.next();
@@ -101,7 +101,7 @@ test('a video that was recorded upright is turned', async () => {
     const { width, height } = await tracecut.videoInfo(upright);
     return { size: [value.width, value.height], info: [width, height], edge };
   });
-  expect(turned).toEqual({ size: [64, 128], info: [64, 128], edge: 'top' });
+  expect(rotated).toEqual({ size: [64, 128], info: [64, 128], edge: 'top' });
 });
 
 test('an abort while decoding rejects with its reason, and the page can decode again', async () => {

@@ -226,7 +226,7 @@ test.describe('damaged files', () => {
   test('frames that the decoder still held when it met the damage come too', async () => {
     const order = ['-bf', '2', '-g', '8', '-x264-params', 'b-adapt=0', '-bsf:v', 'filter_units=remove_types=6'];
     film('order.mp4', [...H264, ...order]);
-    // The order of decoding is 0, 3, 1, 2, 6, 4, 5, …: the fifth packet is that of picture 6.
+    // The order of decoding is 0, 3, 1, 2, 6, 4, 5, …: the fifth packet holds picture 6.
     scrambleMp4Packet('order.mp4', 'scrambled.mp4', 4);
     const { pictures, error } = await readFile('scrambled.mp4');
     expect(pictures).toEqual([0, 1, 2, 3]);
