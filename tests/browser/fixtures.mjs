@@ -71,10 +71,13 @@ export const test = base.extend({
     { scope: 'worker' },
   ],
 
-  /** Opens a page that has the package under `tracecut`, and the functions of `page-helpers.mjs`. */
+  /**
+   * Opens a page that has the package under `tracecut`, and the functions of `page-helpers.mjs`: `openLibrary({ modules })`,
+   * where `modules` are more files of `tests/` that the page may import.
+   */
   openLibrary: [
     async ({ browser, sites, faults, ownPages }, use) => {
-      await use(async () => {
+      await use(async ({ modules = [] } = {}) => {
         const page = await (await browser.newContext()).newPage();
         ownPages.add(page);
         page.on('pageerror', (error) => faults.push(`page error: ${error.message}`));
@@ -84,10 +87,13 @@ export const test = base.extend({
             faults.push(message.text());
         });
         // A script of the site, shown as a page: a page that a test makes up may not request from other servers of this machine.
-        await page.goto(`${await sites('package')}dist/index.js`);
+        const url = await sites('package');
+        await serveModules(page, url, ['browser/page-helpers.mjs', ...modules]);
+        await page.goto(`${url}dist/index.js`);
         await page.evaluate(async () => {
           document.body.innerHTML = '<input type="file" id="file" multiple>';
           globalThis.tracecut = await import('/model/library.js');
+          Object.assign(globalThis, await import('/browser/page-helpers.mjs'));
         });
         return page;
       });
@@ -109,10 +115,7 @@ export const test = base.extend({
         await page.route(`${url}empty`, (route) =>
           route.fulfill({ contentType: 'text/html', headers: { 'Content-Security-Policy': policy }, body }),
         );
-        for (const name of modules) {
-          const path = fileURLToPath(new URL(`../${name}`, import.meta.url));
-          await page.route(url + name, (route) => route.fulfill({ path, contentType: 'text/javascript' }));
-        }
+        await serveModules(page, url, modules);
         await page.goto(`${url}empty`);
         return page;
       });
@@ -165,10 +168,10 @@ export function useSample(options) {
 }
 
 /** A page with the package, shared by all tests of a file; `prepare(page)` runs first. Read `page` inside tests. */
-export function useLibrary(prepare = async () => {}) {
+export function useLibrary(prepare = async () => {}, options) {
   const shared = { /** @type {import('@playwright/test').Page} */ page: null };
   test.beforeAll(async ({ openLibrary }) => {
-    shared.page = await openLibrary();
+    shared.page = await openLibrary(options);
     await prepare(shared.page);
   });
   test.afterAll(() => shared.page?.context().close());
@@ -186,9 +189,23 @@ export function useEmptyPage(prepare, options) {
   return shared;
 }
 
+/** Gives a file to a page of `openLibrary`, where it is `globalThis.file` from then on. */
+export async function giveFile(page, path) {
+  await page.setInputFiles('#file', path);
+  await page.evaluate(() => (globalThis.file = document.querySelector('#file').files[0]));
+}
+
 /** Returns the bytes of a download. @param {import('@playwright/test').Download} download */
 export async function downloadBytes(download) {
   return readFileSync(await download.path());
+}
+
+/** Serves files of `tests/` to a page. */
+async function serveModules(page, url, names) {
+  for (const name of names) {
+    const path = fileURLToPath(new URL(`../${name}`, import.meta.url));
+    await page.route(url + name, (route) => route.fulfill({ path, contentType: 'text/javascript' }));
+  }
 }
 
 function watchStudio(page, url, faults) {
