@@ -53,24 +53,19 @@ test('settings name parameters that there are, take what is legal, and make opti
       assert.equal(settings.set(name, value), true, name);
       assert.ok(store.state.changed.has(name), `${name}: ${value} is the default`);
     }
-  assert.deepEqual(otherChanges({ ...store.state, source: VIDEO }), []);
+  assert.deepEqual(otherChanges(store.state), []);
   settings.resetAll();
   assert.equal(settings.set('cut.spatialWeight', -1), false);
   assert.equal(settings.set('no.such', 1), false);
   assert.equal(settings.set('trajectory.gridStep', 12), true);
   assert.equal(settings.set('superpixel.mergeThreshold', 5), true);
-  assert.deepEqual(otherChanges({ ...store.state, source: VIDEO }), [
-    'trajectory.gridStep = 12',
-    'superpixel.mergeThreshold = 5',
-  ]);
+  assert.deepEqual(otherChanges(store.state), ['trajectory.gridStep = 12', 'superpixel.mergeThreshold = 5']);
   const { changed } = store.state;
-  assert.deepEqual(sessionOptions({ changed, source: VIDEO }), {
+  assert.deepEqual(sessionOptions({ changed }), {
     superpixel: { mergeThreshold: 5 },
     trajectory: { gridStep: 12 },
   });
-  assert.deepEqual(sessionOptions({ changed, source: { ...VIDEO, kind: 'still' } }), {
-    superpixel: { mergeThreshold: 5 },
-  });
+  assert.equal(settings.set('still.radius', 4), false, 'a parameter of still images');
   settings.set('trajectory.gridStep', all.find(({ name }) => name === 'trajectory.gridStep').default);
   assert.deepEqual([...store.state.changed.keys()], ['superpixel.mergeThreshold'], 'a default is no change');
 });

@@ -18,7 +18,7 @@ export const CLIP = new File(['clip'], 'clip.mp4', { type: 'video/mp4' });
 export const SAMPLE = { width: 192, height: 108, frames: 16, seed: 4 };
 const FRAME_SECONDS = 1 / 15;
 
-/** Frames in memory. @implements {import('../../studio/model/job.js').Images} */
+/** Frames in memory. @implements {import('../../studio/model/clip-job.js').Images} */
 class Images {
   frames = [];
   width = 0;

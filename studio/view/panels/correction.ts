@@ -14,10 +14,10 @@ import { AddOutline } from './add-outline.js';
 import { Crosshair } from './crosshair.js';
 import { FixRange } from './fix-range.js';
 import { JoinDrag } from './join-drag.js';
-import type { Spot } from '../../model/frame-data.js';
+import type { Spot } from '../../model/store.js';
 import type { Corrections } from '../../model/corrections.js';
 import type { ObjectFacts } from '../../model/presence.js';
-import type { View } from '../layers/layer.js';
+import type { View } from '../layers.js';
 import type { CanvasPlace } from '../viewer.js';
 import type { Page } from '../page.js';
 
@@ -132,7 +132,7 @@ export class Correction {
 
   get corrector(): Corrections | null {
     const { analysis, job } = this.store.state;
-    return analysis?.segmentation ? (job?.corrector ?? null) : null;
+    return analysis ? (job?.corrector ?? null) : null;
   }
 
   open() {

@@ -59,7 +59,7 @@ export class Lanes {
   /** Draws the lanes: bar heights are sizes relative to the largest size. */
   draw() {
     const { analysis, timeline } = this.store.state;
-    const presence = analysis?.segmentation?.presence;
+    const presence = analysis?.segmentation.presence;
     const { numFrames } = timeline;
     if (!presence) return;
     const density = devicePixelRatio || 1;
