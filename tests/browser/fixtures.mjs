@@ -1,10 +1,11 @@
 // Fixtures of the tests in Chromium: servers of the site, pages at it that are watched for errors, and pages with the package alone.
 
-import { mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
+import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { expect, test as base } from '@playwright/test';
+import { serviceWorker } from '../../scripts/precache.mjs';
 import { mounts, serve } from '../../scripts/serve.mjs';
 import { siteList, writeSite } from '../../scripts/site.mjs';
 
@@ -123,15 +124,25 @@ export const test = base.extend({
     { scope: 'worker' },
   ],
 
-  /** A built site in a folder of its own, whose files a test may change: `{ url, folder }`. */
-  ownSite: async ({}, use) => {
-    const folder = mkdtempSync(join(tmpdir(), 'tracecut-own-site-'));
-    await writeSite(folder);
-    const server = await serveSite('small', { folder, splits: true });
-    await use({ url: server.url, folder });
-    await server.close();
-    rmSync(folder, { recursive: true, force: true });
-  },
+  /**
+   * The built site with the tiny sample, as on a host: with all its files, and not at the root. A test may change files in
+   * `folder`, restores them, and calls `publish` for a service worker with their list.
+   */
+  ownSite: [
+    async ({}, use) => {
+      const folder = mkdtempSync(join(tmpdir(), 'tracecut-own-site-'));
+      await writeSite(folder);
+      for (const [path, script] of scriptsWithSample(folder, JSON.stringify(TINY)))
+        writeFileSync(join(folder, path), script);
+      const publish = () => writeFileSync(join(folder, 'service-worker.js'), serviceWorker(siteList(folder)));
+      publish();
+      const server = await serve({ places: [{ prefix: '/some/where/', folder }] });
+      await use({ url: `${server.url}some/where/`, folder, publish });
+      await server.close();
+      rmSync(folder, { recursive: true, force: true });
+    },
+    { scope: 'worker' },
+  ],
 
   checkPages: [
     async ({ faults, ownPages }, use) => {
@@ -230,17 +241,13 @@ const ENTRIES = Object.fromEntries(
   ['draw', 'edit', 'export', 'stages'].map((name) => [`/dist/${name}.js`, "export * from './index.js';"]),
 );
 
-/**
- * Serves a kind of site.
- *
- * @param {SiteKind} kind
- * @param {{folder?: string, splits?: boolean}} [options] where the site was written, and whether with as many files as on a host
- */
-async function serveSite(kind, { folder = process.env.TRACECUT_TEST_SITE, splits = false } = {}) {
+/** Serves a kind of site. @param {SiteKind} kind */
+async function serveSite(kind) {
+  const folder = process.env.TRACECUT_TEST_SITE;
   if (kind === 'package') return serve();
   const scripts = kind === 'whole' ? [] : scriptsWithSample(folder, JSON.stringify(SAMPLES[kind]));
-  // Without splits the page is one file with its start script, and has nothing to fetch ahead.
-  const instead = { ...Object.fromEntries(scripts), ...ENTRIES, ...(splits ? {} : { '/view/page.js': '' }) };
+  // The page is one file with its start script, and has nothing to fetch ahead.
+  const instead = { ...Object.fromEntries(scripts), ...ENTRIES, '/view/page.js': '' };
   const places = [{ prefix: '/', folder }, ...mounts];
   return serve({ places, instead, list: () => siteList(folder, instead) });
 }
