@@ -1,4 +1,4 @@
-// What the studio says and offers: colours, times, settings, sizes, the part of a clip that is taken, what to try next.
+// Texts and small computations of the studio's model: colours, zoom, settings, trims, sizes, suggestions and errors.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -16,14 +16,14 @@ import { MAX_SCALE, Zoom } from '../../build/model/zoom.js';
 
 const VIDEO = { kind: 'video', name: 'a.mp4', width: 1920, height: 1080, fps: 25, count: 100 };
 
-test('colours have names for any number of objects, none of them twice', () => {
+test('colours have unique names for any number of objects', () => {
   const names = Array.from({ length: 255 }, (_, k) => colourName(k + 1));
   assert.deepEqual(names.slice(0, 8), ['orange', 'light blue', 'pink', 'yellow', 'green', 'red', 'blue', 'purple']);
   assert.equal(new Set(names).size, 255);
   assert.equal(names[9], 'purple 2');
 });
 
-test('a place stays where it is while it is enlarged, and nothing beyond the clip is shown', () => {
+test('zoom keeps the place at the pointer, and shows nothing outside of the clip', () => {
   const zoom = new Zoom();
   let state = 7;
   const random = () => (state = (Math.imul(state, 1103515245) + 12345) >>> 0) / 2 ** 32;
@@ -36,14 +36,14 @@ test('a place stays where it is while it is enlarged, and nothing beyond the cli
     const slack = 1e-9;
     assert.ok(zoom.scale >= 1 && zoom.scale <= MAX_SCALE);
     for (const axis of ['x', 'y']) assert.ok(zoom[axis] >= 0 && zoom[axis] + 1 / zoom.scale <= 1 + slack);
-    const atRim = [zoom.x, zoom.y].some((at) => at < slack || at > 1 - 1 / zoom.scale - slack);
-    if (k % 3 !== 2 && !atRim) after.forEach((at, axis) => assert.ok(Math.abs(at - before[axis]) < slack));
+    const isAtBorder = [zoom.x, zoom.y].some((at) => at < slack || at > 1 - 1 / zoom.scale - slack);
+    if (k % 3 !== 2 && !isAtBorder) after.forEach((at, axis) => assert.ok(Math.abs(at - before[axis]) < slack));
   }
   zoom.reset();
   assert.deepEqual([zoom.scale, zoom.x, zoom.y], [1, 0, 0]);
 });
 
-test('settings name parameters that there are, take what is legal, and make options of what counts', () => {
+test('settings accept legal values of existing parameters, and become options if they matter', () => {
   const all = parameters();
   const store = new Store();
   const settings = new Settings(store, all);
@@ -70,7 +70,7 @@ test('settings name parameters that there are, take what is legal, and make opti
   assert.deepEqual([...store.state.changed.keys()], ['superpixel.mergeThreshold'], 'a default is no change');
 });
 
-test('a link carries settings; masks cannot be left out by one', () => {
+test('a link contains settings, but cannot turn off masks', () => {
   const store = new Store();
   const settings = new Settings(store, parameters());
   readLink(settings, '#flow.smoothness=40&cut.spatialWeight=3&clip.dense=false&cut.no=1&affinity.noiseFloor=');
@@ -80,7 +80,7 @@ test('a link carries settings; masks cannot be left out by one', () => {
   assert.equal(settingsLink(new Map(), 'https://host/page/#old'), 'https://host/page/');
 });
 
-test('the part of a clip that is taken lies within it, and is put into words', () => {
+test('a trim lies within its clip, and is described', () => {
   const trim = defaultTrim(VIDEO);
   assert.deepEqual(trim, { start: 0, frames: 100, step: 1, side: 480 });
   assert.deepEqual(clampTrim({ ...trim, start: 200, step: 3 }, VIDEO), { start: 98, frames: 1, step: 3, side: 480 });
@@ -96,7 +96,7 @@ test('the part of a clip that is taken lies within it, and is put into words', (
   assert.equal(describePart({ ...VIDEO, kind: 'images' }, 6, 29), 'images 7–30 of 100');
 });
 
-test('results are saved at sizes of the source, each once, and last as long as their frames', () => {
+test('exports have sizes of the source, without duplicates, and last as long as their frames', () => {
   const names = (source, working) => exportSizes(source, working).map(({ name, side }) => `${name} ${side}`);
   assert.deepEqual(names(VIDEO, { width: 480, height: 270 }), ['source 1920', 'half 960', 'working 480', 'own 1920']);
   const small = { width: 480, height: 270 };
@@ -106,7 +106,7 @@ test('results are saved at sizes of the source, each once, and last as long as t
   assert.equal(computeDuration({ numFrames: 50, times: null }, 25), 2);
 });
 
-test('where nothing was found, only what can change that is offered', () => {
+test('suggests only changes that may find objects', () => {
   const report = { numFrames: 30, trajectories: 200, coverage: 0.9, speed: 2, cameraMoves: true, motions: [1] };
   assert.equal(
     describeSearch(report),
@@ -123,7 +123,7 @@ test('where nothing was found, only what can change that is offered', () => {
   assert.deepEqual(patch.trim, { start: 0, frames: 50, step: 2, side: 480 });
 });
 
-test('errors say what to do, in terms of what the browser plays; numbers read easily', () => {
+test('errors advise formats that the browser plays, and numbers are formatted', () => {
   assert.match(explain(new PageError('codec')).advice, /MP4/);
   assert.doesNotMatch(explain(new PageError('codec'), false).advice, /MP4/);
   assert.equal(explain(new RangeError('x')).code, 'memory');
