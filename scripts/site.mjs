@@ -97,26 +97,35 @@ function copyWithMap(name, target) {
  * @param {string} target
  */
 async function writeDocument(target) {
-  const source = withoutImportMap(PAGE);
-  const link = /\s*<link rel="stylesheet" href="(.*?)">/g;
-  const sheets = [...source.matchAll(link)].map(([, href]) => readFileSync(join(root, 'studio', href), 'utf8'));
-  let count = 0;
-  const one = '\n<link rel="stylesheet" href="./page.css">';
-  const html = source.replace(link, () => (count++ === 0 ? one : ''));
-  // No element of the page keeps white space as it is.
-  writeFileSync(join(target, 'index.html'), html.replace(/\n\s+/g, '\n'));
-  const { code } = await transform(sheets.join('\n'), { loader: 'css', minify: true });
-  writeFileSync(join(target, 'page.css'), code);
+  await writePage(target, PAGE, 'page.css', (href) => join(root, 'studio', href));
 }
 
 /** The lab's document and its style sheet. @param {string} target */
 async function writeLab(target) {
-  const read = (/** @type {string} */ name) => readFileSync(join(LAB, name), 'utf8');
-  const html = withoutImportMap(read('index.html')).replace('./main.js', '../dist/lab.js');
+  const html = readFileSync(join(LAB, 'index.html'), 'utf8').replace('./main.js', '../dist/lab.js');
   mkdirSync(target, { recursive: true });
+  // The base sheet is the studio's.
+  const pathOf = (/** @type {string} */ href) =>
+    href.startsWith('../') ? join(root, 'studio', href.slice(3)) : join(LAB, href);
+  await writePage(target, html, 'style.css', pathOf);
+}
+
+/**
+ * @param {string} target a folder
+ * @param {string} source the document
+ * @param {string} name of its only style sheet there
+ * @param {(href: string) => string} pathOf returns where a sheet of the source lies
+ */
+async function writePage(target, source, name, pathOf) {
+  const link = /\s*<link rel="stylesheet" href="(.*?)">/g;
+  const sheets = [...source.matchAll(link)].map(([, href]) => readFileSync(pathOf(href), 'utf8'));
+  let count = 0;
+  const one = `\n<link rel="stylesheet" href="./${name}">`;
+  const html = withoutImportMap(source).replace(link, () => (count++ === 0 ? one : ''));
+  // No element of the page keeps white space as it is.
   writeFileSync(join(target, 'index.html'), html.replace(/\n\s+/g, '\n'));
-  const { code } = await transform(read('style.css'), { loader: 'css', minify: true });
-  writeFileSync(join(target, 'style.css'), code);
+  const { code } = await transform(sheets.join('\n'), { loader: 'css', minify: true });
+  writeFileSync(join(target, name), code);
 }
 
 /** @param {string} html */

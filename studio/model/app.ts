@@ -12,15 +12,13 @@
 
 import { progressPatch } from './progress.js';
 import { showPreview, showResult, showWindow } from './show-result.js';
-import { ClipJob } from './clip-job.js';
-import { StillJob } from './still-job.js';
+import { ClipJob, type Images } from './clip-job.js';
 import { changedParameters, sessionOptions } from './settings.js';
 import { PROJECT_EXTENSION, viewSettingsPatch } from './view-settings.js';
-import { type Source, clampTrim, defaultTrim, sourceKind } from './source.js';
+import { type Source, clampTrim, defaultTrim } from './source.js';
 import { BLANK, type State, type Store, errorPatch, phasePatch } from './store.js';
 import { explain, stageName } from './messages.js';
 import type { InterruptedRun } from './interrupted-runs.js';
-import type { AnyJob, Images } from './job.js';
 import type { Project } from './library.js';
 import type { ProjectInfo } from './saved-projects.js';
 
@@ -31,7 +29,7 @@ type CorrectedResult = { job: ClipJob; hidden: ReadonlySet<number> };
 const TICK_MS = 100;
 
 /** Time without changes after which new settings restart a run, in milliseconds; chosen by eye. */
-const SETTINGS_DELAY_MS = 600;
+export const SETTINGS_DELAY_MS = 600;
 
 /** Services that the model needs from the browser. */
 interface Platform {
@@ -50,7 +48,7 @@ export class App {
   /** The corrected result whose corrections the next run takes over. */
   corrected: CorrectedResult | null = null;
   /** The hidden objects that each result took over. */
-  carriedHidden = new WeakMap<AnyJob, ReturnType<typeof carryHidden>>();
+  carriedHidden = new WeakMap<ClipJob, ReturnType<typeof carryHidden>>();
   /** The hidden objects of `previousJob`. */
   hiddenBefore: ReadonlySet<number> = new Set();
 
@@ -168,7 +166,7 @@ export class App {
    * Ends the current job.
    * @param keptJob a job that stays open for undo
    */
-  reset(keptJob: AnyJob | null = null): number {
+  reset(keptJob: ClipJob | null = null): number {
     const { job, previousJob, visit } = this.store.state;
     this.abort?.abort();
     this.abort = null;
@@ -189,11 +187,11 @@ export class App {
     this.reset(previousJob);
     this.store.set({
       trim: { ...previousJob.trim },
-      changed: changedParameters(this.store.state, previousJob.options),
+      changed: changedParameters(previousJob.options),
     });
     this.corrected = null;
     // Its own corrections can be undone step by step again.
-    if (previousJob.corrections) previousJob.corrections.carriedCount = 0;
+    previousJob.corrections.carriedCount = 0;
     const picture = { ...BLANK.picture, images: previousJob.images };
     const hidden = this.hiddenBefore;
     this.store.set({ previousJob: null, job: previousJob, hidden, picture, ...phasePatch('running', 'Opening…', '') });
@@ -206,8 +204,7 @@ export class App {
     const { job: last, previousJob, hidden, phase } = this.store.state;
     const isFinished = phase === 'done' && last && !last.isPartial;
     // A restarted run still has to take over the corrections.
-    if (isFinished && last instanceof ClipJob)
-      this.corrected = last.isCorrected || hidden.size > 0 ? { job: last, hidden } : null;
+    if (isFinished) this.corrected = last.isCorrected || hidden.size > 0 ? { job: last, hidden } : null;
     // One result is kept for undo; corrected ones come first.
     const keepsLast = isFinished && (last.isCorrected || !previousJob?.isCorrected);
     if (keepsLast) this.hiddenBefore = hidden;
@@ -219,16 +216,15 @@ export class App {
     await this.runJob(visit, job);
   }
 
-  createJob(source: Source): AnyJob {
+  createJob(source: Source): ClipJob {
     const { state } = this.store;
-    const JobClass = jobClassFor(source);
-    return new JobClass(
+    return new ClipJob(
       source,
       { ...state.trim },
       sessionOptions(state),
-      JobClass.stages,
+      ClipJob.stages,
       this.platform.createImages(),
-      state.pace[sourceKind(source)],
+      state.pace,
     );
   }
 
@@ -239,7 +235,7 @@ export class App {
     await this.runJob(visit, job);
   }
 
-  async runJob(visit: number, job: AnyJob) {
+  async runJob(visit: number, job: ClipJob) {
     this.abort = new AbortController();
     const { signal } = this.abort;
     this.store.set(phasePatch('running', stageName(job.stageOnScreen), ''));
@@ -265,9 +261,9 @@ export class App {
   }
 
   /** Shows the result. */
-  async finish(job: AnyJob) {
+  async finish(job: ClipJob) {
     const { visit } = this.store.state;
-    if (this.corrected && job instanceof ClipJob && !job.isPartial && !this.carriedHidden.has(job))
+    if (this.corrected && !job.isPartial && !this.carriedHidden.has(job))
       this.carriedHidden.set(job, carryHidden(this.corrected, job));
     const hidden = await this.carriedHidden.get(job);
     // A run cancelled in the meantime continues here.
@@ -277,14 +273,14 @@ export class App {
     await showResult(this.store, job);
   }
 
-  showRunning(job: AnyJob) {
+  showRunning(job: ClipJob) {
     const { state } = this.store;
     if (job !== state.job || state.phase !== 'running') return;
     this.store.set(progressPatch(job, state.headline));
   }
 
   /** Shows the newest frame until there is a preview or a result. */
-  showNewestFrame(job: AnyJob) {
+  showNewestFrame(job: ClipJob) {
     const { images } = job;
     const { analysis, preview, picture, ...state } = this.store.state;
     const newest = images.length - 1;
@@ -324,15 +320,11 @@ async function carryHidden(previous: CorrectedResult, job: ClipJob): Promise<Rea
 
 /** Returns whether the page shows masks of a user's clip, or corrected ones of the sample. */
 function hasWork({ phase, analysis, source, job }: State): boolean {
-  return phase === 'done' && Boolean(analysis?.segmentation && (source?.kind !== 'sample' || job?.isCorrected));
+  return phase === 'done' && Boolean(analysis && (source?.kind !== 'sample' || job?.isCorrected));
 }
 
 /** Returns the changes after a file that cannot be opened beside finished work. */
 function notOpenedPatch(name: string, error: unknown): Partial<State> {
   const notice = `Couldn’t open ${name}. ${explain(error).title}.`;
   return { isOpening: false, notice, announcement: notice };
-}
-
-function jobClassFor({ kind }: Source) {
-  return kind === 'still' ? StillJob : ClipJob;
 }

@@ -62,7 +62,7 @@ export class Autosave {
 
 /** Returns whether the state has masks of a user's clip. */
 function isSavable({ phase, analysis, source, job }: State): boolean {
-  return phase === 'done' && Boolean(analysis?.segmentation && job?.corrections?.target.result && source?.files);
+  return phase === 'done' && Boolean(analysis && job?.corrections.target.result && source?.files);
 }
 
 /** Remembers the current run until it ends. */

@@ -3,7 +3,7 @@
 
 import { formatPlural } from './messages.js';
 import { type Corrections, type Stroke, framesOf } from './corrections.js';
-import type { PaintRequest } from './job.js';
+import type { PaintRequest } from './clip-job.js';
 import type { Edit, Region } from './library.js';
 import type { Store } from './store.js';
 

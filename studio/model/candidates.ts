@@ -91,7 +91,7 @@ export class Candidates {
   }
 
   isOutlinedAt(aim: Aim, { aim: { t, object, isRemoving }, list, at }: Outlined): boolean {
-    const width = this.host.store.state.analysis?.segmentation?.result.width ?? 0;
+    const width = this.host.store.state.analysis?.segmentation.result.width ?? 0;
     const isSameKind = aim.t === t && aim.object === object && aim.isRemoving === isRemoving;
     return isSameKind && list[at].pixels[Math.round(aim.y) * width + Math.round(aim.x)] > 0;
   }
@@ -114,7 +114,7 @@ export class Candidates {
   }
 
   candidateOf(region: Region, rank: number, { t, object, isRemoving }: Aim): Candidate {
-    const mask = this.host.store.state.analysis?.segmentation?.mask(t);
+    const mask = this.host.store.state.analysis?.segmentation.mask(t);
     const replaced = isRemoving ? object : 0;
     // Nothing can be removed from the background.
     const isPossible = !isRemoving || object > 0;

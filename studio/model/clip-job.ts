@@ -1,14 +1,17 @@
 // A run over a clip of any length, window by window; finished frames are shown while the rest is computed. If the
 // clip fits into one window, its session stays open for corrections.
 
-import { CLIP_STAGES, ClipWork, VideoSegmentation, countStep, segmentVideo } from './library.js';
+import { CLIP_STAGES, ClipWork, StageClock, VideoSegmentation, countStep, fitSize, segmentVideo } from './library.js';
 import { type ObjectFacts, Presence } from './presence.js';
 import { CLIP_MESSAGES, PageError, countObjects, headline, formatPlural, remark } from './messages.js';
 import { Corrections } from './corrections.js';
-import { Job, type JobView } from './job.js';
+import { Preview, needsPreview } from './preview.js';
 import { runInSlices, untilAborted } from './slices.js';
-import type { DecodedFrame, Result, Session, VideoProgress, VideoResult, WindowResult } from './library.js';
-import type { Result as ShownResult } from './segmentation.js';
+import type { DecodedFrame, MaskEditor, Result, Session, SessionOptions as Options, StagePlan } from './library.js';
+import type { VideoProgress, VideoResult, WindowResult } from './library.js';
+import type { Result as ShownResult, Segmentation } from './segmentation.js';
+import type { Source, Trim } from './source.js';
+import type { Frames } from './store.js';
 
 /** Frames of a window, and how many it shares with the next. */
 export const { window: WINDOW, overlap: OVERLAP } = VideoSegmentation.defaults;
@@ -28,11 +31,61 @@ const FEW_FRAMES = new Map([
   ['too-few-frames', 'one-frame'],
 ]);
 
-export class ClipJob extends Job {
-  static stages = [...CLIP_STAGES];
+/** The result of a run so far, as the page shows it. */
+export interface JobView {
+  result: ShownResult;
+  /** Positions of the objects, if counted already. */
+  presence: Presence | null;
+  /** Computes the scene without objects at a frame; null if not available. */
+  background: ((frame: number) => Promise<Plate>) | null;
+  numbers: string[];
+  headline: (facts: ObjectFacts[]) => string;
+  /** Returns the notice above the picture; empty for none. */
+  notice: (facts: ObjectFacts[]) => string;
+}
+
+/** A region or stroke to paint. */
+export type PaintRequest = Parameters<MaskEditor['paint']>[0];
+
+/** The scene without objects, RGBA; the resolution may be lower than the clip's. */
+export type Plate = { width: number; height: number; data: Uint8ClampedArray<ArrayBuffer> };
+
+/** The frames of a run for display. */
+export type Images = Frames & {
+  length: number;
+  width: number;
+  height: number;
+  add: (frame: ImageData) => Promise<void>;
+  open: (t: number) => Promise<CanvasImageSource | null>;
+  pixels: (t: number, size: { width: number; height: number }) => Promise<ImageData>;
+  close: () => void;
+};
+
+/** Number of runs of this page. */
+let runs = 0;
+
+export class ClipJob extends StageClock {
+  static stages: StagePlan[] = [...CLIP_STAGES];
+
+  /** Identifies the run across pages. */
+  id = `${Date.now()}-${(runs += 1)}`;
+  images: Images;
+  /** Times of the frames in seconds; empty if unknown. */
+  times: number[] = [];
+  /** Shown until the first masks are finished. */
+  preview: Preview | null = null;
+  /** End of the last frame in seconds. */
+  end: number | null = null;
+  /** First frames of further shots. */
+  cuts: number[] = [];
+  /** Corrections of the result. */
+  corrections: Corrections;
+  /** Message about corrections of the previous run that no longer apply. */
+  droppedCorrections = '';
+  /** Positions of the objects, as far as counted. */
+  presence: Presence | null = null;
 
   inWindows: boolean;
-  declare corrections: Corrections;
   video: VideoSegmentation | null = null;
   /** The result of `video`; pending while the run is stopped. */
   completion: ReturnType<ClipJob['segment']> | undefined = undefined;
@@ -59,15 +112,37 @@ export class ClipJob extends Job {
   /** True if the masks contain corrections of an earlier visit. */
   hasEarlierCorrections = false;
 
-  constructor(...parts: ConstructorParameters<typeof Job>) {
-    super(...parts);
-    const { source, trim } = this;
+  /** @param usualPace that of an earlier run, as `pacePerPixel`; 0 if not known */
+  constructor(
+    public source: Source,
+    readonly trim: Trim,
+    public options: Options,
+    plan: StagePlan[],
+    images: Images,
+    usualPace = 0,
+  ) {
+    const { width, height } = fitSize(source, trim.side);
+    const cost = plan.reduce((total, stage) => total + stage.cost, 0);
+    super(plan, (usualPace * width * height) / cost);
+    this.images = images;
     this.inWindows = trim.frames > WINDOW;
     this.work = new ClipWork(trim.frames, WINDOW, OVERLAP, source.direct !== undefined);
     this.countFrames();
     this.corrections = new Corrections(this);
   }
 
+  /** Time of the run for each pixel and frame, in milliseconds; null if it does not predict other runs. */
+  get pacePerPixel(): number | null {
+    const { width, height, length } = this.images;
+    return this.isPartial ? null : this.ms / (width * height * Math.max(1, length));
+  }
+
+  /** The corrections of the result on screen; null for a partial result. */
+  get corrector() {
+    return this.isPartial ? null : this.corrections;
+  }
+
+  /** True if the result has corrections. */
   get isCorrected() {
     return !this.isPartial && (this.hasEarlierCorrections || this.corrections.edits.length > 0);
   }
@@ -188,8 +263,11 @@ export class ClipJob extends Job {
     for (const { labels } of window.frames()) yield this.presence.addMask(labels);
   }
 
-  /** Pauses the run; finished frames become the result. */
-  stop() {
+  /**
+   * Stops the run and keeps the finished frames as the result. It can be continued.
+   * @returns true if there are finished frames
+   */
+  stop(): boolean {
     this.video?.pause();
     while (!this.pendingMasks.next().done);
     this.stopped = true;
@@ -197,6 +275,7 @@ export class ClipJob extends Job {
     return this.isPartial;
   }
 
+  /** True if the run was stopped early and can continue. */
   get isPartial() {
     return this.stopped && this.masks !== null;
   }
@@ -211,12 +290,12 @@ export class ClipJob extends Job {
     const result = corrections.applyTo(outputs ? toMaskResult(outputs, this.agreement) : this.masksAsResult());
     if (!outputs || !session)
       return {
-        ...{ result, presence, numbers: this.numbers, headline: countObjects, frameData: {} },
+        ...{ result, presence, numbers: this.numbers, headline: countObjects, background: null },
         notice: (facts) => this.notice(facts),
       };
     return {
       ...{ result, presence },
-      frameData: { background: (t) => outputs.background(t) },
+      background: (t) => outputs.background(t),
       numbers: [`${formatPlural(this.images.length, 'frame')} of ${this.sizeText}`],
       headline: (facts) => headline(outputs, facts),
       notice: () => remark(outputs),
@@ -263,11 +342,49 @@ export class ClipJob extends Job {
     };
   }
 
+  /**
+   * Updates the positions of objects after a correction.
+   * @param frames the changed frames; null for all
+   */
+  recount(frames: number[] | null, segmentation: Segmentation) {
+    this.presence = frames && segmentation.presence;
+    const masks = this.corrections.masks;
+    if (masks) frames?.forEach((t) => segmentation.presence.addMask(masks.labels(t), t));
+  }
+
+  /** Returns whether the run has these settings. */
+  hasSettings(trim: Trim, options: Options): boolean {
+    return JSON.stringify([trim, options]) === JSON.stringify([this.trim, this.options]);
+  }
+
+  /** The size of the frames: `480 × 270`. */
+  get sizeText(): string {
+    return `${this.images.width} × ${this.images.height}`;
+  }
+
+  /** Starts a preview if the run is long enough. */
+  startPreview() {
+    if (needsPreview(this.source, this.trim)) this.preview = new Preview(this.options);
+  }
+
+  /**
+   * Stores a frame that was read.
+   * @param end of the frame in seconds, if known
+   */
+  async receiveFrame(frame: ImageData, time: number | null, end: number | null) {
+    // Copied first, as the bytes may be transferred to a worker.
+    await this.images.add(frame);
+    if (time !== null) this.times.push(time);
+    this.end = end;
+    this.preview?.add(frame);
+  }
+
   close() {
     this.corrections.close();
     this.abort.abort();
     this.session?.close();
-    super.close();
+    this.preview?.close();
+    this.images.close();
   }
 }
 

@@ -2,7 +2,7 @@
 
 import { WINDOW } from './clip-job.js';
 import { fitSize } from './library.js';
-import { DEFAULT_TRIM, type Source, type Trim, endTime, sourceKind, frameTime } from './source.js';
+import { DEFAULT_TRIM, type Source, type Trim, endTime, frameTime } from './source.js';
 import { formatPlural } from './messages.js';
 
 /**
@@ -39,10 +39,7 @@ export function describeTrim(source: Source, trim: Trim, pace: number): string {
   const { width, height } = fitSize(source, trim.side);
   const size = `${width} × ${height}`;
   const at = frameFormatter(source);
-  const extent =
-    sourceKind(source) === 'still'
-      ? `Processed at ${size}`
-      : `${formatPlural(trim.frames, 'frame')} of ${size}, ${at(trim.start)} to ${at(lastFrame(trim))}`;
+  const extent = `${formatPlural(trim.frames, 'frame')} of ${size}, ${at(trim.start)} to ${at(lastFrame(trim))}`;
   const ms = pace * width * height * trim.frames;
   const time = ms > 0 ? `About ${Math.max(1, Math.round(ms / 1000))}\u00a0s on this computer` : '';
   const windows = trim.frames > WINDOW ? 'First results appear while the rest is computed' : '';
@@ -51,7 +48,6 @@ export function describeTrim(source: Source, trim: Trim, pace: number): string {
 
 export function describeClip(source: Source): string {
   const size = `${source.width} × ${source.height}`;
-  if (source.kind === 'still') return size;
   if (source.kind === 'video')
     return `${size}, ${(endTime(source) - frameTime(source, 0)).toFixed(1)} s at ${Number(source.fps.toFixed(2))} fps`;
   return `${size}, ${formatPlural(source.count, source.kind === 'images' ? 'image' : 'frame')}`;

@@ -3,7 +3,7 @@
 
 import { fitSize } from './library.js';
 import { PageError } from './messages.js';
-import type { AnyJob } from './job.js';
+import type { ClipJob } from './clip-job.js';
 import type { Picture, Source } from './source.js';
 
 type Size = { width: number; height: number };
@@ -39,7 +39,7 @@ export function exportSizes(source: Source, working: Size): { name: SizeName; la
  * @param side the long side, in pixels
  */
 export function resizedFrames(
-  { source, trim }: Pick<AnyJob, 'source' | 'trim'>,
+  { source, trim }: Pick<ClipJob, 'source' | 'trim'>,
   { numFrames, times }: { numFrames: number; times: ArrayLike<number> | null },
   side: number,
 ) {

@@ -1,7 +1,7 @@
 // The type of exports, and the data they are made from.
 
 import { masksAtSize } from './library.js';
-import type { Plate } from './frame-data.js';
+import type { Plate } from './clip-job.js';
 import type { MaskEdges, MaskSource, SoundInfo, SoundOptions, TrajectoryPoints, VideoQuality } from './library.js';
 import type { BackdropName } from './view-settings.js';
 import type { Picture, Source } from './source.js';
@@ -87,7 +87,7 @@ export function exportSource(state: State): ExportSource | null {
       shots: splitShots(timeline, numFrames),
     },
     source: job.source,
-    plate: analysis?.frameData.background ?? null,
+    plate: analysis?.background ?? null,
     frame,
     name: job.source.name,
     fps: timeline.fps,

@@ -6,6 +6,6 @@ export * from '../../dist/draw.js';
 export * from '../../dist/edit.js';
 export * from '../../dist/export.js';
 export * from '../../dist/stages.js';
-// Estimates of progress, which also serve runs over still images and exports.
+// Estimates of progress of runs and exports.
 export { CLIP_STAGES, ClipWork, countStep } from '../../dist/session/progress.js';
 export { StageClock, type StagePlan } from '../../dist/session/stage-clock.js';

@@ -25,10 +25,8 @@ const ADVICE: Record<string, [string, string]> = {
     'The browser has no decoder for it, or the file is damaged. Convert it to MP4 (H.264) or WebM, or try another browser.',
   ],
   'unreadable-image': ['Can’t read one of these images', 'Use PNG, JPEG, WebP or GIF files, without the damaged one.'],
-  'unknown-file': [
-    'Not a video or an image',
-    'Open a video (MP4, WebM, …), an animated GIF, an image sequence or one image.',
-  ],
+  'unknown-file': ['Not a video or an image', 'Open a video (MP4, WebM, …), an animated GIF or an image sequence.'],
+  'one-image': ['One picture has no motion', 'Open a video, or all frames of a folder at once.'],
   'mixed-files': ['Videos and images together', 'Open one video or one image sequence, not both.'],
   'many-videos': [
     'One video at a time',
@@ -87,17 +85,10 @@ const STAGE_NAMES: Record<string, string> = {
   superpixels: 'Drawing outlines',
   cut: 'Drawing outlines',
   masks: 'Drawing outlines',
-  boundaries: 'Drawing outlines',
-  imageEdges: 'Drawing outlines',
   other: 'Grouping motion',
 };
 
 export const stageName = (stage: string) => STAGE_NAMES[stage] ?? STAGE_NAMES.other;
-
-export const STILL_MESSAGES = {
-  headline: 'Still image',
-  remark: 'One image has no motion. Open a video or an image sequence.',
-};
 
 export const PREVIEW_MESSAGES = {
   live: 'Coarse preview of the first frames.',

@@ -2,7 +2,7 @@
 
 import { objectColor } from './library.js';
 
-export { EDGE_STYLES, objectColor, objectShape } from './library.js';
+export { objectColor, objectShape } from './library.js';
 
 export function objectName(object: number): string {
   return object === 0 ? 'Background' : `Object ${object}`;

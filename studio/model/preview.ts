@@ -15,11 +15,11 @@ export const PREVIEW_FRAMES = FRAME_STEP * (MAX_FRAMES - 1) + 1;
 const MIN_CLIP_PIXELS = 3.2e6;
 
 /** Returns whether a run takes long enough for a preview. */
-export function needsPreview({ kind, width, height }: Source, { frames, side }: Trim): boolean {
+export function needsPreview({ width, height }: Source, { frames, side }: Trim): boolean {
   const scale = Math.min(1, side / Math.max(width, height));
   // The user waits for the first window.
   const frameCount = Math.min(frames, VideoSegmentation.defaults.window);
-  return kind !== 'still' && frameCount > PREVIEW_FRAMES && width * height * scale ** 2 * frameCount >= MIN_CLIP_PIXELS;
+  return frameCount > PREVIEW_FRAMES && width * height * scale ** 2 * frameCount >= MIN_CLIP_PIXELS;
 }
 
 export class Preview {

@@ -1,6 +1,6 @@
 // Links with settings, and recipes to reproduce a result.
 
-import type { Job } from './job.js';
+import type { ClipJob } from './clip-job.js';
 import type { Settings } from './settings.js';
 
 /** Returns the page's address with the changed settings. */
@@ -30,7 +30,7 @@ export async function createRecipe({
   corrections,
 }: {
   version: string;
-  job: Job;
+  job: ClipJob;
   masks: { numFrames: number; labels: (t: number) => Uint8Array };
   corrections: number;
 }): Promise<string> {

@@ -64,7 +64,7 @@ export class Selection {
   /** Adds an object to the selection, or removes it. An object that is shown alone is selected with the first one. */
   toggleSelected(object: number) {
     const { phase, analysis, job } = this.store.state;
-    if (object < 1 || phase !== 'done' || !analysis?.segmentation || !job?.corrector) return;
+    if (object < 1 || phase !== 'done' || !analysis || !job?.corrector) return;
     const selected = new Set(this.store.state.selected);
     const alone = this.objects.kept.find((kept) => kept !== object && this.isAlone(kept));
     if (selected.size === 0 && alone !== undefined) selected.add(alone);

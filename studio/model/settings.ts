@@ -1,14 +1,11 @@
 // The choices that the page offers, and the user's changes of parameters, which lie in the store. Links and buttons may
 // set other parameters too; the lab has all of them.
 
-import { type Source, sourceKind } from './source.js';
 import type { SessionOptions } from './library.js';
 import type { State, Store } from './store.js';
 
-const STILL_GROUPS = ['contour', 'superpixel', 'still'];
-
-/** Not offered: the page needs masks. */
-const DENSE = 'clip.dense';
+/** Not offered: the page needs masks, and has no still images. */
+const isOffered = (name: string) => name !== 'clip.dense' && !name.startsWith('still.');
 
 /** A plain choice of what to do differently. Each option has a value of one parameter; null is the default. */
 export interface SettingChoice {
@@ -70,7 +67,7 @@ export class Settings {
     parameters: Parameter[],
   ) {
     this.parameters = new Map(
-      parameters.filter(({ name }) => name !== DENSE).map((parameter) => [parameter.name, parameter]),
+      parameters.filter(({ name }) => isOffered(name)).map((parameter) => [parameter.name, parameter]),
     );
   }
 
@@ -104,24 +101,17 @@ export class Settings {
   }
 }
 
-/** Returns the changed parameters that are no option of a choice and apply to the source, as text. */
-export function otherChanges({ changed, source }: Pick<State, 'changed' | 'source'>): string[] {
+/** Returns the changed parameters that are no option of a choice, as text. */
+export function otherChanges({ changed }: Pick<State, 'changed'>): string[] {
   const isOption = (name: string, value: Value) =>
     SETTING_CHOICES.some((choice) => choice.name === name && choice.options.some((option) => option.value === value));
-  return [...changed]
-    .filter(([name, value]) => appliesTo(source, name) && !isOption(name, value))
-    .map(([name, value]) => `${name} = ${value}`);
+  return [...changed].filter((entry) => !isOption(...entry)).map(([name, value]) => `${name} = ${value}`);
 }
 
-export function appliesTo(source: Source | null, name: string): boolean {
-  const [group] = name.split('.');
-  return sourceKind(source) === 'still' ? STILL_GROUPS.includes(group) : group !== 'still';
-}
-
-/** Returns the changed parameters that apply to the source. */
-export function sessionOptions({ changed, source }: Pick<State, 'changed' | 'source'>): SessionOptions {
+/** Returns the changed parameters as options of a session. */
+export function sessionOptions({ changed }: Pick<State, 'changed'>): SessionOptions {
   const tree: Record<string, Record<string, Value | undefined>> = {};
-  for (const name of [...changed.keys()].filter((key) => appliesTo(source, key)).sort()) {
+  for (const name of [...changed.keys()].sort()) {
     const [group, field] = name.split('.');
     (tree[group] ??= {})[field] = changed.get(name);
   }
@@ -129,18 +119,12 @@ export function sessionOptions({ changed, source }: Pick<State, 'changed' | 'sou
   return tree;
 }
 
-/** Returns the changed parameters that give these options; those of other kinds of source stay. */
-export function changedParameters(
-  { changed, source }: Pick<State, 'changed' | 'source'>,
-  options: SessionOptions,
-): State['changed'] {
+/** Returns the changed parameters that give these options. */
+export function changedParameters(options: SessionOptions): State['changed'] {
   const groups = Object.entries(options as Record<string, Record<string, Value>>);
-  return new Map([
-    ...[...changed].filter(([name]) => !appliesTo(source, name)),
-    ...groups.flatMap(([group, fields]) =>
-      Object.entries(fields).map(([field, value]) => [`${group}.${field}`, value] as const),
-    ),
-  ]);
+  return new Map(
+    groups.flatMap(([group, fields]) => Object.entries(fields).map(([field, value]) => [`${group}.${field}`, value])),
+  );
 }
 
 function isLegal({ kind, min, max, choices }: Parameter, value: Value): boolean {

@@ -1,6 +1,5 @@
 // Puts results into the store: picture, timeline, facts and messages.
 
-import { sourceKind } from './source.js';
 import { BLANK, type Timeline, type State, type Store, phasePatch, clampFrame } from './store.js';
 import { PREVIEW_FRAMES } from './preview.js';
 import { yieldToPage } from './slices.js';
@@ -9,7 +8,7 @@ import { describeObjects } from './describe.js';
 import { Segmentation } from './segmentation.js';
 import { keepHidden } from './selection.js';
 import { Times } from './presence.js';
-import type { AnyJob } from './job.js';
+import type { ClipJob } from './clip-job.js';
 
 const NOISE_REMARK = 'This browser adds noise to pixels to prevent tracking, so results may vary slightly.';
 
@@ -17,17 +16,16 @@ const NOISE_REMARK = 'This browser adds noise to pixels to prevent tracking, so 
  * Shows the result of a finished run. Masks are shown first and messages after a pause, so that the page stays
  * responsive.
  */
-export async function showResult(store: Store, job: AnyJob) {
-  const { isStreaming, frame, picture, pace, source, visit } = store.state;
+export async function showResult(store: Store, job: ClipJob) {
+  const { isStreaming, frame, picture, pace, visit } = store.state;
   const { width, height } = job.images;
-  const { shown: view } = job;
-  const timeline = view.result ? createTimeline(job, view.result.numFrames) : store.state.timeline;
+  const timeline = createTimeline(job, job.shown.result.numFrames);
   const { patch, statusPatch } = resultPatch(store.state, job, timeline);
   store.set({
     timeline,
     frame: clampFrame({ timeline }, isStreaming ? frame : 0),
     picture: isStreaming ? picture : { width, height, images: job.images },
-    pace: { ...pace, [sourceKind(source)]: job.pacePerPixel ?? pace[sourceKind(source)] },
+    pace: job.pacePerPixel ?? pace,
     share: job.isPartial ? job.share : 1,
     ...patch,
   });
@@ -35,12 +33,12 @@ export async function showResult(store: Store, job: AnyJob) {
   if (store.state.visit !== visit || store.state.phase !== 'running') return;
   store.set(statusPatch);
   // Measures the time to the first result; only once, as entries stay in memory.
-  if (view.result && performance.getEntriesByName('masks').length === 0) performance.mark('masks');
+  if (performance.getEntriesByName('masks').length === 0) performance.mark('masks');
   if (!store.state.isReducedMotion && !isStreaming) store.set({ isPlaying: timeline.numFrames > 1 });
 }
 
 /** Shows the preview. It does not play by itself, as drawing would slow down the run. */
-export function showPreview(store: Store, job: AnyJob) {
+export function showPreview(store: Store, job: ClipJob) {
   const { phase, isStreaming } = store.state;
   if (job !== store.state.job || phase !== 'running' || isStreaming) return;
   const { width, height } = job.images;
@@ -54,7 +52,7 @@ export function showPreview(store: Store, job: AnyJob) {
 }
 
 /** Shows the finished frames of a run. */
-export function showWindow(store: Store, job: AnyJob) {
+export function showWindow(store: Store, job: ClipJob) {
   const { isStreaming, frame, picture, isPlaying } = store.state;
   const { width, height, length } = job.images;
   const timeline = createTimeline(job, Math.max(job.trim.frames, length));
@@ -76,7 +74,7 @@ export function showWindow(store: Store, job: AnyJob) {
  */
 export function showCorrected(store: Store, frames: number[] | null = null) {
   const { job, timeline, analysis } = store.state;
-  if (!job || !analysis?.segmentation) return;
+  if (!job || !analysis) return;
   job.recount(frames, analysis.segmentation);
   const { patch, statusPatch } = resultPatch(store.state, job, timeline);
   store.set({ ...patch, ...statusPatch });
@@ -85,7 +83,7 @@ export function showCorrected(store: Store, frames: number[] | null = null) {
 /** Returns the changes for a result, and for the phase `done`. */
 function resultPatch(
   state: State,
-  job: AnyJob,
+  job: ClipJob,
   timeline: Timeline,
 ): { patch: Partial<State>; statusPatch: Partial<State> } {
   const { headline, numbers, summary, patch } = analysisPatch(state, job, timeline);
@@ -96,13 +94,13 @@ function resultPatch(
 /** Returns the changes that depend on the result only. */
 function analysisPatch(
   { hidden, source, isNoisy, fine }: State,
-  job: AnyJob,
+  job: ClipJob,
   timeline: Timeline,
 ): { headline: string; numbers: string[]; summary: string; patch: Partial<State> } {
-  const { result, presence, frameData, numbers, headline, notice } = job.shown;
-  const segmentation = result && new Segmentation(result, presence);
-  const facts = Array.from({ length: segmentation?.count ?? 0 }, (_, object) =>
-    segmentation?.presence.facts(object, segmentation.scene),
+  const { result, presence, background, numbers, headline, notice } = job.shown;
+  const segmentation = new Segmentation(result, presence);
+  const facts = Array.from({ length: segmentation.count }, (_, object) =>
+    segmentation.presence.facts(object, segmentation.scene),
   ).filter((objectFacts) => objectFacts !== undefined);
   const damage = job.source.damage ? describeDamage(job.source.damage) : '';
   const messages = [damage, notice(facts), job.droppedCorrections].filter(Boolean).join(' ');
@@ -110,12 +108,12 @@ function analysisPatch(
   return {
     headline: headline(facts),
     numbers,
-    summary: result ? describeObjects(facts, result.numFrames, timeline.times) : '',
+    summary: describeObjects(facts, result.numFrames, timeline.times),
     patch: {
       preview: null,
-      analysis: { segmentation, facts, frameData },
-      doubts: (result?.doubts ?? []).filter(({ from }) => !fine.has(from)),
-      agreement: result?.agreement ?? null,
+      analysis: { segmentation, facts, background },
+      doubts: result.doubts.filter(({ from }) => !fine.has(from)),
+      agreement: result.agreement ?? null,
       hidden: keepHidden(hidden, facts),
       selected: BLANK.selected,
       notice: remark,
@@ -123,7 +121,7 @@ function analysisPatch(
   };
 }
 
-function createTimeline({ source, trim, times, end, cuts }: AnyJob, numFrames: number): Timeline {
+function createTimeline({ source, trim, times, end, cuts }: ClipJob, numFrames: number): Timeline {
   return {
     numFrames,
     fps: source.fps / trim.step,

@@ -26,7 +26,7 @@ export class Smoothing {
   }
 
   show({ edges, analysis, phase }: Readonly<State>) {
-    const segmentation = phase === 'done' && analysis?.segmentation ? analysis.segmentation : null;
+    const segmentation = phase === 'done' && analysis ? analysis.segmentation : null;
     const reach = segmentation ? edges.smooth : 0;
     if (this.target.reach === reach && (reach === 0 || this.target.segmentation === segmentation)) return;
     this.target = { reach, segmentation: segmentation };

@@ -17,7 +17,7 @@ export interface Trim {
 export type Picture = { frame: EncodeFrame; time: number | null; pixels?: () => Promise<PixelFrame> };
 
 export interface Source {
-  kind: 'sample' | 'video' | 'images' | 'still';
+  kind: 'sample' | 'video' | 'images';
   name: string;
   /** In pixels. */
   width: number;
@@ -56,10 +56,6 @@ export interface Source {
 
 /** The default trim before the number of frames is known. */
 export const DEFAULT_TRIM: Trim = { start: 0, frames: 2, step: 1, side: 480 };
-
-export function sourceKind(source: Source | null): 'clip' | 'still' {
-  return source?.kind === 'still' ? 'still' : 'clip';
-}
 
 export function defaultTrim(source: Source): Trim {
   const side = source.kind === 'sample' ? source.width : DEFAULT_TRIM.side;

@@ -3,8 +3,7 @@
 
 import { DEFAULT_TRIM, type Source, type Trim } from './source.js';
 import { type ObjectFacts, Times } from './presence.js';
-import type { FrameDataSource, Spot } from './frame-data.js';
-import type { AnyJob } from './job.js';
+import type { ClipJob, JobView } from './clip-job.js';
 import type { Edit, FrameRange } from './library.js';
 import type { EdgeSettings, BackdropName, View } from './view-settings.js';
 import type { Segmentation } from './segmentation.js';
@@ -33,13 +32,16 @@ type Picture = { width: number; height: number; images: Frames };
 /** Frames of the timeline; `cuts` are the first frames of later shots. */
 export type Timeline = { numFrames: number; fps: number; times: Times; cuts: number[] };
 
+/** A position in clip pixels and the object there; -1 for none. */
+export type Spot = { x: number; y: number; object: number };
+
 /** The result on screen. */
 interface Analysis {
-  /** Null for a still image. */
-  segmentation: Segmentation | null;
+  segmentation: Segmentation;
   /** Facts of each object, including the background. */
   facts: ObjectFacts[];
-  frameData: Partial<FrameDataSource>;
+  /** Computes the scene without objects at a frame; null if not available. */
+  background: JobView['background'];
 }
 
 /** The last painted correction: its object, its painted frame `t`, and the frames that it changes. */
@@ -66,12 +68,12 @@ export interface State {
   source: Source | null;
   trim: Trim;
   /** Time of the last run per pixel and frame, in milliseconds. */
-  pace: Record<'clip' | 'still', number>;
+  pace: number;
   /** Parameters that differ from their defaults. */
   changed: ReadonlyMap<string, number | boolean | string>;
-  job: AnyJob | null;
+  job: ClipJob | null;
   /** The finished job that the current run replaced. */
-  previousJob: AnyJob | null;
+  previousJob: ClipJob | null;
   /** Finished share of the run, in 0..1. */
   share: number;
   /** Preview shown until there are masks. */
@@ -159,7 +161,7 @@ const INITIAL: State = {
   name: '\u00a0',
   source: null,
   trim: DEFAULT_TRIM,
-  pace: { clip: 0, still: 0 },
+  pace: 0,
   changed: new Map(),
   loop: true,
   hasSound: false,

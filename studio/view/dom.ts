@@ -42,13 +42,6 @@ export function icon(symbol: string): SVGSVGElement {
   return svg;
 }
 
-/** Creates an entry of a legend. */
-export function legendEntry(kind: 'dot' | 'line' | 'thin', color: string, text: string): HTMLElement {
-  const mark = h('span', { class: `mark mark-${kind}`, 'aria-hidden': 'true' });
-  mark.style.setProperty('--mark', color);
-  return h('span', { class: 'key' }, mark, text);
-}
-
 export function isMultiSelect({ shiftKey, ctrlKey, metaKey }: MouseEvent | KeyboardEvent) {
   return shiftKey || ctrlKey || metaKey;
 }

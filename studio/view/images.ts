@@ -1,4 +1,4 @@
-// Sources of frames from image sequences, animated images and still images.
+// Sources of frames from image sequences and animated images.
 
 import { Grabber, readVideoFacts, openVideo } from './video.js';
 import { PageError } from '../model/messages.js';
@@ -13,7 +13,7 @@ const MIN_FRAMES = 2;
 const ANIMATED_TYPES = ['image/gif', 'image/png', 'image/webp', 'image/avif'];
 
 /**
- * Opens an image sequence, or one image.
+ * Opens an image sequence, or one animated image.
  * @param sorted in their order
  * @param type of the first file
  */
@@ -41,26 +41,19 @@ export async function openImages(sorted: File[], type: string): Promise<Source> 
   );
 }
 
-/** Opens an animated image with its own timing, or a still image. */
+/** Opens an animated image with its own timing. */
 async function openSingleImage(file: File, type: string): Promise<Source> {
   const facts = ANIMATED_TYPES.includes(type)
     ? await readVideoFacts(file).catch((error) => refuse(error, file.name))
     : null;
   if (facts && facts.count > 1) return openVideo(file, 'images', facts);
-  return stillSource(file.name, await decode(file));
+  (await decode(file)).close();
+  throw new PageError('one-image', file.name);
 }
 
 function refuse(error: unknown, name: string): never {
   const isAnimated = (error as { code?: unknown })?.code === 'unsupported';
   throw new PageError(isAnimated ? 'animated' : 'unreadable-image', name);
-}
-
-function stillSource(name: string, picture: ImageBitmap): Source {
-  const { width, height } = picture;
-  const grabber = new Grabber();
-  const read = async (_: number, side: number) => grabber.grab(picture, { width, height }, side);
-  const source = pictureSource(name, 1, { width, height }, read);
-  return { ...source, kind: 'still', strip: undefined, close: () => picture.close() };
 }
 
 function pictureSource(

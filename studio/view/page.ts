@@ -7,7 +7,7 @@ import { FrameStore } from './frame-store.js';
 import { Keys } from './keyboard.js';
 import { openFiles, sampleSource } from './source.js';
 import { addsCanvasNoise } from './video.js';
-import { createLayers } from './layers/layers.js';
+import { createLayers } from './layers.js';
 import { readLink } from '../model/recipe.js';
 import { Selection } from '../model/selection.js';
 import { Settings } from '../model/settings.js';
@@ -29,7 +29,7 @@ import { soundPanel } from './panels/sound.js';
 import { timelinePanel } from './panels/timeline.js';
 import { trimPanel } from './panels/trim.js';
 import { zoomPanel } from './panels/zoom.js';
-import type { Layer } from './layers/layer.js';
+import type { Layer } from './layers.js';
 
 export function openPage(store: Store): Page {
   const layers = createLayers();

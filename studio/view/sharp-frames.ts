@@ -1,7 +1,7 @@
 // Full-resolution frames, read from the file again while the clip is paused: as large as the canvas, at most as large
 // as the source.
 
-import type { AnyJob } from '../model/job.js';
+import type { ClipJob } from '../model/clip-job.js';
 
 /** Time on one frame before it is read, in milliseconds; chosen by eye. */
 const REST_MS = 120;
@@ -9,10 +9,10 @@ const REST_MS = 120;
 /** Largest number of cached pixels; chosen by eye. */
 const MOST_PIXELS = 2 ** 25;
 
-type FrameRequest = { job: AnyJob; frame: number; side: number };
+type FrameRequest = { job: ClipJob; frame: number; side: number };
 
 export class SharpFrames {
-  job: AnyJob | null = null;
+  job: ClipJob | null = null;
   /** Cached frames, oldest first. */
   pictures = new Map<number, { picture: ImageBitmap; side: number }>();
   /** Frames that cannot be read. */
@@ -28,7 +28,7 @@ export class SharpFrames {
    * Returns a frame; null while it is loading, or if the working size is enough.
    * @param side needed long side, in pixels
    */
-  get(job: AnyJob | null, frame: number, side: number): ImageBitmap | null {
+  get(job: ClipJob | null, frame: number, side: number): ImageBitmap | null {
     if (job !== this.job) this.clear(job);
     if (!job) return null;
     const cached = this.pictures.get(frame);
@@ -84,7 +84,7 @@ export class SharpFrames {
     this.onReady();
   }
 
-  clear(job: AnyJob | null) {
+  clear(job: ClipJob | null) {
     for (const { picture } of this.pictures.values()) picture.close();
     this.pictures.clear();
     this.failed.clear();
@@ -94,7 +94,7 @@ export class SharpFrames {
 }
 
 /** Returns the working size, doubled until it is large enough; at most the source's. */
-function sideFor({ source, trim }: AnyJob, side: number): number {
+function sideFor({ source, trim }: ClipJob, side: number): number {
   const fullSide = Math.max(source.width, source.height);
   let result = Math.min(fullSide, trim.side);
   while (result < Math.min(fullSide, side)) result = Math.min(fullSide, 2 * result);

@@ -1,9 +1,9 @@
 // Opens sources of frames: the sample, and files.
 
-import { type Clip, sortFiles, synthClip } from '../model/library.js';
+import { sortClipFiles } from '../model/clip-files.js';
+import { type Clip, synthClip } from '../model/library.js';
 import { openImages } from './images.js';
 import { openVideo } from './video.js';
-import { PageError } from '../model/messages.js';
 import type { Source } from '../model/source.js';
 
 /** The sample clip: processed in seconds, large enough to look at. */
@@ -36,19 +36,8 @@ export async function sampleSource(): Promise<Source & { clip: Clip }> {
   };
 }
 
-export async function openFiles(files: File[]): Promise<Source> {
-  const sorted = await sortFiles(files);
-  const usable = sorted.map(({ file }) => file);
-  const unknown = sorted.find(({ kind }) => kind === null);
-  if (usable.length === 0 || unknown) throw new PageError('unknown-file', strangerWords(unknown?.file));
-  const areImages = sorted.every(({ kind }) => kind === 'image');
-  if (!areImages && usable.length > 1) {
-    const code = sorted.some(({ kind }) => kind === 'image') ? 'mixed-files' : 'many-videos';
-    throw new PageError(code, `${usable.length} files`);
-  }
-  const type = sorted[0].type ?? '';
-  const source = areImages ? await openImages(usable, type) : await openVideo(usable[0]);
-  return Object.assign(source, { files: usable, type });
+export async function openFiles(opened: File[]): Promise<Source> {
+  const { kind, files, type } = await sortClipFiles(opened);
+  const source = kind === 'images' ? await openImages(files, type) : await openVideo(files[0]);
+  return Object.assign(source, { files, type });
 }
-
-const strangerWords = (file?: File) => (file?.size === 0 ? `${file.name} is empty` : (file?.name ?? ''));

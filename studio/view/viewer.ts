@@ -1,17 +1,16 @@
 // The canvas: fits the clip into its box, draws the layers, and finds the object under the pointer.
 
 import { byId, isMultiSelect } from './dom.js';
-import { NO_FRAME_DATA, type Spot } from '../model/frame-data.js';
-import { OUTLINE_WIDTH_PX } from './layers/mask-layers.js';
-import { drawLayers } from './layers/layers.js';
+import { OUTLINE_WIDTH_PX } from './layers.js';
+import { drawLayers } from './layers.js';
 import { adjustMask } from '../model/library.js';
 import { type EdgeSettings, maskEdges } from '../model/view-settings.js';
 import { SharpFrames } from './sharp-frames.js';
 import { Compare, drawCutoutView } from './panels/view-modes.js';
-import { DEFAULT_EDGES, NOWHERE, type State, type Store } from '../model/store.js';
+import { DEFAULT_EDGES, NOWHERE, type Spot, type State, type Store } from '../model/store.js';
 import { Zoom } from '../model/zoom.js';
 import type { MaskStyle } from '../model/export.js';
-import type { Layer, View } from './layers/layer.js';
+import type { Layer, View } from './layers.js';
 
 /** Largest density of the canvas, in device pixels per CSS pixel; higher ones cost time and are hardly visible. */
 const MAX_DENSITY = 2;
@@ -55,8 +54,6 @@ export class Viewer {
       unit: 1,
       visible: (object) => !store.state.hidden.has(object),
       mask: () => this.edgedMask(),
-      frameData: NO_FRAME_DATA,
-      redraw: () => this.redraw(),
     };
     new ResizeObserver(() => this.fit()).observe(this.box);
     this.connectPointer();
@@ -86,10 +83,8 @@ export class Viewer {
     this.lastState = state;
     const { width, height, images } = picture;
     const isNewPicture = picture !== lastState.picture || analysis !== lastState.analysis;
-    if (isNewPicture) for (const layer of this.layers) layer.reset?.();
     Object.assign(this.view, {
       segmentation: analysis?.segmentation ?? null,
-      frameData: { ...NO_FRAME_DATA, ...analysis?.frameData },
       frame,
       width,
       height,
@@ -155,7 +150,7 @@ export class Viewer {
   sharpImage() {
     const { isPlaying, job, phase } = this.store.state;
     // Not during a run, which reads the file itself, nor during playback.
-    if (phase !== 'done' || !this.lastState.analysis?.segmentation) return this.sharp.get(null, 0, 0);
+    if (phase !== 'done' || !this.lastState.analysis) return this.sharp.get(null, 0, 0);
     if (isPlaying) return this.sharp.schedule(null);
     const { width, height } = this.canvas;
     return this.sharp.get(job, this.view.frame, Math.max(width, height) * this.zoom.scale);

@@ -1,10 +1,11 @@
 // Fixtures of the tests in Chromium: servers of the site, pages at it that are watched for errors, and pages with the package alone.
 
-import { mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
+import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { expect, test as base } from '@playwright/test';
+import { serviceWorker } from '../../scripts/precache.mjs';
 import { mounts, serve } from '../../scripts/serve.mjs';
 import { siteList, writeSite } from '../../scripts/site.mjs';
 
@@ -71,10 +72,13 @@ export const test = base.extend({
     { scope: 'worker' },
   ],
 
-  /** Opens a page that has the package under `tracecut`, and the functions of `page-helpers.mjs`. */
+  /**
+   * Opens a page that has the package under `tracecut`, and the functions of `page-helpers.mjs`: `openLibrary({ modules })`,
+   * where `modules` are more files of `tests/` that the page may import.
+   */
   openLibrary: [
     async ({ browser, sites, faults, ownPages }, use) => {
-      await use(async () => {
+      await use(async ({ modules = [] } = {}) => {
         const page = await (await browser.newContext()).newPage();
         ownPages.add(page);
         page.on('pageerror', (error) => faults.push(`page error: ${error.message}`));
@@ -84,10 +88,13 @@ export const test = base.extend({
             faults.push(message.text());
         });
         // A script of the site, shown as a page: a page that a test makes up may not request from other servers of this machine.
-        await page.goto(`${await sites('package')}dist/index.js`);
+        const url = await sites('package');
+        await serveModules(page, url, ['browser/page-helpers.mjs', ...modules]);
+        await page.goto(`${url}dist/index.js`);
         await page.evaluate(async () => {
           document.body.innerHTML = '<input type="file" id="file" multiple>';
           globalThis.tracecut = await import('/model/library.js');
+          Object.assign(globalThis, await import('/browser/page-helpers.mjs'));
         });
         return page;
       });
@@ -109,10 +116,7 @@ export const test = base.extend({
         await page.route(`${url}empty`, (route) =>
           route.fulfill({ contentType: 'text/html', headers: { 'Content-Security-Policy': policy }, body }),
         );
-        for (const name of modules) {
-          const path = fileURLToPath(new URL(`../${name}`, import.meta.url));
-          await page.route(url + name, (route) => route.fulfill({ path, contentType: 'text/javascript' }));
-        }
+        await serveModules(page, url, modules);
         await page.goto(`${url}empty`);
         return page;
       });
@@ -120,15 +124,25 @@ export const test = base.extend({
     { scope: 'worker' },
   ],
 
-  /** A built site in a folder of its own, whose files a test may change: `{ url, folder }`. */
-  ownSite: async ({}, use) => {
-    const folder = mkdtempSync(join(tmpdir(), 'tracecut-own-site-'));
-    await writeSite(folder);
-    const server = await serveSite('small', { folder, splits: true });
-    await use({ url: server.url, folder });
-    await server.close();
-    rmSync(folder, { recursive: true, force: true });
-  },
+  /**
+   * The built site with the tiny sample, as on a host: with all its files, and not at the root. A test may change files in
+   * `folder`, restores them, and calls `publish` for a service worker with their list.
+   */
+  ownSite: [
+    async ({}, use) => {
+      const folder = mkdtempSync(join(tmpdir(), 'tracecut-own-site-'));
+      await writeSite(folder);
+      for (const [path, script] of scriptsWithSample(folder, JSON.stringify(TINY)))
+        writeFileSync(join(folder, path), script);
+      const publish = () => writeFileSync(join(folder, 'service-worker.js'), serviceWorker(siteList(folder)));
+      publish();
+      const server = await serve({ places: [{ prefix: '/some/where/', folder }] });
+      await use({ url: `${server.url}some/where/`, folder, publish });
+      await server.close();
+      rmSync(folder, { recursive: true, force: true });
+    },
+    { scope: 'worker' },
+  ],
 
   checkPages: [
     async ({ faults, ownPages }, use) => {
@@ -165,10 +179,10 @@ export function useSample(options) {
 }
 
 /** A page with the package, shared by all tests of a file; `prepare(page)` runs first. Read `page` inside tests. */
-export function useLibrary(prepare = async () => {}) {
+export function useLibrary(prepare = async () => {}, options) {
   const shared = { /** @type {import('@playwright/test').Page} */ page: null };
   test.beforeAll(async ({ openLibrary }) => {
-    shared.page = await openLibrary();
+    shared.page = await openLibrary(options);
     await prepare(shared.page);
   });
   test.afterAll(() => shared.page?.context().close());
@@ -186,9 +200,23 @@ export function useEmptyPage(prepare, options) {
   return shared;
 }
 
+/** Gives a file to a page of `openLibrary`, where it is `globalThis.file` from then on. */
+export async function giveFile(page, path) {
+  await page.setInputFiles('#file', path);
+  await page.evaluate(() => (globalThis.file = document.querySelector('#file').files[0]));
+}
+
 /** Returns the bytes of a download. @param {import('@playwright/test').Download} download */
 export async function downloadBytes(download) {
   return readFileSync(await download.path());
+}
+
+/** Serves files of `tests/` to a page. */
+async function serveModules(page, url, names) {
+  for (const name of names) {
+    const path = fileURLToPath(new URL(`../${name}`, import.meta.url));
+    await page.route(url + name, (route) => route.fulfill({ path, contentType: 'text/javascript' }));
+  }
 }
 
 function watchStudio(page, url, faults) {
@@ -213,17 +241,13 @@ const ENTRIES = Object.fromEntries(
   ['draw', 'edit', 'export', 'stages'].map((name) => [`/dist/${name}.js`, "export * from './index.js';"]),
 );
 
-/**
- * Serves a kind of site.
- *
- * @param {SiteKind} kind
- * @param {{folder?: string, splits?: boolean}} [options] where the site was written, and whether with as many files as on a host
- */
-async function serveSite(kind, { folder = process.env.TRACECUT_TEST_SITE, splits = false } = {}) {
+/** Serves a kind of site. @param {SiteKind} kind */
+async function serveSite(kind) {
+  const folder = process.env.TRACECUT_TEST_SITE;
   if (kind === 'package') return serve();
   const scripts = kind === 'whole' ? [] : scriptsWithSample(folder, JSON.stringify(SAMPLES[kind]));
-  // Without splits the page is one file with its start script, and has nothing to fetch ahead.
-  const instead = { ...Object.fromEntries(scripts), ...ENTRIES, ...(splits ? {} : { '/view/page.js': '' }) };
+  // The page is one file with its start script, and has nothing to fetch ahead.
+  const instead = { ...Object.fromEntries(scripts), ...ENTRIES, '/view/page.js': '' };
   const places = [{ prefix: '/', folder }, ...mounts];
   return serve({ places, instead, list: () => siteList(folder, instead) });
 }

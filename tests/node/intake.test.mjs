@@ -1,30 +1,58 @@
-// The intake table: frames of files by ffmpeg, masks of folders by readFrames, and the same masks on the command line.
+// The intake table: frames of files by ffmpeg, masks of folders by readFrames, containers as the package reads them in
+// browsers, and masks on the command line. What browsers decode is tested in tests/browser/intake.spec.mjs.
 
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
-import { mkdtempSync, readdirSync, readFileSync, rmSync, statSync } from 'node:fs';
+import { mkdtempSync, openAsBlob, readdirSync, readFileSync, rmSync, statSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { test } from 'node:test';
+import { after, before, describe, test } from 'node:test';
 import { readFrames, segmentVideo } from 'tracecut';
 import { framesOfVideo } from 'tracecut/node';
+import { videoInfo } from '../../dist/index.js';
 import { CASES, checkOutcome, maskOfRed } from '../intake/cases.mjs';
-import { ensureClips, hasFfmpeg } from '../intake/clips.mjs';
+import { CLIP, ensureClips, hasFfmpeg } from '../intake/clips.mjs';
 import { commandLine } from '../programs.mjs';
 import { readPng } from '../png.mjs';
 
 const withoutFfmpeg = hasFfmpeg() ? false : 'needs ffmpeg';
 
-for (const row of CASES) {
-  test(row.name, { withoutFfmpeg }, async () => {
-    const path = join(ensureClips(), row.file);
-    const refusal = row.error ?? row.except?.node;
-    if (refusal) {
-      const isExpected = (error) => error.code === refusal && row.words.test(error.message);
-      await assert.rejects(outcomeOf(path), isExpected);
-    } else checkOutcome(row, await outcomeOf(path));
-  });
-}
+describe('in Node', { skip: withoutFfmpeg }, () => {
+  for (const row of CASES)
+    test(row.name, async () => {
+      const path = join(ensureClips(), row.file);
+      const code = row.error ?? row.except?.node;
+      if (!code) return checkOutcome(row, await outcomeOf(path));
+      await assert.rejects(outcomeOf(path), (error) => error.code === code && row.words.test(error.message));
+    });
+});
+
+describe('the container, as read in browsers', { skip: withoutFfmpeg }, () => {
+  // Nothing is decoded.
+  before(() => (globalThis.VideoDecoder = { isConfigSupported: async () => ({ supported: false }) }));
+  after(() => delete globalThis.VideoDecoder);
+
+  for (const row of CASES.filter(({ times }) => times))
+    test(row.name, async () => {
+      const file = await openAsBlob(join(ensureClips(), row.file));
+      const animated = /\.(png|gif|webp)$/.test(row.file) && { error: 'unsupported', words: /cannot decode animated/ };
+      const { error: code, words } = animated || row;
+      const reading = videoInfo(file, { onDamage() {} });
+      if (code) return assert.rejects(reading, (error) => error.code === code && words.test(error.message));
+      const { width, height, numFrames, times, duration, frameRate, decodable } = await reading;
+      assert.deepEqual({ width, height, decodable }, { width: CLIP.width, height: CLIP.height, decodable: false });
+      // Damage is known only after decoding.
+      if (row.isTruncated) return assert.ok(numFrames >= row.numFrames, `${numFrames} frames`);
+      const lastDuration = row.lastDuration ?? times.at(-1) - times.at(-2);
+      checkOutcome(
+        { ...row, lastDuration, masks: false },
+        { width, height, numFrames, times, lastDuration, isTruncated: false },
+      );
+      if (row.lastDuration)
+        assert.ok(Math.abs(duration - (times.at(-1) + lastDuration - times[0])) < 1e-3, `${duration} s`);
+      assert.ok(Math.abs(frameRate - numFrames / duration) < 1e-5, `${frameRate} frames per second`);
+    });
+});
 
 async function outcomeOf(path) {
   if (statSync(path).isDirectory()) {
@@ -46,29 +74,29 @@ async function outcomeOf(path) {
 /** Exit code for data that cannot be read, or only in part. */
 const BAD_INPUT = 3;
 
-const skip = hasFfmpeg() ? (commandLine() ? false : 'needs the command line that Cargo built') : 'needs ffmpeg';
+const withoutProgram = commandLine() ? false : 'needs the command line that Cargo built';
 
-for (const row of CASES) {
-  test(row.name, { skip }, (t) => {
-    const { status, stderr, out } = segment(t, row.file);
-    if (row.error) {
-      assert.equal(status, BAD_INPUT, stderr);
-      assert.match(stderr, row.words);
-    } else {
-      assert.equal(status, row.isTruncated ? BAD_INPUT : 0, stderr);
-      checkOutcome(row, outcomeIn(out));
-    }
-  });
-}
+describe('on the command line', { skip: withoutFfmpeg || withoutProgram }, () => {
+  for (const row of CASES)
+    test(row.name, (t) => {
+      const { status, stderr, out } = segment(t, row.file);
+      if (row.error) {
+        assert.equal(status, BAD_INPUT, stderr);
+        assert.match(stderr, row.words);
+      } else {
+        assert.equal(status, row.isTruncated ? BAD_INPUT : 0, stderr);
+        checkOutcome(row, outcomeIn(out));
+      }
+    });
 
-for (const file of ['bt709.mp4', 'sar.mp4', 'vfr.mp4']) {
-  test(`the masks of ${file} are the same in Node`, { skip }, async (t) => {
-    const { masks } = outcomeIn(segment(t, file).out);
-    const result = await segmentVideo(framesOfVideo(join(ensureClips(), file))).collect();
-    assert.equal(result.numFrames, masks.length);
-    masks.forEach((mask, k) => assert.deepEqual(result.labels(k), mask, `picture ${k}`));
-  });
-}
+  for (const file of ['bt709.mp4', 'sar.mp4', 'vfr.mp4'])
+    test(`the masks of ${file} are the same as in Node`, async (t) => {
+      const { masks } = outcomeIn(segment(t, file).out);
+      const result = await segmentVideo(framesOfVideo(join(ensureClips(), file))).collect();
+      assert.equal(result.numFrames, masks.length);
+      masks.forEach((mask, k) => assert.deepEqual(result.labels(k), mask, `picture ${k}`));
+    });
+});
 
 function segment(t, file) {
   const folder = mkdtempSync(join(tmpdir(), 'tracecut-intake-'));

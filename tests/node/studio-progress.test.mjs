@@ -1,13 +1,13 @@
-// Progress of runs, replayed from recorded times: the share never falls, and the time left is near the truth. The times of
-// recorded-runs.json are those of the stages in Chromium on two idle cores.
+// Progress of runs, replayed from recorded times: the share never falls, and the time left is close to the true one.
+// recorded-runs.json has the times of stages in Chromium on two idle cores.
 
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { afterEach, mock, test } from 'node:test';
 import { ClipJob } from '../../build/model/clip-job.js';
 import { ClipWork } from '../../dist/session/progress.js';
-import { StillJob } from '../../build/model/still-job.js';
 import { StageClock } from '../../dist/session/stage-clock.js';
+import { movingFrames } from '../moving.mjs';
 import { CLIP, openModel, openSampleWork } from './studio.mjs';
 
 const RUNS = JSON.parse(readFileSync(new URL('recorded-runs.json', import.meta.url), 'utf8'));
@@ -22,7 +22,7 @@ const SLACK_MS = 1000;
 
 afterEach(() => mock.reset());
 
-/** Replays a run. @param when gives the time of an event from its recorded one */
+/** Replays a run. @param when maps recorded times to times of the replay */
 function replay({ frames, readsFile, ms, events }, { when = (t) => t, pace = PACE } = {}) {
   let now = 0;
   mock.method(performance, 'now', () => now);
@@ -30,9 +30,9 @@ function replay({ frames, readsFile, ms, events }, { when = (t) => t, pace = PAC
   const source = { ...SIZE, ...(readsFile ? { direct() {} } : {}) };
   const job = new ClipJob(source, { frames, side: SIZE.width }, {}, ClipJob.stages, images, pace);
   const shares = [];
-  const told = [];
+  const estimates = [];
   const tickUntil = (end) => {
-    for (; now + TICK_MS < end; now += TICK_MS) told.push({ now, left: job.timeLeft(now) });
+    for (; now + TICK_MS < end; now += TICK_MS) estimates.push({ now, left: job.timeLeft(now) });
     now = end;
   };
   job.start();
@@ -47,21 +47,21 @@ function replay({ frames, readsFile, ms, events }, { when = (t) => t, pace = PAC
   }
   tickUntil(when(ms));
   mock.reset();
-  return { shares, told, end: when(ms) };
+  return { shares, estimates, end: when(ms) };
 }
 
-/** Returns the worst factor between the time left as told and the true one, in a part of the run. */
-function worstFactor({ told, end }, fromShare) {
-  const factors = told
+/** Returns the largest factor between the estimated and the true time left, in the last part of a run. */
+function worstFactor({ estimates, end }, fromShare) {
+  const factors = estimates
     .filter(({ now }) => now >= Math.max(2500, fromShare * end))
     .map(({ now, left }) => {
-      assert.ok(left !== null || now < 0.15 * end, `nothing is told at ${now} of ${end}`);
+      assert.ok(left !== null || now < 0.15 * end, `no estimate at ${now} of ${end}`);
       return left === null ? 1 : Math.max((left - SLACK_MS) / (end - now), (end - now - SLACK_MS) / left);
     });
   return Math.max(1, ...factors);
 }
 
-/** Times of a machine that is twice as slow in a part of the run. */
+/** Returns the times of a machine that is twice as slow in a part of the run. */
 const slowIn = (from, to, ms) => (t) => t + Math.max(0, Math.min(t, to * ms) - from * ms);
 
 for (const run of RUNS)
@@ -80,21 +80,21 @@ for (const run of PREDICTED)
       assert.ok(worstFactor(replayed, 0.1) <= 1.5, `${worstFactor(replayed, 0.1)}`);
       assert.ok(worstFactor(replayed, 0.5) <= 1.2, `${worstFactor(replayed, 0.5)}`);
     }
-    // A machine that was busy for a while; nobody can know before that it will be free again.
-    const other = replay(run, { when: slowIn(0.1, 0.3, run.ms) });
-    assert.ok(worstFactor(other, 0.6) <= 1.25, `${worstFactor(other, 0.6)}`);
-    // The first run of the page: no other gave a pace.
+    // A machine that was busy for a while cannot be predicted to be free again.
+    const busy = replay(run, { when: slowIn(0.1, 0.3, run.ms) });
+    assert.ok(worstFactor(busy, 0.6) <= 1.25, `${worstFactor(busy, 0.6)}`);
+    // The first run of a page has no pace of an earlier one.
     assert.ok(worstFactor(replay(run, { pace: 0 }), 0.5) <= 1.2);
   });
 
-test('masks that disagree are made again: that is told as soon as it begins', () => {
+test('the time left includes masks that are computed again as soon as that begins', () => {
   const run = RUNS.find(({ name }) => /three clusterings/.test(name));
   assert.ok(worstFactor(replay(run), 0.8) <= 1.5);
 });
 
-test('every frame is counted once, wherever shots end windows', () => {
-  const usual = [50, 90, 130, 170, 210, 221];
-  for (const ends of [usual, [50, 71, 121, 161, 201, 221], [3, 53, 93, 133, 173, 213, 221]]) {
+test('counts every frame once, wherever shots end windows', () => {
+  const withoutCuts = [50, 90, 130, 170, 210, 221];
+  for (const ends of [withoutCuts, [50, 71, 121, 161, 201, 221], [3, 53, 93, 133, 173, 213, 221]]) {
     const work = new ClipWork(221, 50, 10, true);
     let window = 0;
     for (const end of ends) {
@@ -108,13 +108,13 @@ test('every frame is counted once, wherever shots end windows', () => {
       window += 1;
     }
   }
-  const whole = new ClipWork(40, 50, 10, true);
-  assert.deepEqual([whole.total('flow'), whole.total('masks'), whole.done('masks', 40, 40)], [40, 40, 40]);
+  const short = new ClipWork(40, 50, 10, true);
+  assert.deepEqual([short.total('flow'), short.total('masks'), short.done('masks', 40, 40)], [40, 40, 40]);
   assert.equal(new ClipWork(221, 50, 10, true).total('masks'), 300);
   assert.equal(new ClipWork(221, 50, 10, false).total('masks'), 271);
 });
 
-test('nothing is told before a piece was computed; reading says little', () => {
+test('estimates no time before a step was computed; reading frames predicts nothing', () => {
   let now = 0;
   mock.method(performance, 'now', () => now);
   const clock = new StageClock([
@@ -136,14 +136,17 @@ test('nothing is told before a piece was computed; reading says little', () => {
   assert.equal(clock.share, 1);
 });
 
-test('the stage on screen is the one being done, not the last one that ended', () => {
-  const clock = new StageClock(StillJob.stages);
+test('the stage on screen is the current one, not the last finished one', () => {
+  const clock = new StageClock([
+    { id: 'frames', cost: 1 },
+    { id: 'flow', cost: 1 },
+  ]);
   assert.equal(clock.stageOnScreen, 'frames');
   clock.mark('frames', 1, 1);
-  assert.equal(clock.stageOnScreen, 'boundaries');
+  assert.equal(clock.stageOnScreen, 'flow');
 });
 
-test('frames that are saved: told after two seconds, from their pace', () => {
+test('estimates the time of saving frames after two seconds', () => {
   let now = 0;
   mock.method(performance, 'now', () => now);
   const clock = new StageClock([{ id: 'frames', cost: 1 }]);
@@ -167,8 +170,8 @@ test('a stage that turns out longer does not lower the share', () => {
   assert.equal(shares.at(-1), 1);
 });
 
-test('the share of a run on the page never falls, and ends at 1', async () => {
-  const { app, store } = await openModel();
+test('the share of a run in the model never falls and ends at 1', async () => {
+  const { app, store } = await openModel(movingFrames(8, [64, 48]));
   let shares = [];
   store.watch(['share', 'phase'], ({ share, phase }) => phase === 'running' && shares.push(share));
   for (const open of [() => app.openSample(), () => app.openFiles([CLIP])]) {
@@ -180,9 +183,9 @@ test('the share of a run on the page never falls, and ends at 1', async () => {
   }
 });
 
-test('work that is reopened is not the pace of a run', async () => {
+test('opening a saved project sets no pace for runs', async () => {
   const { store, app } = await openSampleWork();
-  assert.deepEqual(store.state.pace, { clip: 0, still: 0 });
+  assert.equal(store.state.pace, 0);
   await app.openFiles([CLIP]);
-  assert.ok(store.state.pace.clip > 0);
+  assert.ok(store.state.pace > 0);
 });

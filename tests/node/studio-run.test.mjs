@@ -1,96 +1,135 @@
-// What can be done in the studio, without a page: open, run, cancel, go on, change settings, correct, and what is told.
+// Runs in the studio's model: opened, cancelled, continued, restarted, corrected and saved.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { unzipSync } from 'fflate';
-import { version } from 'tracecut';
+import { searchReport, version } from 'tracecut';
+import { SETTINGS_DELAY_MS } from '../../build/model/app.js';
+import { sortClipFiles } from '../../build/model/clip-files.js';
 import { framesOf } from '../../build/model/corrections.js';
+import { describeFrame } from '../../build/model/describe.js';
 import { exportSource } from '../../build/model/export.js';
 import { resizedFrames } from '../../build/model/export-size.js';
 import { MAIN_EXPORTS, otherExports } from '../../build/model/exports.js';
+import { PageError, explain } from '../../build/model/messages.js';
 import { createRecipe } from '../../build/model/recipe.js';
 import { showCorrected } from '../../build/model/show-result.js';
-import { describeFrame } from '../../build/model/describe.js';
-import { CLIP, SAMPLE, openModel, openSampleWork } from './studio.mjs';
+import { describeSearch, suggestChanges } from '../../build/model/suggestions.js';
+import { movingFrames, plainFrame, shiftingFrames } from '../moving.mjs';
+import { CLIP, SAMPLE, frameGate, maskText, openModel, openSampleWork, waitForState } from './studio.mjs';
 
-/** A file that is no clip. */
-const NOTES = new File(['x'], 'notes.txt', { type: 'text/plain' });
+const TEXT_FILE = new File(['x'], 'notes.txt', { type: 'text/plain' });
+const OTHER_CLIP = new File(['x'], 'other.mp4', { type: 'video/mp4' });
 
-/** Every headline that is shown from now on. */
-function headlines(store) {
-  const all = [];
-  store.watch(['headline'], ({ headline }) => all.push(headline));
-  return all;
-}
+/** A clip that is segmented at once. */
+const SHORT_CLIP = movingFrames(6, [64, 48]);
 
-const masksOf = ({ analysis }) =>
-  Array.from({ length: analysis.segmentation.result.numFrames }, (_, t) => analysis.segmentation.mask(t).join('')).join(
-    '|',
-  );
-
-test('the sample is opened, run, cancelled, resumed and corrected; other files and settings take its place', async () => {
+test('runs the sample, cancels a second run and continues to the same result', async () => {
   const { app, store } = await openModel();
-  const said = headlines(store);
+  const headlines = new Set();
+  store.watch(['headline'], ({ headline }) => headlines.add(headline));
   await app.openSample();
   assert.equal(store.state.phase, 'done');
   assert.equal(store.state.headline, '3 moving objects');
   assert.match(store.state.subline, /^16 frames of 192 × 108 · computed in \d/);
-  for (const words of ['Reading frames', 'Tracking motion', 'Drawing outlines'])
-    assert.ok(said.includes(words), said.join());
-  const before = masksOf(store.state);
+  for (const headline of ['Reading frames', 'Tracking motion', 'Drawing outlines'])
+    assert.ok(headlines.has(headline), [...headlines].join());
+  const masks = maskText(store.state);
 
-  // Cancelled at once, it goes on where it was.
   const running = app.rerun();
-  await new Promise((resolve) => setTimeout(resolve, 30));
+  await waitForState(store, ({ job, phase }) => phase === 'running' && job.stages[1].done >= 2);
   app.cancel();
-  assert.equal(store.state.phase, 'stopped');
+  assert.deepEqual([store.state.phase, store.state.headline], ['stopped', 'Cancelled']);
   await running;
   await app.resume();
   assert.equal(store.state.phase, 'done');
-  assert.equal(masksOf(store.state), before);
+  assert.equal(maskText(store.state), masks);
+});
 
-  // The session corrects: what it refuses leaves all as it was.
+test('cancels while frames are read, and runs again', async () => {
+  const gate = frameGate(4);
+  const { app, store } = await openModel(SHORT_CLIP, { gate });
+  const opening = app.openFiles([CLIP]);
+  await waitForState(store, ({ job }) => job?.images.length === 4);
+  app.cancel();
+  assert.equal(store.state.phase, 'stopped');
+  await opening;
+  gate.open();
+  await app.rerun();
+  assert.deepEqual([store.state.phase, store.state.timeline.numFrames], ['done', 6]);
+});
+
+test('opens another clip during a run, and of two opened at once the last', async () => {
+  const { app, store } = await openModel(SHORT_CLIP);
+  const openings = [app.openSample()];
+  await waitForState(store, ({ phase }) => phase === 'running');
+  openings.push(app.openFiles([CLIP]), app.openFiles([OTHER_CLIP]));
+  await Promise.all(openings);
+  assert.deepEqual([store.state.name, store.state.phase], ['other.mp4', 'done']);
+  assert.match(store.state.subline, /^6 frames of 64 × 48/);
+});
+
+test('restarts a run whose settings change, even if it has ended meanwhile', async (t) => {
+  // The delay of restarts ends when the test calls `endDelay`.
+  let endDelay;
+  const { setTimeout } = globalThis;
+  t.mock.method(globalThis, 'setTimeout', (callback, ms, ...args) => {
+    if (ms !== SETTINGS_DELAY_MS) return setTimeout(callback, ms, ...args);
+    endDelay = callback;
+  });
+  const gate = frameGate(4);
+  const { app, store } = await openModel(SHORT_CLIP, { gate });
+  app.openFiles([CLIP]);
+  await waitForState(store, ({ job }) => job?.images.length === 4);
+  store.set({ changed: new Map([['trajectory.gridStep', 12]]) });
+  endDelay();
+  gate.open();
+  await waitForState(store, ({ phase }) => phase === 'done');
+  assert.deepEqual(store.state.job.options, { trajectory: { gridStep: 12 } });
+
+  const { visit } = store.state;
+  const rerun = app.rerun();
+  store.set({ trim: { ...store.state.trim, start: 2, frames: 2 } });
+  await rerun;
+  assert.deepEqual([store.state.visit, store.state.timeline.numFrames], [visit + 1, 6]);
+  endDelay();
+  await waitForState(store, ({ phase, timeline }) => phase === 'done' && timeline.numFrames === 2);
+  endDelay();
+  assert.equal(store.state.visit, visit + 2, 'settings of the last run start no other');
+});
+
+test('the session corrects a result, with undo and redo', async () => {
+  const { app, store } = await openModel();
+  await app.openSample();
+  const masks = maskText(store.state);
   const { corrections } = store.state.job;
-  const change = async (promise) => showCorrected(store, await promise);
-  await change(corrections.join(1, [2]));
+  const apply = async (correction) => showCorrected(store, await correction);
+  await apply(corrections.join(1, [2]));
   assert.equal(store.state.headline, '2 moving objects');
-  const joined = masksOf(store.state);
-  await change(corrections.split(1));
-  assert.notEqual(masksOf(store.state), joined);
-  await change(corrections.undo());
-  assert.equal(masksOf(store.state), joined);
-  await change(corrections.undo());
-  assert.equal(masksOf(store.state), before);
-  await change(corrections.redo());
-  assert.equal(masksOf(store.state), joined);
+  const joined = maskText(store.state);
+  await apply(corrections.split(1));
+  assert.notEqual(maskText(store.state), joined);
+  await apply(corrections.undo());
+  assert.equal(maskText(store.state), joined);
+  await apply(corrections.undo());
+  assert.equal(maskText(store.state), masks);
+  await apply(corrections.redo());
+  assert.equal(maskText(store.state), joined);
   assert.equal(corrections.redoCount(), 1);
   assert.equal(store.state.job.isCorrected, true);
 
-  // A file that is none leaves what was corrected; without corrections of the sample it is an error.
-  await app.openFiles([NOTES]);
+  // An unknown file leaves a corrected sample on screen, but not an uncorrected one.
+  await app.openFiles([TEXT_FILE]);
   assert.equal(store.state.phase, 'done');
-  assert.equal(masksOf(store.state), joined);
-  await change(corrections.undo());
-  await app.openFiles([NOTES]);
-  assert.equal(store.state.phase, 'error');
-  assert.equal(store.state.error.code, 'unknown-file');
-  // Another clip is run in its place.
-  const first = app.openFiles([CLIP]);
-  const second = app.openFiles([new File(['x'], 'other.mp4', { type: 'video/mp4' })]);
-  await Promise.all([first, second]);
-  assert.equal(store.state.name, 'other.mp4');
-  assert.equal(store.state.phase, 'done');
-
-  // Settings that are changed meanwhile begin it anew.
-  const again = app.rerun();
-  store.set({ changed: new Map([['trajectory.gridStep', 12]]) });
-  await again;
-  while (store.state.phase !== 'done' || !store.state.job.options.trajectory)
-    await new Promise((resolve) => setTimeout(resolve, 50));
-  assert.deepEqual(store.state.job.options, { trajectory: { gridStep: 12 } });
+  assert.equal(maskText(store.state), joined);
+  await apply(corrections.undo());
+  await app.openFiles([TEXT_FILE]);
+  assert.deepEqual([store.state.phase, store.state.error.code], ['error', 'unknown-file']);
+  await app.openSample();
+  assert.deepEqual([store.state.phase, store.state.error], ['done', null]);
 });
 
-test('kept work is told, chosen of and painted in, and nothing is segmented for that', async () => {
+test('describes, selects and paints in a saved project without a run', async () => {
   const { store, selection } = await openSampleWork();
   const { analysis, timeline } = store.state;
   assert.match(
@@ -110,9 +149,9 @@ test('kept work is told, chosen of and painted in, and nothing is segmented for 
   selection.toggleSelected(3);
   assert.deepEqual([...store.state.selected], [1, 3]);
   selection.toggleSelected(0);
-  assert.equal(store.state.selected.size, 2, 'the background is no object');
+  assert.equal(store.state.selected.size, 2, 'the background is not an object');
 
-  const before = masksOf(store.state);
+  const masks = maskText(store.state);
   const { corrections } = store.state.job;
   assert.equal(corrections.splitsAtPlace, true);
   await assert.rejects(corrections.split(1), { code: 'no-place' });
@@ -122,23 +161,23 @@ test('kept work is told, chosen of and painted in, and nothing is segmented for 
   await corrections.carry(painted, new AbortController().signal, () => {});
   showCorrected(store, framesOf(painted));
   assert.equal(store.state.headline, '4 moving objects');
-  assert.ok(framesOf(painted).length > 1, 'it is carried');
+  assert.ok(framesOf(painted).length > 1, 'it is carried to other frames');
   await corrections.join(4, [1]);
   showCorrected(store);
   assert.equal(store.state.headline, '3 moving objects');
   for (let step = 0; step < 2; step += 1) showCorrected(store, await corrections.undo());
-  assert.equal(masksOf(store.state), before);
-  assert.deepEqual([...store.state.hidden], [3], 'what is left out stays so');
+  assert.equal(maskText(store.state), masks);
+  assert.deepEqual([...store.state.hidden], [3], 'hidden objects stay hidden');
 });
 
-test('finished work stays until another clip is open, and where none can be opened', async () => {
+test('a finished result stays until another clip is open', async () => {
   const { app, store, selection } = await openSampleWork();
   selection.toggle(3);
   const { visit, job, headline } = store.state;
-  const before = masksOf(store.state);
-  const opening = app.openFiles([NOTES]);
+  const masks = maskText(store.state);
+  const opening = app.openFiles([TEXT_FILE]);
   assert.equal(store.state.isOpening, true);
-  assert.equal(masksOf(store.state), before);
+  assert.equal(maskText(store.state), masks);
   await opening;
   const { phase, isOpening, notice, announcement } = store.state;
   assert.deepEqual([phase, isOpening, store.state.headline], ['done', false, headline]);
@@ -149,85 +188,151 @@ test('finished work stays until another clip is open, and where none can be open
   showCorrected(store, await job.corrections.join(1, [2]));
   assert.deepEqual([exportSource(store.state).name, store.state.notice], ['clip.mp4', '']);
 
-  // Of two files the last one counts, also if the first is opened later.
+  // The last of two files wins, even if the first is open later.
   let openFirst;
   const source = { ...store.state.source, name: 'first.mp4', close: () => (source.isClosed = true) };
   const first = app.open('first.mp4', () => new Promise((resolve) => (openFirst = () => resolve(source))));
-  await app.openFiles([NOTES]);
+  await app.openFiles([TEXT_FILE]);
   openFirst();
   await first;
   assert.deepEqual([store.state.visit, store.state.phase, source.isClosed], [visit, 'done', true]);
 
-  // Another clip takes its place.
-  const second = app.openFiles([new File(['x'], 'other.mp4', { type: 'video/mp4' })]);
-  while (store.state.phase !== 'running') await new Promise((resolve) => setTimeout(resolve));
+  const second = app.openFiles([OTHER_CLIP]);
+  await waitForState(store, ({ phase }) => phase === 'running');
   assert.deepEqual([store.state.name, store.state.isOpening, store.state.notice], ['other.mp4', false, '']);
   app.cancel();
   await second;
 });
 
-test('an object shown alone is the first of those that are selected, and what they are joined to is kept', async () => {
+test('joined objects stay shown if one of them was', async () => {
   const { store, selection } = await openSampleWork();
   const join = async ([into, ...others]) => showCorrected(store, await selection.join(into, others));
   selection.isolate(1);
   selection.toggleSelected(2);
   selection.toggleSelected(3);
-  assert.deepEqual([...store.state.selected], [1, 2, 3]);
+  assert.deepEqual([...store.state.selected], [1, 2, 3], 'the isolated object is the first');
   await join(store.state.selected);
   assert.deepEqual(selection.objects, { kept: [1], all: 1 });
   showCorrected(store, await store.state.job.corrections.undo());
 
-  // A hidden object takes in the one that is shown.
   selection.reset();
   selection.isolate(3);
   await join([2, 3]);
   assert.deepEqual(selection.objects, { kept: [2], all: 2 });
   assert.deepEqual([...store.state.selected], []);
 
-  // Where nothing was kept, nothing is.
   store.set({ hidden: new Set([1, 2]) });
   await join([1, 2]);
   assert.deepEqual(selection.objects, { kept: [], all: 1 });
 });
 
-test('what is saved has the objects that are kept', async () => {
+test('exports contain the objects that are shown', async () => {
   const { store, selection } = await openSampleWork();
   selection.toggle(3);
   const { job } = store.state;
-  const known = exportSource(store.state);
-  assert.deepEqual(known.masks.shots, [{ first: 0, last: 15 }]);
-  const read = resizedFrames(job, known.masks, SAMPLE.width);
+  const source = exportSource(store.state);
+  assert.deepEqual(source.masks.shots, [{ first: 0, last: 15 }]);
+  const read = resizedFrames(job, source.masks, SAMPLE.width);
   const subject = {
-    ...known,
+    ...source,
     ...{ frames: read.stream, image: read.read, edges: { smallest: 0, grow: 0, feather: 0 } },
     objects: (object) => object > 0 && selection.has(object),
   };
-  const none = { title: '', about: '', choices: [] };
-  const choices = [...MAIN_EXPORTS, ...otherExports(none)].flatMap((one) => one.choices);
-  // Each file has a name of its own; a cut-out on the backdrop of the page is named by that.
-  const name = (id) => choices.find((one) => one.id === id).file(subject);
-  assert.deepEqual(['transparent', 'green', 'blurred', 'zip'].map(name), [
+  const choices = [...MAIN_EXPORTS, ...otherExports({ choices: [] })].flatMap((group) => group.choices);
+  const findChoice = (id) => choices.find((choice) => choice.id === id);
+  // Each file has its own name; a cut-out on the backdrop of the page is named after that.
+  const fileName = (id) => findChoice(id).file(subject);
+  assert.deepEqual(['transparent', 'green', 'blurred', 'zip'].map(fileName), [
     ...['cutout.webm', 'green.mp4', 'blur.mp4', 'masks.zip'],
   ]);
-  assert.deepEqual(['cutout-webm', 'cutout-mp4'].map(name), ['cutout.webm', 'green.mp4']);
-  subject.state = { ...known.state, backdrop: { ...known.state.backdrop, name: 'dimmed' } };
-  assert.deepEqual(['cutout-webm', 'cutout-mp4', 'green'].map(name), ['spotlight.webm', 'spotlight.mp4', 'green.mp4']);
+  assert.deepEqual(['cutout-webm', 'cutout-mp4'].map(fileName), ['cutout.webm', 'green.mp4']);
+  subject.state = { ...source.state, backdrop: { ...source.state.backdrop, name: 'dimmed' } };
+  assert.deepEqual(['cutout-webm', 'cutout-mp4', 'green'].map(fileName), [
+    ...['spotlight.webm', 'spotlight.mp4', 'green.mp4'],
+  ]);
   const make = async (id) => {
-    const blob = await choices
-      .find((one) => one.id === id)
-      .make(subject, { signal: new AbortController().signal, onProgress() {} });
+    const blob = await findChoice(id).make(subject, { signal: new AbortController().signal, onProgress() {} });
     return new Uint8Array(await blob.arrayBuffer());
   };
-  const text = async (id) => new TextDecoder().decode(await make(id));
-  const coco = JSON.parse(await text('coco'));
+  const makeText = async (id) => new TextDecoder().decode(await make(id));
+  const coco = JSON.parse(await makeText('coco'));
   assert.equal(coco.annotations.length, 32);
-  const rows = (await text('table')).trim().split('\n').slice(1);
+  const rows = (await makeText('table')).trim().split('\n').slice(1);
   assert.deepEqual([...new Set(rows.map((row) => row.split(',')[2]))], ['1', '2']);
-  const files = Object.keys(unzipSync(await make('zip-objects')));
-  assert.equal(files.filter((name) => name.endsWith('.png')).length, 32);
-  assert.match(await text('tracks'), /^16\n\d+\n/);
+  const names = Object.keys(unzipSync(await make('zip-objects')));
+  assert.equal(names.filter((name) => name.endsWith('.png')).length, 32);
+  assert.match(await makeText('tracks'), /^16\n\d+\n/);
   assert.match(new TextDecoder('latin1').decode((await make('png')).subarray(0, 4)), /PNG/);
-  const recipe = JSON.parse(await createRecipe({ version, job, masks: known.masks, corrections: 2 }));
+  const recipe = JSON.parse(await createRecipe({ version, job, masks: source.masks, corrections: 2 }));
   assert.deepEqual([recipe.tracecut, recipe.corrections, recipe.masks.frames], [version, 2, 16]);
   assert.match(recipe.masks.sha256, /^[0-9a-f]{64}$/);
+});
+
+test('takes images in the order of their numbers, and rejects files that make no clip', async () => {
+  const PNG = '\x89PNG\r\n\x1a\n';
+  const MP4 = '\0\0\0\x10ftypisom';
+  const file = (name, head) => new File([Buffer.from(head, 'latin1')], name);
+  const images = await sortClipFiles([10, 9, 2].map((k) => file(`frame${k}.png`, PNG)));
+  assert.deepEqual([images.kind, images.type], ['images', 'image/png']);
+  assert.deepEqual(
+    images.files.map(({ name }) => name),
+    ['frame2.png', 'frame9.png', 'frame10.png'],
+  );
+  assert.deepEqual(await sortClipFiles([CLIP]).catch(({ code }) => code), 'unknown-file', 'its content decides');
+  const video = await sortClipFiles([file('a.jpg', MP4), file('._a.jpg', 'Mac OS X')]);
+  assert.deepEqual([video.kind, video.type, video.files.length], ['video', 'video/mp4', 1]);
+
+  for (const [files, code, detail] of [
+    [[TEXT_FILE], 'unknown-file', 'notes.txt'],
+    [[file('empty.webm', '')], 'unknown-file', 'empty.webm is empty'],
+    [[file('a.png', PNG), TEXT_FILE], 'unknown-file', 'notes.txt'],
+    [[file('a.mp4', MP4), file('b.mp4', MP4)], 'many-videos', '2 files'],
+    [[file('a.mp4', MP4), file('b.png', PNG)], 'mixed-files', '2 files'],
+  ]) {
+    const error = await sortClipFiles(files).catch((thrown) => thrown);
+    assert.ok(error instanceof PageError);
+    const { title, advice, ...message } = explain(error);
+    assert.deepEqual(message, { code, detail });
+    assert.ok(title.length > 10);
+    assert.match(advice, /^(Use|Open) /);
+  }
+});
+
+test('clips without motion have a result that says so', async () => {
+  const still = movingFrames(1, [64, 48])[0];
+  const repeat = (frame) => Array.from({ length: 9 }, () => frame);
+  for (const [frames, headline, notice] of [
+    [SHORT_CLIP.slice(0, 2), /^(1 moving object|No moving objects|Nothing to track)$/, /^/],
+    [repeat(still), /^No moving objects$/, /^Everything moves together, or nothing moves\.$/],
+    [repeat(plainFrame(64, 48)), /^Nothing to track$/, /^The frames have too little texture to track\.$/],
+    [repeat(plainFrame(1, 1)), /^Nothing to track$/, /too little texture/],
+    [movingFrames(9, [17, 3]), /^(No moving objects|Nothing to track)$/, /./],
+  ]) {
+    const { app, store } = await openModel(frames);
+    await app.openFiles([CLIP]);
+    assert.equal(store.state.phase, 'done', explain(store.state.error).detail);
+    assert.match(store.state.headline, headline);
+    assert.match(store.state.notice, notice);
+    assert.equal(store.state.notice === '', /\d/.test(store.state.headline));
+  }
+});
+
+test('suggests to skip frames where everything moves together slowly', async () => {
+  const { app, store } = await openModel(shiftingFrames(30, 2, [96, 64]));
+  await app.openFiles([CLIP]);
+  assert.equal(store.state.headline, 'No moving objects');
+  const report = searchReport(store.state.analysis.segmentation.result);
+  assert.match(
+    describeSearch(report),
+    /^Tracked \d+ points over [89]\d% of the picture in 30 frames; the camera moves about 2\.0 px\/frame\. .* nothing stands out\.$/,
+  );
+  const suggestions = suggestChanges(store.state, report);
+  assert.deepEqual(
+    suggestions.map(({ id }) => id),
+    ['step'],
+  );
+  store.set(suggestions[0].patch);
+  await app.rerun();
+  assert.equal(store.state.phase, 'done');
+  assert.deepEqual(store.state.job.trim, { start: 0, frames: 15, step: 2, side: 480 });
 });

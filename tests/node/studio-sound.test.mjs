@@ -2,6 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { afterEach, mock, test } from 'node:test';
+import { setImmediate } from 'node:timers/promises';
 import { Sound } from '../../build/model/sound.js';
 import { Times } from '../../build/model/presence.js';
 import { Store } from '../../build/model/store.js';
@@ -11,7 +12,7 @@ afterEach(() => mock.reset());
 
 const FPS = 25;
 
-/** A clip with sound on the page, and its player, which a clock drives. */
+/** Opens a clip with sound; `show` shows its next frame after the time of one frame. */
 async function openClip({ isUserActive = () => true, hasSound = async () => true } = {}) {
   const clock = { now: 0 };
   mock.method(performance, 'now', () => clock.now);
@@ -24,9 +25,10 @@ async function openClip({ isUserActive = () => true, hasSound = async () => true
   const store = new Store();
   const sound = new Sound(store, { hasSound, isUserActive, open: () => player });
   store.set({ source: { kind: 'video', file: CLIP } });
-  await new Promise((resolve) => setImmediate(resolve));
+  await setImmediate();
   const seconds = Array.from({ length: 100 }, (_, t) => 2 + t / FPS);
   store.set({ timeline: { numFrames: 100, fps: FPS, times: new Times(seconds, null), cuts: [] } });
+  /** @param soundRate speed of the player until then */
   const show = (frame, soundRate = 1) => {
     clock.now += 1000 / FPS;
     if (!player.paused) player.currentTime += soundRate / FPS;
@@ -37,7 +39,7 @@ async function openClip({ isUserActive = () => true, hasSound = async () => true
   return { store, sound, player, show };
 }
 
-test('sound begins at the frame on screen, and stays with the frames without being sought', async () => {
+test('plays from the frame on screen, without seeking while it is in step', async () => {
   const { store, player, show } = await openClip();
   store.set({ frame: 10 });
   assert.equal(player.paused, true);
@@ -50,7 +52,7 @@ test('sound begins at the frame on screen, and stays with the frames without bei
   assert.equal(player.paused, true);
 });
 
-test('sound follows where the picture jumps, and now and then where it is slower', async () => {
+test('seeks where the picture jumps, and rarely where it is slow', async () => {
   const { store, player, show } = await openClip();
   store.set({ isPlaying: true });
   for (const frame of [1, 2, 3, 50]) show(frame);
@@ -65,7 +67,7 @@ test('sound follows where the picture jumps, and now and then where it is slower
   assert.ok(player.seeks > 1 && player.seeks < 6, `${player.seeks} seeks`);
 });
 
-test('a muted clip, one without sound, and playback that nobody asked for are silent', async () => {
+test('stays silent if muted, without sound, and in automatic playback', async () => {
   const { store, sound, player } = await openClip();
   store.set({ isMuted: true, isPlaying: true });
   assert.equal(player.paused, true);
@@ -78,22 +80,22 @@ test('a muted clip, one without sound, and playback that nobody asked for are si
   silent.store.set({ isPlaying: true });
   assert.deepEqual([silent.store.state.hasSound, silent.player.paused], [false, true]);
 
-  const own = await openClip({ isUserActive: () => false });
-  own.store.set({ isPlaying: true });
-  assert.equal(own.player.paused, true);
-  own.sound.toggle();
-  assert.deepEqual([own.store.state.isMuted, own.player.paused], [false, false]);
+  const automatic = await openClip({ isUserActive: () => false });
+  automatic.store.set({ isPlaying: true });
+  assert.equal(automatic.player.paused, true);
+  automatic.sound.toggle();
+  assert.deepEqual([automatic.store.state.isMuted, automatic.player.paused], [false, false]);
 });
 
-test('sound that the browser cannot decode is not offered', async () => {
+test('offers no sound that the browser cannot decode', async () => {
   const { store, player } = await openClip();
   player.play = () => Promise.reject(new DOMException('no decoder', 'NotSupportedError'));
   store.set({ isPlaying: true });
-  await new Promise((resolve) => setImmediate(resolve));
+  await setImmediate();
   assert.equal(store.state.hasSound, false);
 });
 
-test('another clip takes the place of the sound', async () => {
+test('closes the sound when another clip is opened', async () => {
   const { store, player } = await openClip();
   store.set({ isPlaying: true });
   store.set({ isPlaying: false, source: { kind: 'sample' } });

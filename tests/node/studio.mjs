@@ -1,4 +1,4 @@
-// The studio's model in Node: a platform without a browser, and the made sample, segmented once for all files of tests.
+// The studio's model in Node: a platform without a browser, and the synthetic sample, segmented once for all test files.
 
 import { createHash } from 'node:crypto';
 import { existsSync, mkdirSync, readFileSync, renameSync, writeFileSync } from 'node:fs';
@@ -14,11 +14,11 @@ import { PageError } from '../../build/model/messages.js';
 /** A file that is opened as a clip. */
 export const CLIP = new File(['clip'], 'clip.mp4', { type: 'video/mp4' });
 
-/** The sample of these tests, and how long its frames last, in seconds. */
+/** The sample of these tests. */
 export const SAMPLE = { width: 192, height: 108, frames: 16, seed: 4 };
 const FRAME_SECONDS = 1 / 15;
 
-/** Frames that lie ready as pixels. @implements {import('../../studio/model/job.js').Images} */
+/** Frames in memory. @implements {import('../../studio/model/clip-job.js').Images} */
 class Images {
   frames = [];
   width = 0;
@@ -44,8 +44,38 @@ class Images {
   }
 }
 
-/** A source of frames, which are taken at any size. @returns {import('../../studio/model/source.js').Source} */
-export function sourceOf(frames, { kind = 'video', name = 'clip.mp4' } = {}) {
+/**
+ * Resolves with the state of a store once it satisfies a condition, which is tested after each change.
+ *
+ * @param {import('../../studio/model/store.js').Store} store
+ * @param {(state: import('../../studio/model/store.js').State) => unknown} condition
+ */
+export function waitForState(store, condition) {
+  return new Promise((resolve) => {
+    store.watch(Object.keys(store.state), (state) => condition(state) && resolve(state));
+  });
+}
+
+/** Returns the masks of the result on screen as text, frame by frame. */
+export function maskText({ analysis: { segmentation } }) {
+  return Array.from({ length: segmentation.result.numFrames }, (_, t) => segmentation.mask(t).join('')).join('|');
+}
+
+/** Returns a gate for `openModel`: frames from number `count` on are read only after `open()`. */
+export function frameGate(count = Infinity) {
+  let open;
+  const opened = new Promise((resolve) => (open = resolve));
+  const gate = { count, open, wait: (t) => (t < gate.count ? null : opened) };
+  return gate;
+}
+
+/**
+ * Returns a source of frames, which are read at any size.
+ *
+ * @param {ReturnType<typeof frameGate>} [options.gate] holds frames back
+ * @returns {import('../../studio/model/source.js').Source}
+ */
+export function sourceOf(frames, { kind = 'video', name = 'clip.mp4', gate } = {}) {
   const [{ width, height }] = frames;
   return {
     ...{ kind, name, width, height, fps: 1 / FRAME_SECONDS, count: frames.length },
@@ -55,8 +85,8 @@ export function sourceOf(frames, { kind = 'video', name = 'clip.mp4' } = {}) {
       for (let k = 0; k < count; k += 1) {
         signal.throwIfAborted();
         const t = start + k * step;
+        await gate?.wait(t);
         yield { frame: resized(frames[t], side), time: t * FRAME_SECONDS, end: (t + step) * FRAME_SECONDS };
-        await new Promise((resolve) => setTimeout(resolve));
       }
     },
     close() {},
@@ -80,8 +110,12 @@ export async function sampleFrames() {
   return frames;
 }
 
-/** The model of a page that has just been opened; a file that is opened in it has these frames. */
-export async function openModel(frames) {
+/**
+ * Opens the model of a page. Each file that is opened in it has these frames.
+ *
+ * @param {ReturnType<typeof frameGate>} [options.gate] holds frames of files back
+ */
+export async function openModel(frames, { gate } = {}) {
   frames ??= await sampleFrames();
   const store = new Store();
   store.set({ isReducedMotion: true });
@@ -89,14 +123,14 @@ export async function openModel(frames) {
     openSample: async () => sourceOf(frames, { kind: 'sample', name: 'Sample clip' }),
     async openFiles([file]) {
       if (!file.type.startsWith('video/')) throw new PageError('unknown-file', file.name);
-      return sourceOf(frames, { name: file.name });
+      return sourceOf(frames, { name: file.name, gate });
     },
     createImages: () => new Images(),
   });
   return { app, store, selection: new Selection(store), frames };
 }
 
-/** The bytes of a project of the sample, made by the package; kept in out/tests as long as its wasm is the same. */
+/** Returns the bytes of the sample's project, which are cached in out/tests for each wasm file. */
 async function sampleProject() {
   const hash = createHash('sha256').update(readFileSync(join(root, 'dist', 'tracecut_bg.wasm')));
   const file = join(root, 'out', 'tests', `sample-${hash.digest('hex').slice(0, 16)}.tracecut`);
@@ -108,13 +142,13 @@ async function sampleProject() {
   }));
   const bytes = await saveProject(await segmentVideo(frames).collect());
   mkdirSync(join(root, 'out', 'tests'), { recursive: true });
-  // Files of tests run side by side.
+  // Test files run in parallel.
   writeFileSync(`${file}.${process.pid}`, bytes);
   renameSync(`${file}.${process.pid}`, file);
   return bytes;
 }
 
-/** The model with the sample as work that was kept: nothing is segmented. */
+/** Opens the model with the sample as a saved project: nothing is segmented. */
 export async function openSampleWork() {
   const model = await openModel();
   const project = await openProject(await sampleProject());
@@ -125,7 +159,7 @@ export async function openSampleWork() {
   return model;
 }
 
-/** A storage in memory. @returns {import('../../studio/model/saved-projects.js').ProjectStorage & {records: Map<string, object>}} */
+/** Returns a storage in memory. @returns {import('../../studio/model/saved-projects.js').ProjectStorage & {records: Map<string, object>}} */
 export function memoryStorage() {
   const records = new Map();
   return {

@@ -8,7 +8,7 @@ import { traceRegion } from '../../model/outline.js';
 import { wheelDistance } from './zoom.js';
 import type { Corrections } from '../../model/corrections.js';
 import type { Page } from '../page.js';
-import type { View } from '../layers/layer.js';
+import type { View } from '../layers.js';
 
 /** Scroll distance of one size, in CSS pixels: half a notch, which some browsers report for one; chosen by eye. */
 const SIZE_SCROLL_PX = 50;

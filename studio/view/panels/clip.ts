@@ -2,7 +2,7 @@
 
 import { byId } from '../dom.js';
 import { describeClip, frameFormatter, describeTrim, trimFromInputs } from '../../model/clip-text.js';
-import { type Source, type Trim, clampTrim, sourceKind } from '../../model/source.js';
+import { type Source, type Trim, clampTrim } from '../../model/source.js';
 import type { State, Store } from '../../model/store.js';
 import type { Page } from '../page.js';
 
@@ -60,6 +60,6 @@ class ClipPanel {
     this.side.value = String(trim.side);
     if (document.activeElement !== this.frames) this.frames.value = String(trim.frames);
     byId('clip-all').hidden = trim.start === 0 && 1 + (trim.frames - 1) * trim.step > source.count - trim.step;
-    byId('clip-text').textContent = describeTrim(source, trim, pace[sourceKind(source)]);
+    byId('clip-text').textContent = describeTrim(source, trim, pace);
   }
 }

@@ -6,17 +6,18 @@ import { describeMotion, nameAndColour, describePosition } from '../../model/des
 import { objectName } from '../../model/palette.js';
 import { listObjects } from '../../model/selection.js';
 import { showCorrected } from '../../model/show-result.js';
-import { explain, formatPercent, formatPlural, formatSeconds } from '../../model/messages.js';
+import { applyStep, possibleSteps } from '../../model/correction-steps.js';
+import { formatPercent, formatPlural } from '../../model/messages.js';
 import { Brush, type BrushTool, NEW_OBJECT } from '../../model/brush.js';
 import { BRUSH_HELP, STROKE_HELP, Strokes, isBrush } from './strokes.js';
 import { AddOutline } from './add-outline.js';
 import { Crosshair } from './crosshair.js';
 import { FixRange } from './fix-range.js';
 import { JoinDrag } from './join-drag.js';
-import type { Spot } from '../../model/frame-data.js';
+import type { Spot } from '../../model/store.js';
 import type { Corrections } from '../../model/corrections.js';
 import type { ObjectFacts } from '../../model/presence.js';
-import type { View } from '../layers/layer.js';
+import type { View } from '../layers.js';
 import type { CanvasPlace } from '../viewer.js';
 import type { Page } from '../page.js';
 
@@ -131,7 +132,7 @@ export class Correction {
 
   get corrector(): Corrections | null {
     const { analysis, job } = this.store.state;
-    return analysis?.segmentation ? (job?.corrector ?? null) : null;
+    return analysis ? (job?.corrector ?? null) : null;
   }
 
   open() {
@@ -290,17 +291,17 @@ export class Correction {
   }
 
   enable(corrector: Corrections) {
-    const { busy, object, tool, strokes } = this;
-    disable('strokes-apply', busy || strokes.list.length < (tool === 'apart' ? 2 : 1));
-    disable('strokes-clear', busy || strokes.list.length === 0);
-    for (const id of ['correct-merge', 'correct-into']) disable(id, busy || object === 0 || this.target === 0);
-    disable('correct-background', busy || object === 0);
-    const lacksPlace = !this.place && (object === 0 || corrector.splitsAtPlace);
-    const noPart = object === 0 && corrector.splitsAtPlace;
-    disable('correct-split', busy || lacksPlace || noPart);
-    byId('correct-split').title = lacksPlace || noPart ? 'Click the part to split off first' : '';
-    disable('correct-undo', busy || (corrector.undoCount() === 0 && !this.store.state.previousJob));
-    disable('correct-redo', busy || corrector.redoCount() === 0);
+    const { busy, object, target, tool } = this;
+    const choice = { object, target, tool, hasPlace: this.place !== null, numStrokes: this.strokes.list.length };
+    const possible = possibleSteps(corrector, choice, this.store.state.previousJob !== null);
+    disable('strokes-apply', busy || !possible.applyStrokes);
+    disable('strokes-clear', busy || !possible.clearStrokes);
+    for (const id of ['correct-merge', 'correct-into']) disable(id, busy || !possible.join);
+    disable('correct-background', busy || !possible.makeBackground);
+    disable('correct-split', busy || !possible.split);
+    byId('correct-split').title = possible.split ? '' : 'Click the part to split off first';
+    disable('correct-undo', busy || !possible.undo);
+    disable('correct-redo', busy || !possible.redo);
   }
 
   /**
@@ -341,28 +342,18 @@ export class Correction {
   async apply(correct: (corrector: Corrections) => Promise<number[] | null>, doneText?: string) {
     const { store, corrector } = this;
     if (!corrector || this.busy) return;
-    const { visit } = store.state;
-    const began = performance.now();
     this.busy = true;
     this.showStatus('Correcting…');
     this.update();
-    try {
-      const frames = await correct(corrector);
-      if (visit !== store.state.visit) return;
+    const outcome = await applyStep(store, () => correct(corrector), doneText);
+    if (!outcome) return;
+    if (!outcome.isError) {
       this.strokes.clear();
       this.place = null;
-      showCorrected(store, frames ?? null);
-      const message = doneText ?? `Corrected in ${formatSeconds(performance.now() - began)}`;
-      this.showStatus(`${message}. ${store.state.headline}.`);
-    } catch (error) {
-      const { title, detail } = explain(error);
-      if (visit === store.state.visit) this.showStatus(`Not possible here: ${detail || title}.`, true);
-    } finally {
-      if (visit === store.state.visit) {
-        this.busy = false;
-        this.listObjects();
-      }
     }
+    this.showStatus(outcome.text, outcome.isError);
+    this.busy = false;
+    this.listObjects();
   }
 
   /** Resets the panel for another clip. */

@@ -2,7 +2,7 @@
 
 import { objectName } from '../../model/palette.js';
 import type { Keys } from '../keyboard.js';
-import type { View } from '../layers/layer.js';
+import type { View } from '../layers.js';
 import type { CanvasPlace, Viewer } from '../viewer.js';
 
 /** Distances of an arrow key without and with Shift, in CSS pixels; chosen by eye. */

@@ -3,7 +3,7 @@
 import { isMultiSelect } from '../dom.js';
 import { CLICK_PX } from './zoom.js';
 import type { CanvasPlace, Viewer } from '../viewer.js';
-import type { View } from '../layers/layer.js';
+import type { View } from '../layers.js';
 
 /** Radius of the ends of the line, in CSS pixels; chosen by eye. */
 const END_RADIUS_PX = 4;

@@ -2,23 +2,18 @@
 // corrections.
 
 import { byId, h } from '../dom.js';
-import { findSimilarObjects } from '../../model/similar-objects.js';
+import { JoinProposals } from '../../model/join-proposals.js';
 import { objectColor, objectName, objectShape } from '../../model/palette.js';
 import { formatPlural } from '../../model/messages.js';
 import { type Correction, boundingBox, drawBox } from './correction.js';
 import type { Page } from '../page.js';
 
-/** Time without changes before similar objects are searched, in milliseconds; chosen by eye. */
-const SEARCH_DELAY_MS = 200;
-
 export class JoinBar {
   store: Page['store'];
   viewer: Page['viewer'];
-  similar: number[][] = [];
-  dismissed = new Set<string>();
+  proposals: JoinProposals;
   lastJoin: { analysis: unknown; count: number } | null = null;
   isHovered = false;
-  timer = 0;
 
   constructor(
     { store, viewer }: Pick<Page, 'store' | 'viewer'>,
@@ -34,42 +29,19 @@ export class JoinBar {
     viewer.painters.push((ctx, view) => {
       for (const object of this.marked) drawBox(ctx, view, boundingBox(view, object));
     });
-    store.watch(['visit'], () => this.dismissed.clear());
-    store.watch(['analysis', 'phase'], () => this.findSimilar());
+    this.proposals = new JoinProposals(store, () => this.show());
     store.watch(['analysis', 'phase', 'selected'], () => this.show());
   }
 
   /** The objects that would be joined. */
   get candidates(): number[] {
     const { selected } = this.store.state;
-    return selected.size > 0 ? [...selected] : (this.proposal ?? []);
+    return selected.size > 0 ? [...selected] : (this.proposals.current ?? []);
   }
 
   /** The objects marked in the picture. */
   get marked(): number[] {
     return this.store.state.selected.size > 0 || this.isHovered ? this.candidates : [];
-  }
-
-  get proposal() {
-    return this.similar.find((group) => !this.dismissed.has(String(group)));
-  }
-
-  /** Searches for similar objects after a pause. */
-  findSimilar() {
-    this.similar = [];
-    clearTimeout(this.timer);
-    const { analysis, phase, timeline } = this.store.state;
-    const segmentation = analysis?.segmentation;
-    if (phase !== 'done' || !segmentation || !this.correction.corrector) return;
-    this.timer = window.setTimeout(() => {
-      const { width, height, numFrames, trajectories } = segmentation.result;
-      const labels = (t: number) => segmentation.mask(t)!;
-      this.similar = findSimilarObjects({
-        ...{ width, height, numFrames, trajectories, labels, scene: segmentation.scene },
-        ...{ spans: analysis.facts, cuts: timeline.cuts },
-      });
-      this.show();
-    }, SEARCH_DELAY_MS);
   }
 
   show() {
@@ -114,7 +86,7 @@ export class JoinBar {
 
   dismiss() {
     const { selected } = this.store.state;
-    if (selected.size === 0) this.dismissed.add(String(this.proposal));
+    if (selected.size === 0) this.proposals.dismiss();
     this.store.set({ selected: new Set() });
     this.show();
     if (byId('join').hidden) document.querySelector<HTMLElement>('.object-main')?.focus();

@@ -3,7 +3,8 @@
 import { h } from '../dom.js';
 import { describeMotion, nameAndColour, describeSpan } from '../../model/describe.js';
 import { objectColor } from '../../model/palette.js';
-import { type Store, clampFrame } from '../../model/store.js';
+import { jumpTo } from '../../model/playback.js';
+import type { Store } from '../../model/store.js';
 import type { ObjectFacts } from '../../model/presence.js';
 
 export class Lanes {
@@ -14,10 +15,6 @@ export class Lanes {
     list: HTMLElement,
   ) {
     new ResizeObserver(() => this.draw()).observe(list);
-  }
-
-  seek(frame: number) {
-    this.store.set({ isPlaying: false, frame: clampFrame(this.store.state, frame) });
   }
 
   /** Adds the lane of an object; `draw` draws it. */
@@ -35,7 +32,13 @@ export class Lanes {
       h('div', { class: 'lane-strip', pointerdown: (event) => this.drag(event, canvas) }, canvas),
       h(
         'button',
-        { type: 'button', class: 'lane-name', title: where, 'aria-label': where, click: () => this.seek(peak) },
+        {
+          type: 'button',
+          class: 'lane-name',
+          title: where,
+          'aria-label': where,
+          click: () => jumpTo(this.store, peak),
+        },
         span,
       ),
     );
@@ -45,7 +48,7 @@ export class Lanes {
     const strip = event.currentTarget as HTMLElement;
     const seek = ({ clientX }: { clientX: number }) => {
       const { left, width } = canvas.getBoundingClientRect();
-      this.seek(Math.floor(((clientX - left) / width) * this.store.state.timeline.numFrames));
+      jumpTo(this.store, Math.floor(((clientX - left) / width) * this.store.state.timeline.numFrames));
     };
     strip.setPointerCapture(event.pointerId);
     strip.onpointermove = seek;
@@ -56,7 +59,7 @@ export class Lanes {
   /** Draws the lanes: bar heights are sizes relative to the largest size. */
   draw() {
     const { analysis, timeline } = this.store.state;
-    const presence = analysis?.segmentation?.presence;
+    const presence = analysis?.segmentation.presence;
     const { numFrames } = timeline;
     if (!presence) return;
     const density = devicePixelRatio || 1;

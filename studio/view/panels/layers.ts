@@ -1,26 +1,15 @@
-// The list of layers: a switch, a key and, for layers that are on, the legend and their settings.
+// The list of layers: a switch, a key and, for layers that are on, their settings.
 
 import { byId, h } from '../dom.js';
-import { sourceKind } from '../../model/source.js';
-import type { Layer, Setting } from '../layers/layer.js';
+import type { Layer, Setting } from '../layers.js';
 import type { Page } from '../page.js';
 
-export function layersPanel({ store, layers, viewer, keys }: Pick<Page, 'store' | 'layers' | 'viewer' | 'keys'>) {
-  const rows = layers.map((layer) => layerRow(layer, () => viewer.redraw()));
-  byId('layer-list').append(...rows.map(({ element }) => element));
-  for (const { layer, box } of rows)
-    keys.on(
-      layer.key,
-      () => box.click(),
-      () => isFor(layer, sourceKind(store.state.source)),
-    );
-  store.watch(['source'], ({ source }) => {
-    for (const { layer, element } of rows) element.hidden = !isFor(layer, sourceKind(source));
-  });
-}
-
-function isFor(layer: Layer, kind: 'clip' | 'still') {
-  return (layer.only ?? kind) === kind;
+export function layersPanel({ layers, viewer, keys }: Pick<Page, 'layers' | 'viewer' | 'keys'>) {
+  for (const layer of layers) {
+    const { element, box } = layerRow(layer, () => viewer.redraw());
+    byId('layer-list').append(element);
+    keys.on(layer.key, () => box.click());
+  }
 }
 
 function layerRow(layer: Layer, onChange: () => void) {
@@ -32,17 +21,12 @@ function layerRow(layer: Layer, onChange: () => void) {
     'aria-keyshortcuts': layer.key,
   });
   box.checked = layer.isOn;
-  const legend = h('div', { class: 'legend' }, ...layer.legend());
   const details = h(
     'div',
     { class: 'layer-details' },
     h('p', { class: 'about' }, layer.about),
-    legend,
-    ...Object.entries(layer.settings).map(([name, setting]) =>
-      chooseControl(setting)(layer.id, name, setting, onChange),
-    ),
+    ...Object.entries(layer.settings).map(([name, setting]) => slider(layer.id, name, setting, onChange)),
   );
-  legend.hidden = layer.legend().length === 0;
   const refresh = () => (details.hidden = !layer.isOn);
   box.addEventListener('change', () => {
     layer.isOn = box.checked;
@@ -53,12 +37,7 @@ function layerRow(layer: Layer, onChange: () => void) {
   const key = h('kbd', { title: 'Key', 'aria-hidden': 'true' }, layer.key);
   const label = h('label', { class: 'layer-name' }, box, h('span', {}, layer.name), key);
   const element = h('li', { class: 'layer' }, label, details);
-  return { layer, box, element };
-}
-
-function chooseControl(setting: Setting) {
-  if (setting.choices) return selectBox;
-  return setting.toggle ? miniSwitch : slider;
+  return { box, element };
 }
 
 function slider(layerId: string, name: string, setting: Setting, onChange: () => void): HTMLElement {
@@ -85,26 +64,4 @@ function slider(layerId: string, name: string, setting: Setting, onChange: () =>
   });
   show();
   return h('label', { class: 'slider' }, h('span', {}, setting.name), input, output);
-}
-
-function miniSwitch(layerId: string, name: string, setting: Setting, onChange: () => void): HTMLElement {
-  const box = h('input', { type: 'checkbox', role: 'switch', class: 'switch', 'data-setting': `${layerId}.${name}` });
-  box.checked = setting.value > 0;
-  box.addEventListener('change', () => {
-    setting.value = box.checked ? 1 : 0;
-    onChange();
-  });
-  return h('label', { class: 'toggle' }, h('span', {}, setting.name), box);
-}
-
-function selectBox(layerId: string, name: string, setting: Setting, onChange: () => void): HTMLElement {
-  const options = (setting.choices ?? []).map((text, value) =>
-    h('option', { value, selected: value === setting.value }, text),
-  );
-  const select = h('select', { 'data-setting': `${layerId}.${name}` }, ...options);
-  select.addEventListener('change', () => {
-    setting.value = Number(select.value);
-    onChange();
-  });
-  return h('label', { class: 'field' }, setting.name, select);
 }

@@ -136,6 +136,6 @@ export function nothingPanel(page: Pick<Page, 'app' | 'store'>) {
 
 /** Returns whether a finished run has no objects and none is being added. */
 function foundNothing({ phase, analysis, job, isCorrecting }: State): boolean {
-  if (phase !== 'done' || isCorrecting || !analysis?.segmentation || !job || job.isPartial) return false;
+  if (phase !== 'done' || isCorrecting || !analysis || !job || job.isPartial) return false;
   return !analysis.facts.some(({ object, first }) => object > 0 && first >= 0);
 }

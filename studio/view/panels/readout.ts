@@ -3,22 +3,17 @@
 import { byId } from '../dom.js';
 import { describeFrame } from '../../model/describe.js';
 import { objectName } from '../../model/palette.js';
-import { NOWHERE, type State } from '../../model/store.js';
+import type { State } from '../../model/store.js';
 import type { Page } from '../page.js';
 
 /** Time on one frame before it is described, in milliseconds; chosen by eye. */
 const REST_MS = 250;
 
-export function readoutPanel({ store, layers, viewer }: Pick<Page, 'store' | 'layers' | 'viewer'>) {
+export function readoutPanel({ store }: Pick<Page, 'store'>) {
   store.watch(['spot'], ({ spot, analysis }) => {
-    const { view } = viewer;
-    const layerTexts =
-      spot === NOWHERE ? [] : layers.filter(({ isOn }) => isOn).map((layer) => layer.readout?.(view, spot) ?? '');
-    const parts = [analysis?.segmentation && spot.object >= 0 ? objectName(spot.object) : '', ...layerTexts].filter(
-      Boolean,
-    );
-    byId('readout').hidden = parts.length === 0;
-    if (parts.length > 0) byId('readout').textContent = parts.join(' · ');
+    const isNamed = analysis !== null && spot.object >= 0;
+    byId('readout').hidden = !isNamed;
+    if (isNamed) byId('readout').textContent = objectName(spot.object);
   });
   let resting = 0;
   store.watch(['frame', 'timeline'], () => {

@@ -8,7 +8,6 @@ import {
   otherChanges,
   sessionOptions,
 } from '../../model/settings.js';
-import { sourceKind } from '../../model/source.js';
 import { formatPlural } from '../../model/messages.js';
 import type { State } from '../../model/store.js';
 import type { Page } from '../page.js';
@@ -24,9 +23,8 @@ export function settingsPanel({ app, store, settings }: Pick<Page, 'app' | 'stor
   });
   byId('settings-list').append(...SETTING_CHOICES.map((choice) => createRow(settings, choice)));
   byId('settings-reset').addEventListener('click', () => settings.resetAll());
-  store.watch(['source'], ({ source }) => (byId('settings-list').hidden = sourceKind(source) === 'still'));
-  store.watch(['source', 'changed'], showChanged);
-  store.watch(['phase', 'job', 'trim', 'source', 'changed'], (state) => store.set({ isOutdated: isPending(state) }));
+  store.watch(['changed'], showChanged);
+  store.watch(['phase', 'job', 'trim', 'changed'], (state) => store.set({ isOutdated: isPending(state) }));
   store.watch(['isOutdated'], ({ isOutdated }) => document.body.toggleAttribute('data-outdated', isOutdated));
 }
 

@@ -34,7 +34,7 @@ export function statusPanel({ store }: { store: Store }) {
   store.watch(['share'], ({ share }) => showShare(share));
   store.watch(['phase', 'error'], ({ phase, error }) => phase === 'error' && showError(error));
   store.watch(['preview'], ({ preview }) => document.body.toggleAttribute('data-preview', preview !== null));
-  store.watch(['source', 'analysis', 'isStreaming', 'job', 'phase'], showFacts);
+  store.watch(['source', 'isStreaming', 'job', 'phase'], showFacts);
   store.watch(['phase', 'source', 'analysis', 'job', 'isCorrecting', 'isOutdated'], showPrimary);
   store.watch(['phase', 'source', 'analysis'], endWelcome);
   // Last, so that everything else is up to date when the state changes.
@@ -64,11 +64,10 @@ function showError(error: unknown) {
   byId('error').dataset.code = code;
 }
 
-function showFacts({ source, analysis, isStreaming, job }: Readonly<State>) {
+function showFacts({ source, isStreaming, job }: Readonly<State>) {
   const { body } = document;
   if (source) body.dataset.source = source.kind;
   else delete body.dataset.source;
-  body.toggleAttribute('data-masks', Boolean(analysis?.segmentation));
   body.toggleAttribute('data-streaming', isStreaming);
   body.toggleAttribute('data-partial', job?.isPartial ?? false);
 }
@@ -77,7 +76,7 @@ function showFacts({ source, analysis, isStreaming, job }: Readonly<State>) {
 function showPrimary({ phase, source, analysis, job, isCorrecting, isOutdated }: Readonly<State>) {
   const hasOwn = source !== null && source.kind !== 'sample';
   let next = hasOwn && phase === 'running' ? '' : 'open';
-  if (phase === 'done' && hasOwn && analysis?.segmentation) next = 'export-open';
+  if (phase === 'done' && hasOwn && analysis) next = 'export-open';
   if (phase === 'stopped' || job?.isPartial) next = 'resume';
   if (isOutdated) next = 'again';
   if (isCorrecting) next = 'correct-done';

@@ -3,7 +3,7 @@
 import { TOUCH } from '../dom.js';
 import type { BrushTool } from '../../model/brush.js';
 import type { Stroke } from '../../model/corrections.js';
-import type { View } from '../layers/layer.js';
+import type { View } from '../layers.js';
 import type { CanvasPlace, Viewer } from '../viewer.js';
 
 export const BRUSH_HELP = {

@@ -7,7 +7,7 @@ import type { Page } from '../page.js';
 
 export function showSuggestions({ store, app }: Pick<Page, 'store' | 'app'>) {
   const { state } = store;
-  const result = state.analysis?.segmentation?.result;
+  const result = state.analysis?.segmentation.result;
   if (!result) return;
   const report = searchReport(result);
   byId('suggestions-report').textContent = describeSearch(report);

@@ -2,16 +2,17 @@
 
 import { byId, h } from '../dom.js';
 import { type Timeline, type State, type Store, clampFrame } from '../../model/store.js';
+import { Playback, jumpTo, stepFrames, togglePlaying } from '../../model/playback.js';
 import { formatFrameTime } from '../../model/messages.js';
 import type { Page } from '../page.js';
 
 export function timelinePanel({ store, keys }: Pick<Page, 'store' | 'keys'>) {
-  const timeline = new TimelinePanel(store);
-  keys.on(' ', () => timeline.toggle());
-  keys.on('ArrowLeft', () => timeline.step(-1));
-  keys.on('ArrowRight', () => timeline.step(1));
-  keys.on('Home', () => timeline.jump(0));
-  keys.on('End', () => timeline.jump(timeline.last));
+  new TimelinePanel(store);
+  keys.on(' ', () => togglePlaying(store));
+  keys.on('ArrowLeft', () => stepFrames(store, -1));
+  keys.on('ArrowRight', () => stepFrames(store, 1));
+  keys.on('Home', () => jumpTo(store, 0));
+  keys.on('End', () => jumpTo(store, store.state.timeline.numFrames - 1));
 }
 
 class TimelinePanel {
@@ -27,18 +28,14 @@ class TimelinePanel {
   }
 
   connect() {
-    this.range.addEventListener('input', () => this.jump(Number(this.range.value)));
+    this.range.addEventListener('input', () => jumpTo(this.store, Number(this.range.value)));
     const buttons: Record<string, () => void> = {
-      play: () => this.toggle(),
+      play: () => togglePlaying(this.store),
       loop: () => this.store.set({ loop: !this.store.state.loop }),
-      back: () => this.step(-1),
-      forward: () => this.step(1),
+      back: () => stepFrames(this.store, -1),
+      forward: () => stepFrames(this.store, 1),
     };
     for (const [id, act] of Object.entries(buttons)) byId(id).addEventListener('click', act);
-  }
-
-  get last() {
-    return this.store.state.timeline.numFrames - 1;
   }
 
   showTimeline({ numFrames, times, cuts }: Timeline) {
@@ -66,24 +63,6 @@ class TimelinePanel {
     byId('counter').textContent = numFrames > 0 ? `${at + 1} / ${numFrames}` : '– / –';
   }
 
-  jump(frame: number) {
-    this.store.set({ isPlaying: false, frame: clampFrame(this.store.state, frame) });
-  }
-
-  /** @param by frames; stops at the ends, or wraps when looping */
-  step(by: number) {
-    const { timeline, frame, loop } = this.store.state;
-    if (timeline.numFrames === 0) return;
-    this.jump(loop ? (frame + by + timeline.numFrames) % timeline.numFrames : frame + by);
-  }
-
-  toggle() {
-    const { isPlaying, timeline, loop, frame } = this.store.state;
-    const isAtEnd = !loop && frame === this.last;
-    if (isPlaying) this.store.set({ isPlaying: false });
-    else if (timeline.numFrames > 1) this.store.set({ isPlaying: true, frame: isAtEnd ? 0 : frame });
-  }
-
   showPlaying(playing: boolean) {
     cancelAnimationFrame(this.ticking);
     if (playing) this.play();
@@ -92,26 +71,13 @@ class TimelinePanel {
   }
 
   play() {
+    const playback = new Playback(this.store);
     let lastTick = performance.now();
-    /** Time that the current frame has been shown, in seconds. */
-    let shownSeconds = 0;
     const tick = (now: number) => {
       this.ticking = requestAnimationFrame(tick);
-      const { timeline, frame } = this.store.state;
-      const durationOf = (by: number) => timeline.times.durationOf((frame + by) % timeline.numFrames, timeline.fps);
-      // Does not catch up after the page was in the background.
-      shownSeconds += Math.min((now - lastTick) / 1000, Math.max(1, durationOf(0)));
+      playback.pass((now - lastTick) / 1000);
       lastTick = now;
-      let due = 0;
-      for (; shownSeconds >= durationOf(due); due++) shownSeconds -= durationOf(due);
-      if (due > 0) this.advance(due);
     };
     this.ticking = requestAnimationFrame(tick);
-  }
-
-  advance(by: number) {
-    const { timeline, frame, loop } = this.store.state;
-    if (!loop && frame + by >= this.last) this.jump(this.last);
-    else this.store.set({ frame: (frame + by) % timeline.numFrames });
   }
 }

@@ -3,7 +3,7 @@
 import { byId } from '../dom.js';
 import { drawCutout } from '../../model/library.js';
 import { type BackdropName, type View, toCutoutBackdrop } from '../../model/view-settings.js';
-import { type View as LayerView, fromCorner } from '../layers/layer.js';
+import { type View as LayerView, fromCorner } from '../layers.js';
 import { type Backdrop, type Store, errorPatch } from '../../model/store.js';
 import { PageError } from '../../model/messages.js';
 import type { Zoom } from '../../model/zoom.js';

@@ -1,0 +1,112 @@
+// Functions for tests in a page with the package: clips whose frames show their numbers. `openLibrary` (fixtures.mjs) makes them
+// global in its pages.
+
+const SIZE = { width: 128, height: 64 };
+
+/**
+ * Draws a number below 256 as eight fields, four in a row, white where the number has a bit. The left edge is red, which
+ * shows how a picture is turned.
+ */
+export function drawNumber(context, number) {
+  const { width, height } = context.canvas;
+  context.fillStyle = '#000';
+  context.fillRect(0, 0, width, height);
+  for (let bit = 0; bit < 8; bit += 1) {
+    context.fillStyle = (number >> bit) & 1 ? '#fff' : '#000';
+    context.fillRect(((bit % 4) * width) / 4, (Math.floor(bit / 4) * height) / 2, width / 4, height / 2);
+  }
+  context.fillStyle = '#f00';
+  context.fillRect(0, 0, width / 16, height);
+}
+
+/** Returns the number that a picture shows. */
+export function numberOf({ data, width, height }) {
+  let number = 0;
+  for (let bit = 0; bit < 8; bit += 1) {
+    const x = Math.round((((bit % 4) + 0.5) * width) / 4);
+    const y = Math.round(((Math.floor(bit / 4) + 0.5) * height) / 2);
+    if (data[4 * (y * width + x) + 1] > 127) number |= 1 << bit;
+  }
+  return number;
+}
+
+/** Returns the name of the picture's red edge. */
+export function redEdge({ data, width, height }) {
+  const isRed = ([x, y]) => data[4 * (y * width + x)] > 127 && data[4 * (y * width + x) + 1] < 100;
+  const [right, bottom] = [width - 2, height - 2];
+  const places = {
+    left: [2, bottom / 2],
+    right: [right, bottom / 2],
+    top: [right / 2, 2],
+    bottom: [right / 2, bottom],
+  };
+  return Object.keys(places)
+    .filter((name) => isRed(places[name].map(Math.round)))
+    .join();
+}
+
+/** Returns a canvas element on which numbers can be drawn, and its context. */
+export function numberCanvas() {
+  const canvas = Object.assign(document.createElement('canvas'), SIZE);
+  return { canvas, context: canvas.getContext('2d') };
+}
+
+/** Encodes a video file of pictures: `draw(context, k)` draws the one that is shown at `times[k]`. */
+export async function encodeClip({
+  times,
+  draw,
+  container = 'WebM',
+  codec = 'vp8',
+  rotation = 0,
+  width = SIZE.width,
+  height = SIZE.height,
+  keyEvery = 1,
+}) {
+  const media = await import('/dist/vendor/media.js');
+  const output = new media.Output({
+    format: new media[`${container}OutputFormat`](),
+    target: new media.BufferTarget(),
+  });
+  const source = new media.VideoSampleSource({ codec, bitrate: 2e6, keyFrameInterval: keyEvery });
+  output.addVideoTrack(source, { rotation });
+  await output.start();
+  const context = new OffscreenCanvas(width, height).getContext('2d');
+  for (const [k, timestamp] of times.entries()) {
+    draw(context, k);
+    const duration = (times[k + 1] ?? timestamp + 0.04) - timestamp;
+    const sample = new media.VideoSample(context.canvas, { timestamp, duration });
+    await source.add(sample);
+    sample.close();
+  }
+  await output.finalize();
+  return new Blob([output.target.buffer]);
+}
+
+/** Encodes a video file whose frame `k` shows the number `k` at `times[k]`. */
+export const makeClip = (options) => encodeClip({ draw: drawNumber, ...options });
+
+/** Returns the times of `count` frames at `rate` frames per second. */
+export const evenTimes = (count, rate) => Array.from({ length: count }, (_, k) => k / rate);
+
+/** Returns the numbers, times, durations and indices of the frames of a source, and the size of the last one. */
+export async function numbersOf(source, options) {
+  const frames = { numbers: [], times: [], durations: [], indices: [], size: '' };
+  for await (const { width, height, pixels, index, time, duration } of tracecut.videoFrames(source, options)) {
+    frames.numbers.push(numberOf(await pixels()));
+    frames.times.push(time);
+    frames.durations.push(duration);
+    frames.indices.push(index);
+    frames.size = `${width}x${height}`;
+  }
+  return frames;
+}
+
+/** Returns code and message of the error that a promise rejects with, null if it does not. */
+export async function failure(promise) {
+  try {
+    await promise;
+    return null;
+  } catch (error) {
+    return { code: error.code ?? error.name, message: error.message };
+  }
+}
