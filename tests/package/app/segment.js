@@ -4,7 +4,7 @@
 import { createSession, encodeVideo, maskPng, masksZip, segmentVideo, synthClip } from 'tracecut';
 
 /** Large enough for all objects to be found, and to outlast a codec. */
-const SCENE = { width: 256, height: 144, frames: 8, seed: 1 };
+const SCENE = { width: 192, height: 108, frames: 6, seed: 5 };
 
 /** A file of one red pixel. */
 const PNG = 'iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP8z8BQDwAEhQGAhKmMIQAAAABJRU5ErkJggg==';
