@@ -26,7 +26,7 @@ test.beforeAll(async () => {
 /** Expects that the application gives in a page what it gives in Node, with workers started from `numFiles` files. */
 async function expectSameResults(openPage, url, { numFiles }) {
   const workers = [];
-  const page = await openPage(url, (opened) => opened.on('worker', (worker) => workers.push(worker.url())));
+  const page = await openPage(url, (target) => target.on('worker', (worker) => workers.push(worker.url())));
   await page.waitForFunction(() => globalThis.outcome);
   const [results, video] = await page.evaluate(() => globalThis.outcome);
   expect(results).toEqual(expected);
@@ -52,7 +52,7 @@ for (const [format, tag] of [
 ])
   test(`the recipe for esbuild, as ${format}`, { tag }, async ({ cleanup, openPage }) => {
     const folder = await project(cleanup, { recipe: 'esbuild', files: { 'main.js': MAIN } });
-    // The project has no esbuild: the recipe imports that of this one.
+    // The project has no esbuild: the recipe imports the one of this project.
     const script = readFileSync(join(folder, 'build.js'), 'utf8');
     const esbuildPath = JSON.stringify(import.meta.resolve('esbuild'));
     writeFileSync(join(folder, 'build.mjs'), script.replace("'esbuild'", esbuildPath));
@@ -74,18 +74,18 @@ test('a bundle without the files of the package has errors that say which addres
   openPage,
   faults,
 }) => {
-  const lost = `import * as tracecut from 'tracecut';
+  const script = `import * as tracecut from 'tracecut';
     globalThis.tracecut = tracecut;
     globalThis.createError = (options) =>
       tracecut.createSession(options).then(() => 'none', ({ code, message }) => code + ': ' + message);`;
   const configured = codeOf('docs/guide.md').get('Bundlers 2');
-  const folder = await project(cleanup, { files: { 'lost.js': lost, 'configured.js': `${lost}\n${configured}` } });
+  const folder = await project(cleanup, { files: { 'lost.js': script, 'configured.js': `${script}\n${configured}` } });
   const out = await bundleClassic(folder, 'lost.js');
   for (const name of COPIED)
     cpSync(join(folder, 'node_modules', 'tracecut', 'dist', name), join(out, name.replace('worker', 'moved')));
   const url = await served(cleanup, out);
   const page = await openPage(url);
-  const createError = (options) => page.evaluate((given) => globalThis.createError(given), options);
+  const createError = (options) => page.evaluate((argument) => globalThis.createError(argument), options);
   const wasm = './tracecut_bg.wasm';
   expect(await createError()).toMatch(/^wasm-load: .*configure\(\{ wasm: '\/tracecut_bg\.wasm' \}\).*tracecut\/inline/);
   expect(await createError({ wasm })).toMatch(/^wasm-load: .*configure\(\{ worker: '\/worker\.bundle\.js' \}\)/);

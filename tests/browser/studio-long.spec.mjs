@@ -92,13 +92,13 @@ test(
     await page.click('#export-open');
     await page.click('[data-export="transparent"]');
     const [download] = await Promise.all([page.waitForEvent('download'), page.click('#export-run')]);
-    const saved = await download.path();
+    const output = await download.path();
     const seconds = (from, to) => ((to - from) / 1000).toFixed(1);
     console.log(`segmented in ${seconds(start, segmented)} s, saved in ${seconds(segmented, Date.now())} s`);
     expect(download.suggestedFilename()).toBe('phone-cutout.webm');
 
     const streams = JSON.parse(
-      execFileSync('ffprobe', ['-v', 'error', '-count_packets', '-show_streams', '-of', 'json', saved]),
+      execFileSync('ffprobe', ['-v', 'error', '-count_packets', '-show_streams', '-of', 'json', output]),
     ).streams;
     const video = streams.find(({ codec_type: type }) => type === 'video');
     const sound = streams.find(({ codec_type: type }) => type === 'audio');
@@ -106,10 +106,10 @@ test(
     expect(video.tags.alpha_mode ?? video.tags.ALPHA_MODE).toBe('1');
     expect(sound.codec_name).toBe('opus');
     expect(Math.abs(Number(video.start_time))).toBeLessThan(MAX_OFFSET_S);
-    const heard = clickTimes(saved);
-    expect(heard).toHaveLength(clickTimes(source).length);
-    heard.forEach((time, k) => expect(Math.abs(time - BEAT_S * k), `click ${k}`).toBeLessThan(MAX_OFFSET_S));
-    const shares = opaqueShares(saved, video.codec_name);
+    const clickStarts = clickTimes(output);
+    expect(clickStarts).toHaveLength(clickTimes(source).length);
+    clickStarts.forEach((time, k) => expect(Math.abs(time - BEAT_S * k), `click ${k}`).toBeLessThan(MAX_OFFSET_S));
+    const shares = opaqueShares(output, video.codec_name);
     expect(shares).toHaveLength(FRAMES);
     // The camel covers about a tenth of the picture.
     expect(Math.min(...shares)).toBeGreaterThan(0.03);
