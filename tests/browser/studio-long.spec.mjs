@@ -70,7 +70,8 @@ test(
   'a clip of a phone becomes a transparent video with its sound',
   { tag: '@long' },
   async ({ openStudio, cleanup }) => {
-    const programs = ['ffmpeg', 'ffprobe'].filter((name) => spawnSync(name, ['-version']).error);
+    test.slow();
+  const programs = ['ffmpeg', 'ffprobe'].filter((name) => spawnSync(name, ['-version']).error);
     const missing = [...(existsSync(pictures) ? [] : [pictures]), ...programs];
     test.skip(missing.length > 0, `${missing.join(', ')}: missing`);
     const folder = mkdtempSync(join(tmpdir(), 'tracecut-'));
