@@ -5,7 +5,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { plainFrame } from '../moving.mjs';
 import { root } from '../../scripts/tools.mjs';
-import { expect, runEnd, test } from './fixtures.mjs';
+import { expect, runEnd, test, useSample } from './fixtures.mjs';
 import { fiveObjects } from './five-objects.mjs';
 import {
   CONTRAST,
@@ -38,12 +38,9 @@ const placeOf = (page, selector) =>
 
 const excessWidth = (page) => page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
 
-/** Opens the studio with the tiny sample, and waits for it. */
-async function openTiny(openStudio, options) {
-  const page = await openStudio({ sample: 'tiny', bypassCSP: true, ...options });
-  expect(await runEnd(page)).toBe('done');
-  return page;
-}
+/** Pages that the tests share: on a desk and on a phone. */
+const desk = useSample({ sample: 'tiny', bypassCSP: true });
+const phone = useSample({ sample: 'tiny', bypassCSP: true, ...PHONE });
 
 test.describe('the picture', () => {
   /**
@@ -63,12 +60,12 @@ test.describe('the picture', () => {
     { width: 844, height: 390, shape: UPRIGHT, down: 0.65 },
   ];
 
-  for (const [device, options, windows] of [
-    ['a desk', {}, DESK],
-    ['a phone', PHONE, HANDHELD],
+  for (const [device, shared, windows] of [
+    ['a desk', desk, DESK],
+    ['a phone', phone, HANDHELD],
   ])
-    test(`is the largest thing in every state and stays where it is, on ${device}`, async ({ openStudio }) => {
-      const page = await openTiny(openStudio, options);
+    test(`is the largest thing in every state and stays where it is, on ${device}`, async () => {
+      const { page } = shared;
       for (const { width, height, shape, area = 0, down = 0, across = 0, box = 0, isBrief } of windows) {
         await page.setViewportSize({ width, height });
         const places = new Set();
@@ -109,7 +106,7 @@ test.describe('the picture', () => {
         await page.click('#export-open');
         await page.waitForSelector('#export-preview > *');
         await measure('save');
-        await expectDialogFits(page, { height, hasTouch: options.hasTouch });
+        await expectDialogFits(page, { height, hasTouch: shared === phone });
         await page.click('#export-close');
         expect([...places]).toHaveLength(1);
       }
@@ -134,8 +131,9 @@ test.describe('the picture', () => {
     expect(await page.locator('#export').evaluate((dialog) => dialog.scrollWidth - dialog.clientWidth)).toBe(0);
   }
 
-  test('does not move while a stroke is painted and carried to other frames', async ({ openStudio }) => {
-    const page = await openTiny(openStudio, { viewport: { width: 1366, height: 768 } });
+  test('does not move while a stroke is painted and carried to other frames', async () => {
+    const { page } = desk;
+    await page.setViewportSize({ width: 1366, height: 768 });
     await openFive(page, WIDE);
     await openFix(page);
     await selectTool(page, 'paint');
@@ -158,8 +156,8 @@ test.describe('the picture', () => {
     expect(shifts.filter(({ value }) => value > 0.001)).toEqual([]);
   });
 
-  test('of an upright clip is in the filmstrip', async ({ openStudio }) => {
-    const page = await openTiny(openStudio);
+  test('of an upright clip is in the filmstrip', async () => {
+    const { page } = desk;
     await openFive(page, UPRIGHT);
     await page.waitForFunction(() => document.querySelector('#trim-strip').dataset.ready === 'five.webm');
     const greens = await page.locator('#trim-strip canvas').evaluateAll((canvases) =>
@@ -174,8 +172,9 @@ test.describe('the picture', () => {
 });
 
 test.describe('a phone', () => {
-  test('keeps the picture in view while fixing, fits narrow windows and explains touch', async ({ openStudio }) => {
-    const page = await openTiny(openStudio, PHONE);
+  test('keeps the picture in view while fixing, fits narrow windows and explains touch', async () => {
+    const { page } = phone;
+    await page.setViewportSize(PHONE.viewport);
     await openFive(page, WIDE);
     await openFix(page);
     for (const selector of ['#correct-split', '#correct-done', '#correct-merge', '#play']) {
@@ -207,10 +206,12 @@ test.describe('a phone', () => {
     await page.setInputFiles('#file', [{ name, mimeType: 'video/mp4', buffer: Buffer.from('x') }]);
     await expect(page.locator('#notice')).toHaveText(/^Couldn’t open/);
     expect(await excessWidth(page)).toBeLessThanOrEqual(0);
+    await page.emulateMedia({ colorScheme: 'light' });
   });
 
-  test('shares what was saved, where the browser shares such files', async ({ openStudio }) => {
-    const page = await openTiny(openStudio, PHONE);
+  test('shares what was saved, where the browser shares such files', async () => {
+    const { page } = phone;
+    await openFive(page, WIDE);
     await page.evaluate(() => {
       globalThis.shared = [];
       navigator.canShare = ({ files }) => files[0].type !== 'application/json';
@@ -232,10 +233,12 @@ test.describe('a phone', () => {
     await page.evaluate(() => (navigator.share = () => Promise.reject(new DOMException('no', 'NotAllowedError'))));
     await share.click();
     await expect(status).toHaveText(/Couldn’t share/);
+    await page.click('#export-close');
   });
 
-  test('on its side has the controls beside the picture, which stays in view', async ({ openStudio }) => {
-    const page = await openTiny(openStudio, { ...PHONE, viewport: { width: 844, height: 390 } });
+  test('on its side has the controls beside the picture, which stays in view', async () => {
+    const { page } = phone;
+    await page.setViewportSize({ width: 844, height: 390 });
     await openFive(page, WIDE);
     const screen = await placeOf(page, '#screen');
     expect(screen.width).toBeGreaterThan(0.5 * 844);
@@ -255,7 +258,8 @@ test.describe('a phone', () => {
 });
 
 test('shows every control in forced colours', async ({ openStudio }) => {
-  const page = await openTiny(openStudio, { forcedColors: 'active' });
+  const page = await openStudio({ sample: 'tiny', forcedColors: 'active' });
+  await runEnd(page);
   await openFive(page, WIDE);
   await openLook(page);
   // A control of one colour cannot be seen.
@@ -377,13 +381,14 @@ test.describe('an accessibility checker', () => {
       .map((element) => element.textContent.trim());
   }
 
-  for (const [device, options] of [
-    ['a desk', {}],
-    ['a phone', { viewport: { width: 360, height: 740 }, isMobile: true, hasTouch: true }],
+  for (const [device, shared, viewport] of [
+    ['a desk', desk, { width: 1280, height: 800 }],
+    ['a phone', phone, { width: 360, height: 740 }],
   ])
-    test(`finds nothing in any state, and every text fits, on ${device}`, async ({ openStudio, faults }) => {
-      const isDesk = device === 'a desk';
-      const page = await openTiny(openStudio, options);
+    test(`finds nothing in any state, and every text fits, on ${device}`, async ({ faults }) => {
+      const isDesk = shared === desk;
+      const { page } = shared;
+      await page.setViewportSize(viewport);
       /** @param hasColours true if the state has colours that no other has */
       const check = async (state, { hasColours = true } = {}) => {
         const isWhole = isDesk && hasColours;
@@ -457,11 +462,9 @@ test.describe('an accessibility checker', () => {
     });
 });
 
-test('the help has the first steps; the hashes of this browser match, and one that differs is told', async ({
-  openStudio,
-}) => {
+test('the help has the first steps; the hashes of this browser match, and one that differs is told', async () => {
   const { hashes, version } = JSON.parse(readFileSync(join(root, 'cli', 'src', 'selftest', 'expected.json'), 'utf8'));
-  const page = await openTiny(openStudio);
+  const { page } = desk;
   await expect(page.locator('#guide')).toBeHidden();
   await page.focus('#help-open');
   await page.keyboard.press('Enter');
