@@ -2,14 +2,13 @@
 // clip fits into one window, its session stays open for corrections.
 
 import { CLIP_STAGES, ClipWork, StageClock, VideoSegmentation, countStep, fitSize, segmentVideo } from './library.js';
-import { type ObjectFacts, Presence } from './presence.js';
+import { type ObjectFacts, Presence, type Result as ShownResult, type Segmentation } from './presence.js';
 import { CLIP_MESSAGES, PageError, countObjects, headline, formatPlural, remark } from './messages.js';
 import { Corrections } from './corrections.js';
 import { Preview, needsPreview } from './preview.js';
 import { runInSlices, untilAborted } from './slices.js';
 import type { DecodedFrame, MaskEditor, Result, Session, SessionOptions as Options, StagePlan } from './library.js';
 import type { VideoProgress, VideoResult, WindowResult } from './library.js';
-import type { Result as ShownResult, Segmentation } from './segmentation.js';
 import type { Source, Trim } from './source.js';
 import type { Frames } from './store.js';
 

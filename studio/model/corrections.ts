@@ -15,7 +15,7 @@ import type {
   SavedEdits,
   Stroke as PackageStroke,
 } from './library.js';
-import type { Result } from './segmentation.js';
+import type { Result } from './presence.js';
 
 /** A stroke that can be extended. */
 export type Stroke = PackageStroke & { points: number[] };

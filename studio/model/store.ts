@@ -2,11 +2,10 @@
 // written from it and never read back. State that only one panel uses stays in that panel.
 
 import { DEFAULT_TRIM, type Source, type Trim } from './source.js';
-import { type ObjectFacts, Times } from './presence.js';
+import { type ObjectFacts, type Segmentation, Times } from './presence.js';
 import type { ClipJob, JobView } from './clip-job.js';
 import type { Edit, FrameRange } from './library.js';
 import type { EdgeSettings, BackdropName, View } from './view-settings.js';
-import type { Segmentation } from './segmentation.js';
 import type { Preview } from './preview.js';
 import type { SmoothedMasks } from './smoothing.js';
 

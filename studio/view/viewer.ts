@@ -5,7 +5,7 @@ import { OUTLINE_WIDTH_PX } from './layers.js';
 import { drawLayers } from './layers.js';
 import { adjustMask } from '../model/library.js';
 import { type EdgeSettings, maskEdges } from '../model/view-settings.js';
-import { SharpFrames } from './sharp-frames.js';
+import { SharpFrames } from './frame-store.js';
 import { Compare, drawCutoutView } from './panels/view-modes.js';
 import { DEFAULT_EDGES, NOWHERE, type Spot, type State, type Store } from '../model/store.js';
 import { Zoom } from '../model/zoom.js';

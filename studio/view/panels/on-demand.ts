@@ -1,8 +1,10 @@
 // Loads dialogs and panels when they are first opened.
 
+import * as storage from '../storage.js';
 import { byId } from '../dom.js';
 import type { State, Store } from '../../model/store.js';
 import type { Page } from '../page.js';
+import type { Projects } from './projects.js';
 
 /** Fetched to test the network; the service worker caches it too. */
 const PROBE = './favicon.svg';
@@ -80,7 +82,7 @@ export function correctPanel(page: Pick<Page, 'app' | 'store' | 'viewer' | 'keys
 
 export function helpPanel(page: Pick<Page, 'store' | 'keys'>) {
   const open = onDemand(page.store, async () => new (await import('./help.js')).Help());
-  const about = onDemand(page.store, async () => new (await import('./about-dialog.js')).AboutDialog());
+  const about = onDemand(page.store, async () => new (await import('./help.js')).AboutDialog());
   byId('help-open').addEventListener('click', open);
   byId('about-open').addEventListener('click', about);
   page.keys.on('?', open);
@@ -138,4 +140,13 @@ export function nothingPanel(page: Pick<Page, 'app' | 'store'>) {
 function foundNothing({ phase, analysis, job, isCorrecting }: State): boolean {
   if (phase !== 'done' || isCorrecting || !analysis || !job || job.isPartial) return false;
   return !analysis.facts.some(({ object, first }) => object > 0 && first >= 0);
+}
+
+export function savedPanel(page: Pick<Page, 'store' | 'app'>) {
+  let loading: Promise<Projects> | undefined;
+  const loadProjects = () => (loading ??= import('./projects.js').then(({ startAutosave }) => startAutosave(page)));
+  page.store.watch(['source'], ({ source }) => {
+    if (source?.files) loadProjects().catch(() => (loading = undefined));
+  });
+  storage.list().then(async (records) => records.length > 0 && (await loadProjects()).offer());
 }
