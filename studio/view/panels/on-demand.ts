@@ -1,7 +1,8 @@
 // Loads dialogs and panels when they are first opened.
 
 import * as storage from '../storage.js';
-import { byId } from '../dom.js';
+import { searchReport } from '../../model/library.js';
+import { TOUCH, byId, h } from '../dom.js';
 import type { State, Store } from '../../model/store.js';
 import type { Page } from '../page.js';
 import type { Projects } from './projects.js';
@@ -125,8 +126,8 @@ export function nothingPanel(page: Pick<Page, 'app' | 'store'>) {
   const show = onDemand(
     store,
     async () => {
-      const { showSuggestions } = await import('./suggestions.js');
-      return { open: () => isNothing() && showSuggestions(page) };
+      const suggestions = await import('../../model/suggestions.js');
+      return { open: () => isNothing() && showSuggestions(page, suggestions) };
     },
     isNothing,
   );
@@ -149,4 +150,28 @@ export function savedPanel(page: Pick<Page, 'store' | 'app'>) {
     if (source?.files) loadProjects().catch(() => (loading = undefined));
   });
   storage.list().then(async (records) => records.length > 0 && (await loadProjects()).offer());
+}
+
+/** Shows what a run without objects tracked, and buttons with suggestions. */
+function showSuggestions(
+  { store, app }: Pick<Page, 'store' | 'app'>,
+  { suggestChanges, describeSearch }: typeof import('../../model/suggestions.js'),
+) {
+  const { state } = store;
+  const result = state.analysis?.segmentation.result;
+  if (!result) return;
+  const report = searchReport(result);
+  byId('suggestions-report').textContent = describeSearch(report);
+  const buttons = suggestChanges(state, report).map(({ id, label, patch }) =>
+    h('button', { type: 'button', 'data-suggestion': id, click: () => (store.set(patch), app.rerun()) }, label),
+  );
+  const adds = TOUCH ? 'Tap the object to add it' : 'Click the object to add it';
+  buttons.push(h('button', { type: 'button', 'data-suggestion': 'add', click: addByClick }, adds));
+  byId('suggestions-list').replaceChildren(...buttons);
+}
+
+/** Opens the tool that adds an object by a click. */
+function addByClick() {
+  document.querySelector<HTMLInputElement>('#correct-tools [value="add"]')?.click();
+  byId('correct-open').click();
 }
