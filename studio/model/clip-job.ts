@@ -106,12 +106,12 @@ export class ClipJob extends StageClock {
   /** Session of a clip that fits into one window. */
   session: Session | null = null;
   outputs: Result | undefined = undefined;
-  /** How well the masks of each frame agree with those of nearby frames, 0 to 1, NaN if unknown; null in windows. */
+  /** Agreement of each frame's masks with nearby frames, 0 to 1, NaN if unknown; null in windows. */
   agreement: Float32Array | null = null;
   /** True if the masks contain corrections of an earlier visit. */
   hasEarlierCorrections = false;
 
-  /** @param usualPace that of an earlier run, as `pacePerPixel`; 0 if not known */
+  /** @param usualPace `pacePerPixel` of an earlier run; 0 if unknown */
   constructor(
     public source: Source,
     readonly trim: Trim,

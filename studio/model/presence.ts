@@ -203,7 +203,7 @@ export interface Result extends LabelledTrajectories {
   toTracksDat: () => string | Promise<string>;
   /** Frames whose masks should be looked at. */
   doubts: readonly FrameRange[];
-  /** How sure the masks of each frame are, 0 to 1, NaN if not known; null if no frame is. */
+  /** Confidence in the masks of each frame, 0 to 1, NaN if unknown; null if unknown for all. */
   agreement?: Float32Array | null;
 }
 

@@ -87,7 +87,7 @@ export interface State {
   timeline: Timeline;
   /** Frames whose masks should be looked at, without those that the user found fine. */
   doubts: readonly FrameRange[];
-  /** How sure the masks of each frame are, 0 to 1, NaN if not known; null if no frame is. */
+  /** Confidence in the masks of each frame, 0 to 1, NaN if unknown; null if unknown for all. */
   agreement: Float32Array | null;
   /** First frames of the doubts that the user found fine. */
   fine: ReadonlySet<number>;

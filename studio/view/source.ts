@@ -39,7 +39,7 @@ export async function openFiles(files: File[]): Promise<Source> {
   const sorted = await sortFiles(files);
   const usable = sorted.map(({ file }) => file);
   const unknown = sorted.find(({ kind }) => kind === null);
-  if (usable.length === 0 || unknown) throw new PageError('unknown-file', strangerWords(unknown?.file));
+  if (usable.length === 0 || unknown) throw new PageError('unknown-file', describeUnknownFile(unknown?.file));
   const areImages = sorted.every(({ kind }) => kind === 'image');
   if (!areImages && usable.length > 1) {
     const code = sorted.some(({ kind }) => kind === 'image') ? 'mixed-files' : 'many-videos';
@@ -50,7 +50,7 @@ export async function openFiles(files: File[]): Promise<Source> {
   return Object.assign(source, { files: usable, type });
 }
 
-const strangerWords = (file?: File) => (file?.size === 0 ? `${file.name} is empty` : (file?.name ?? ''));
+const describeUnknownFile = (file?: File) => (file?.size === 0 ? `${file.name} is empty` : (file?.name ?? ''));
 
 /** Frame rate of image sequences, which have none of their own; chosen by eye. */
 const SEQUENCE_FPS = 15;
