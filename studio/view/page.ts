@@ -20,7 +20,8 @@ import { correctPanel, doubtsPanel, exportPanel, helpPanel, nothingPanel, savedP
 import { edgesPanel, layersPanel, readoutPanel } from './panels/layers.js';
 import { objectsPanel } from './panels/objects.js';
 import { runPanel } from './panels/run.js';
-import { soundPanel, timelinePanel } from './panels/timeline.js';
+import { soundPanel } from './panels/sound.js';
+import { timelinePanel } from './panels/timeline.js';
 import { trimPanel } from './panels/trim.js';
 import { zoomPanel } from './panels/zoom.js';
 import type { Layer } from './layers.js';

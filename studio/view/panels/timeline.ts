@@ -1,11 +1,8 @@
-// The timeline: scrubbing, playback, sound, and the button that mutes it.
+// The timeline: scrubbing and playback.
 
 import { byId, h } from '../dom.js';
-import { clampFrame, type State, type Store, type Timeline } from '../../model/store.js';
+import { type Timeline, type State, type Store, clampFrame } from '../../model/store.js';
 import { formatFrameTime } from '../../model/messages.js';
-import { soundInfo } from '../../model/library.js';
-import { Sound } from '../../model/sound.js';
-import { closeMedia } from '../clip-player.js';
 import type { Page } from '../page.js';
 
 export function timelinePanel({ store, keys }: Pick<Page, 'store' | 'keys'>) {
@@ -116,51 +113,5 @@ class TimelinePanel {
     const { timeline, frame, loop } = this.store.state;
     if (!loop && frame + by >= this.last) this.jump(this.last);
     else this.store.set({ frame: (frame + by) % timeline.numFrames });
-  }
-}
-
-const STORAGE_KEY = 'tracecut.muted';
-
-export function soundPanel({ store }: Pick<Page, 'store'>) {
-  store.set({ isMuted: readMuted() });
-  const sound = new Sound(store, {
-    hasSound: async (file) => (await soundInfo(file)) !== null,
-    open: openAudio,
-    // Browsers that cannot tell forbid what is not wanted.
-    isUserActive: () => navigator.userActivation?.isActive ?? true,
-  });
-  const button = byId('mute');
-  button.addEventListener('click', () => sound.toggle());
-  store.watch(['hasSound'], ({ hasSound }) => (button.hidden = !hasSound));
-  store.watch(['isMuted'], ({ isMuted }) => {
-    const label = isMuted ? 'Unmute' : 'Mute';
-    button.setAttribute('aria-label', label);
-    button.title = label;
-    button.querySelector('use')!.setAttribute('href', isMuted ? '#icon-muted' : '#icon-sound');
-    storeMuted(isMuted);
-  });
-  // The page does not draw in the background.
-  document.addEventListener('visibilitychange', () => document.hidden && sound.pause());
-}
-
-function openAudio(file: File) {
-  const audio = new Audio(URL.createObjectURL(file));
-  return Object.assign(audio, { close: () => closeMedia(audio) });
-}
-
-function readMuted(): boolean {
-  try {
-    return localStorage.getItem(STORAGE_KEY) !== null;
-  } catch {
-    return false;
-  }
-}
-
-function storeMuted(isMuted: boolean) {
-  try {
-    if (isMuted) localStorage.setItem(STORAGE_KEY, '1');
-    else localStorage.removeItem(STORAGE_KEY);
-  } catch {
-    // Without storage it is forgotten.
   }
 }
