@@ -117,8 +117,9 @@ export class Viewer {
     return segmentation && labels ? this.maskCache.adjust(labels, segmentation.result, edges, hidden) : null;
   }
 
-  /** Draws once before the next screen refresh. */
+  /** Draws once before the next screen refresh; until then the canvas lacks `data-drawn`, the number of its frame. */
   redraw() {
+    delete this.canvas.dataset.drawn;
     this.redrawRequest ||= requestAnimationFrame(() => this.draw());
   }
 
@@ -142,6 +143,7 @@ export class Viewer {
     else drawLayers(ctx, this.layers, view);
     for (const paint of this.painters) paint(ctx, view);
     this.compare.draw(view.image, canvas, this.zoom);
+    canvas.dataset.drawn = String(view.frame);
     // The object under a resting pointer changes with the frame.
     if (this.pointer) this.store.set({ spot: this.spotAt(this.pointer) });
   }
