@@ -131,7 +131,7 @@ export class Viewer {
     const frame = preview?.maskedFrame(view.frame) ?? view.frame;
     view.image = picture.images.get(frame);
     // The canvas stays until the frame is loaded.
-    if (!view.image && picture.images.has(frame)) return;
+    if (!view.image && picture.images.has(frame)) return void delete canvas.dataset.drawn;
     if (!preview) view.image = this.sharpImage() ?? view.image;
     ctx.resetTransform();
     ctx.clearRect(0, 0, canvas.width, canvas.height);
