@@ -30,10 +30,15 @@ function onDemand(
   let loading: Promise<{ open: () => void }> | undefined;
   let isOffline = false;
   const load = async () => {
-    isOffline = true;
-    await fetch(PROBE, { cache: 'no-store' });
-    isOffline = false;
-    return importDialog();
+    markLoading(1);
+    try {
+      isOffline = true;
+      await fetch(PROBE, { cache: 'no-store' });
+      isOffline = false;
+      return await importDialog();
+    } finally {
+      markLoading(-1);
+    }
   };
   const prepare = () => (loading ??= load());
   const open = async () => {
@@ -47,6 +52,15 @@ function onDemand(
     (await loading)?.open();
   };
   return Object.assign(open, { prepare: () => prepare().catch(() => void (loading = undefined)) });
+}
+
+/** Number of parts that are loading. */
+let loadingCount = 0;
+
+/** The body has `data-loading` while a part of the page loads, as the part may change the layout. */
+function markLoading(change: 1 | -1) {
+  loadingCount += change;
+  document.body.toggleAttribute('data-loading', loadingCount > 0);
 }
 
 export function correctPanel(page: Pick<Page, 'app' | 'store' | 'viewer' | 'keys' | 'selection'>) {
