@@ -12,7 +12,7 @@ import { number } from './dom.js';
 /**
  * The input of a drawing: frame `t` of a run, in one of the layer's modes. `unit` is the size of a canvas pixel in frame
  * pixels.
- * @typedef {{run: import('./run.js').Run, result: Result, t: number, image: OffscreenCanvas, mode: string, unit: number}} View
+ * @typedef {{run: import('./clip.js').Run, result: Result, t: number, image: OffscreenCanvas, mode: string, unit: number}} View
  */
 
 /** Colours with their meaning. @typedef {[colors: string[], text: string][]} Legend */

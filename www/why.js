@@ -28,7 +28,7 @@ export class Why {
     answer.replaceChildren();
   }
 
-  /** Explains pixel `x`, `y` of frame `t`. @param {import('./run.js').Run} run */
+  /** Explains pixel `x`, `y` of frame `t`. @param {import('./clip.js').Run} run */
   async ask(run, t, x, y) {
     const pixel = (this.pixel = { t, x, y });
     this.#explanation = null;
