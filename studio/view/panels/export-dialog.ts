@@ -7,12 +7,12 @@ import { type Choice, type Export, type Subject, fileStem, exportSource } from '
 import { resizedFrames } from '../../model/export-size.js';
 import { MAIN_EXPORTS, otherExports } from '../../model/exports.js';
 import { background } from '../background-export.js';
-import { objectName } from '../../model/palette.js';
+import { describeKept, describeProgress } from '../../model/export-text.js';
 import { settingsLink, createRecipe } from '../../model/recipe.js';
 import { download, chooseDestination } from '../save-file.js';
 import { untilAborted } from '../../model/slices.js';
 import { StageClock } from '../../model/library.js';
-import { formatBytes, formatCount, explain, formatTimeLeft } from '../../model/messages.js';
+import { formatBytes, explain } from '../../model/messages.js';
 import { ExportOptions } from './export-options.js';
 import { SavePreview } from './save-preview.js';
 import type { Page } from '../page.js';
@@ -284,13 +284,6 @@ export class ExportDialog {
   }
 }
 
-/** Returns which objects are saved; empty for all of them. */
-function describeKept({ kept, all }: { kept: number[]; all: number }): string {
-  if (kept.length === all) return '';
-  if (kept.length === 0) return 'Nothing is selected: the file would be empty.';
-  return `Only ${kept.map(objectName).join(', ')} will be saved.`;
-}
-
 /** Starts a clock of frames to be made. */
 function startClock(): StageClock {
   const clock = new StageClock([{ id: 'frames', cost: 1 }]);
@@ -304,10 +297,8 @@ function showProgress({ done, total }: { done: number; total: number }, clock?: 
   const share = total > 0 ? done / total : 0;
   byId('export-bar').style.setProperty('--share', String(share));
   byId('export-bar').setAttribute('aria-valuenow', String(Math.round(100 * share)));
-  const progressText = total === 1 ? `${done} of 1 frame` : `${done} of ${formatCount(total)} frames`;
   const msLeft = clock?.timeLeft(performance.now()) ?? null;
-  const text = msLeft === null ? progressText : `${progressText}, ${formatTimeLeft(msLeft)}`;
-  byId('export-count').textContent = total > 0 ? text : '';
+  byId('export-count').textContent = describeProgress({ done, total }, msLeft);
 }
 
 /** Draws roughly what a choice saves of the frame on screen, until its preview is made. */
