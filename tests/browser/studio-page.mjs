@@ -3,7 +3,7 @@
 import { join } from 'node:path';
 import { root } from '../../scripts/tools.mjs';
 import { pngBytes } from '../png.mjs';
-import { expect } from './fixtures.mjs';
+import { downloadBytes, expect } from './fixtures.mjs';
 import { fiveObjects } from './five-objects.mjs';
 
 /** Opens the tools that fix a result, which are loaded when they are first opened. */
@@ -174,4 +174,24 @@ export async function waitForPhase(page, phase) {
 export async function runAgain(page) {
   await page.click('#redo-open');
   await page.click('#redo-run');
+}
+
+/** Saves one export of the open dialog and returns its name and bytes. The main exports are cards, which are chosen first. */
+export async function saveExport(page, id) {
+  const [download] = await Promise.all([
+    page.waitForEvent('download'),
+    page.click(`[data-export="${id}"]`).then(async () => {
+      if (await page.locator(`.card [data-export="${id}"]`).count()) await page.click('#export-run');
+    }),
+  ]);
+  await expect(page.locator('#export-status')).toHaveText(/^Saved/);
+  return { name: download.suggestedFilename(), bytes: await downloadBytes(download) };
+}
+
+/** Waits for the preview of an export in the dialog. */
+export async function waitForPreview(page, id) {
+  const preview = page.locator('#export-preview');
+  await expect(preview).toHaveAttribute('data-shows', id);
+  await expect(preview).not.toHaveAttribute('data-waits');
+  await expect(preview.locator(':scope > *')).toHaveCount(1);
 }

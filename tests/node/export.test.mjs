@@ -111,7 +111,7 @@ describe('a mask as a PNG file', () => {
 });
 
 describe('a ZIP of masks', () => {
-  test('has a file for each frame, and says times, labels and colours beside', async () => {
+  test('has a file for each frame, and a JSON file with times, labels and colours', async () => {
     const files = unzipSync(await masksZip({ ...TWO_FRAMES, times: [0.5, 0.75], end: 1.5 }));
     assert.deepEqual(Object.keys(files), ['00000.png', '00001.png', 'masks.json']);
     for (const t of [0, 1]) assert.deepEqual([...readPng(files[`0000${t}.png`]).pixels], [...TWO_FRAMES.labels(t)]);
@@ -169,12 +169,12 @@ describe('a ZIP of masks', () => {
   test('is byte-identical at any time and in any time zone', async (t) => {
     const zone = process.env.TZ;
     t.after(() => (zone === undefined ? delete process.env.TZ : (process.env.TZ = zone)));
-    const made = [];
+    const archives = [];
     for (const place of ['UTC', 'Asia/Tokyo', 'America/Los_Angeles']) {
       process.env.TZ = place;
-      made.push(Buffer.from(await masksZip(TWO_FRAMES)).toString('base64'));
+      archives.push(Buffer.from(await masksZip(TWO_FRAMES)).toString('base64'));
     }
-    assert.equal(new Set(made).size, 1);
+    assert.equal(new Set(archives).size, 1);
   });
 
   test('of masks without objects is one of empty masks', async () => {
@@ -241,7 +241,7 @@ describe('masks as COCO run lengths', () => {
     );
   });
 
-  test('say frames, times, objects and categories', async () => {
+  test('have frames, times, objects and categories', async () => {
     const category = (label) => (label === 3 ? 'ball' : 'person');
     const coco = await cocoRle(
       { ...TWO_FRAMES, times: Float64Array.of(2, 2.5) },
@@ -288,8 +288,8 @@ describe('masks as COCO run lengths', () => {
       ...{ numFrames, firstFrame: first, settled: { from, to }, times: times.slice(first, first + numFrames) },
       labels: (t) => labels(first + t),
     });
-    const made = [part(0, 3, 0, 2), part(1, 4, 1, 4), clip].map((masks) => cocoRle(masks));
-    const [a, b, all] = await Promise.all(made);
+    const parts = [part(0, 3, 0, 2), part(1, 4, 1, 4), clip].map((masks) => cocoRle(masks));
+    const [a, b, all] = await Promise.all(parts);
     assert.deepEqual([...a.images, ...b.images], all.images);
     assert.deepEqual([...a.annotations, ...b.annotations], all.annotations);
     assert.deepEqual([...a.videos[0].frame_times, ...b.videos[0].frame_times], all.videos[0].frame_times);
@@ -314,7 +314,7 @@ describe('masks as COCO run lengths', () => {
     assert.equal(background.annotations[0].area, 1, 'the background if asked for');
   });
 
-  test('that are broken are refused in words', async () => {
+  test('that are damaged are refused with a message', async () => {
     const wrong = (segmentation, message) => assert.rejects(fromCocoRle(segmentation), refuses('data', message));
     await wrong({ size: [2, 2], counts: '1' }, /cover 1 pixels \(expected 4\)/);
     await wrong({ size: [2, 2], counts: 'P' }, /counts = "P"/);
@@ -381,7 +381,7 @@ describe('the palette', () => {
   });
 });
 
-test('a result without masks says so', async (t) => {
+test('a result without masks is refused with a message', async (t) => {
   const session = await open(t);
   await session.setTrajectories({
     numFrames: 2,
@@ -420,7 +420,7 @@ test('a real run is written and read back to the pixel', async () => {
 const [width, height] = [60, 40];
 
 /** Object 3 is largest in frame 1, object 7 in frame 2; both lie in other places in each frame. */
-const made = {
+const BOXES = {
   width,
   height,
   numFrames: 3,
@@ -433,18 +433,18 @@ const made = {
 };
 
 test('each object has its best frame, its box, three points on it and three beside it, and its mask', async () => {
-  const { prompts: found, ...rest } = await prompts(made);
+  const { prompts: list, ...rest } = await prompts(BOXES);
   assert.deepEqual([rest.width, rest.height, rest.times], [width, height, undefined]);
-  assert.deepEqual((await prompts({ ...made, times: [1, 2, 4] })).times, [1, 2, 4]);
+  assert.deepEqual((await prompts({ ...BOXES, times: [1, 2, 4] })).times, [1, 2, 4]);
   assert.deepEqual(
-    found.map(({ obj_id, frame_idx, box }) => [obj_id, frame_idx, box]),
+    list.map(({ obj_id, frame_idx, box }) => [obj_id, frame_idx, box]),
     [
       [3, 1, [11, 10, 30, 20]],
       [7, 2, [45, 22, 53, 29]],
     ],
   );
-  for (const { obj_id, frame_idx, points, labels, mask } of found) {
-    const truth = made.labels(frame_idx);
+  for (const { obj_id, frame_idx, points, labels, mask } of list) {
+    const truth = BOXES.labels(frame_idx);
     assert.deepEqual(labels, [1, 1, 1, 0, 0, 0]);
     points.forEach(([x, y], k) => assert.equal(truth[y * width + x] === obj_id, labels[k] === 1));
     const pixels = await fromCocoRle(mask);
@@ -453,16 +453,16 @@ test('each object has its best frame, its box, three points on it and three besi
       truth.map((label) => Number(label === obj_id)),
     );
   }
-  assert.equal(found[0].points[0][1], 15, 'the first lies on the middle line');
+  assert.equal(list[0].points[0][1], 15, 'the first lies on the middle line');
 });
 
 test('of windows, frames have the numbers of the clip, and objects can be chosen', async () => {
-  const { prompts: found } = await prompts({ ...made, firstFrame: 50 }, { objects: [7] });
+  const { prompts: list } = await prompts({ ...BOXES, firstFrame: 50 }, { objects: [7] });
   assert.deepEqual(
-    found.map(({ obj_id, frame_idx }) => [obj_id, frame_idx]),
+    list.map(({ obj_id, frame_idx }) => [obj_id, frame_idx]),
     [[7, 52]],
   );
-  assert.deepEqual((await prompts({ ...made, labels: () => new Uint8Array(width * height) })).prompts, []);
-  await assert.rejects(prompts({ ...made, numFrames: 0 }), { code: 'data' });
-  await assert.rejects(prompts(made, { object: 7 }), { code: 'param' });
+  assert.deepEqual((await prompts({ ...BOXES, labels: () => new Uint8Array(width * height) })).prompts, []);
+  await assert.rejects(prompts({ ...BOXES, numFrames: 0 }), { code: 'data' });
+  await assert.rejects(prompts(BOXES, { object: 7 }), { code: 'param' });
 });

@@ -1,7 +1,8 @@
-// PNG files of cut-out objects: in an archive, as an animation, and read again by nothing but their format.
+// PNG files of cut-out objects, in an archive and as an animation, decoded by the definition of the format.
 
 import assert from 'node:assert/strict';
-import { describe, test } from 'node:test';
+import { test } from 'node:test';
+import { encodeVideo } from 'tracecut';
 import { encodeImages } from 'tracecut/export';
 import { unzipSync, unzlibSync } from '../../dist/vendor/zip.js';
 import { pngParts } from '../png.mjs';
@@ -26,12 +27,12 @@ const frameOf = (t, width = WIDTH, height = HEIGHT) => {
 };
 const frames = () => [0, 1, 2].map((t) => frameOf(t));
 
-async function bytesOf(options, from = masks, of = frames()) {
-  return new Uint8Array(await new Response(await encodeImages(from, of, options)).arrayBuffer());
+async function encode(options, clip = masks, pictures = frames()) {
+  return new Uint8Array(await new Response(await encodeImages(clip, pictures, options)).arrayBuffer());
 }
 
-/** Pixels of deflated rows, by the definition of all five filters. */
-function pixelsOf(data, channels) {
+/** Returns the pixels of deflated rows. */
+function decodeRows(data, channels) {
   const raw = unzlibSync(data);
   const size = WIDTH * channels;
   const pixels = new Uint8Array(HEIGHT * size);
@@ -41,14 +42,15 @@ function pixelsOf(data, channels) {
       const left = k < channels ? 0 : pixels[y * size + k - channels];
       const up = y > 0 ? pixels[(y - 1) * size + k] : 0;
       assert.ok([0, 1, 2, 3].includes(filter), `filter ${filter}`);
-      const guess = [0, left, up, (left + up) >> 1][filter];
-      pixels[y * size + k] = raw[y * (size + 1) + 1 + k] + guess;
+      const prediction = [0, left, up, (left + up) >> 1][filter];
+      pixels[y * size + k] = raw[y * (size + 1) + 1 + k] + prediction;
     }
   }
   return pixels;
 }
 
-const wanted = (t) => {
+/** Returns the pixels of the cut-out of a frame. */
+const cutoutOf = (t) => {
   const { data } = frameOf(t);
   return Uint8Array.from({ length: 4 * WIDTH * HEIGHT }, (_, k) => {
     const p = k >> 2;
@@ -57,8 +59,8 @@ const wanted = (t) => {
   });
 };
 
-test('an archive holds the objects of each frame on nothing, and the times', async () => {
-  const bytes = await bytesOf({});
+test('an archive has the cut-out of each frame, and the times', async () => {
+  const bytes = await encode({});
   const files = unzipSync(bytes);
   assert.deepEqual(Object.keys(files), ['00000.png', '00001.png', '00002.png', 'images.json']);
   for (const t of [0, 1, 2]) {
@@ -68,29 +70,29 @@ test('an archive holds the objects of each frame on nothing, and the times', asy
       ['IHDR', 'IDAT', 'IEND'],
     );
     assert.deepEqual([...chunks[0].data], [0, 0, 0, WIDTH, 0, 0, 0, HEIGHT, 8, 6, 0, 0, 0]);
-    assert.deepEqual(pixelsOf(chunks[1].data, 4), wanted(t), `frame ${t}`);
+    assert.deepEqual(decodeRows(chunks[1].data, 4), cutoutOf(t), `frame ${t}`);
   }
   const about = JSON.parse(new TextDecoder().decode(files['images.json']));
   assert.deepEqual([about.times, about.end, about.width, about.files[2]], [masks.times, 2, WIDTH, '00002.png']);
-  assert.deepEqual(await bytesOf({}), bytes);
+  assert.deepEqual(await encode({}), bytes);
 });
 
 const text = (bytes) => new TextDecoder().decode(bytes);
 
-/** The elements of an XML text as `[path, content]`; fails if they are not nested. */
+/** Returns the elements of an XML text as `[path, content]`; fails if they are not nested. */
 function elementsOf(xml) {
   const path = [];
-  const found = [];
+  const elements = [];
   for (const [, closing, name, attributes, content] of xml.matchAll(/<(\/?)([a-z]+)([^<>]*)>([^<]*)/gi)) {
     if (closing) assert.equal(path.pop(), name);
     else {
       path.push(name);
-      found.push([path.join('/'), content.trim()]);
+      elements.push([path.join('/'), content.trim()]);
       if (attributes.endsWith('/')) path.pop();
     }
   }
   assert.deepEqual(path, []);
-  return found;
+  return elements;
 }
 
 for (const [fps, timebase, ntsc] of [
@@ -102,13 +104,13 @@ for (const [fps, timebase, ntsc] of [
 ]) {
   test(`an archive for editors has one image a frame at ${fps.toFixed(2)} frames a second, and a timeline`, async () => {
     const clip = { ...masks, times: [0, 1, 2].map((t) => 1 + t / fps), end: 1 + 3 / fps };
-    const files = unzipSync(await bytesOf({ format: 'editor' }, clip));
+    const files = unzipSync(await encode({ format: 'editor' }, clip));
     const names = [1, 2, 3].map((number) => `cutout/00000${number}.png`);
     assert.deepEqual(Object.keys(files), [...names, 'timeline.xml', 'README.txt']);
     names.forEach((name, t) => {
       const chunks = pngParts(files[name]);
       assert.deepEqual([...chunks[0].data], [0, 0, 0, WIDTH, 0, 0, 0, HEIGHT, 8, 6, 0, 0, 0]);
-      assert.deepEqual(pixelsOf(chunks[1].data, 4), wanted(t), name);
+      assert.deepEqual(decodeRows(chunks[1].data, 4), cutoutOf(t), name);
     });
     const xml = text(files['timeline.xml']);
     assert.match(xml, /^<\?xml version="1.0" encoding="UTF-8"\?>\n<!DOCTYPE xmeml>\n<xmeml version="5">/);
@@ -129,10 +131,10 @@ for (const [fps, timebase, ntsc] of [
 test('images for editors repeat frames that last longer, and leave out those that are too short', async () => {
   const archive = async (times, end) => {
     const clip = { ...masks, times, end };
-    const files = unzipSync(await bytesOf({ format: 'editor' }, clip));
+    const files = unzipSync(await encode({ format: 'editor' }, clip));
     const images = Object.entries(files).filter(([name]) => name.endsWith('.png'));
     const shown = images.map(([, bytes]) =>
-      [0, 1, 2].findIndex((t) => String(pixelsOf(pngParts(bytes)[1].data, 4)) === String(wanted(t))),
+      [0, 1, 2].findIndex((t) => String(decodeRows(pngParts(bytes)[1].data, 4)) === String(cutoutOf(t))),
     );
     return { shown, xml: text(files['timeline.xml']), readme: text(files['README.txt']) };
   };
@@ -143,7 +145,7 @@ test('images for editors repeat frames that last longer, and leave out those tha
   const short = await archive([0, 0.01, 0.05], 0.09);
   assert.deepEqual(short.shown, [1, 2]);
   assert.match(short.readme, /left out: 1\n/);
-  // No editor has 12.5 frames per second.
+  // Editors have no 12.5 frames per second.
   assert.deepEqual((await archive([0, 0.08, 0.16], 0.24)).shown, [0, 0, 1, 1, 2, 2]);
   // Files that store milliseconds.
   const rounded = await archive([0, 0.033, 0.067], 0.1);
@@ -152,7 +154,7 @@ test('images for editors repeat frames that last longer, and leave out those tha
 });
 
 test('an animation has the durations of all frames, including the last', async () => {
-  const chunks = pngParts(await bytesOf({ format: 'apng' }));
+  const chunks = pngParts(await encode({ format: 'apng' }));
   assert.deepEqual(
     chunks.map(({ type }) => type),
     ['IHDR', 'acTL', 'fcTL', 'IDAT', 'fcTL', 'fdAT', 'fcTL', 'fdAT', 'IEND'],
@@ -164,15 +166,15 @@ test('an animation has the durations of all frames, including the last', async (
   assert.deepEqual(delays, [0.25, 0.05, 0.7]);
   const counted = chunks.filter(({ type }) => ['fcTL', 'fdAT'].includes(type)).map(({ data }) => numbers(data, 0)[0]);
   assert.deepEqual(counted, [0, 1, 2, 3, 4]);
-  assert.deepEqual(pixelsOf(chunks[3].data, 4), wanted(0));
-  assert.deepEqual(pixelsOf(chunks[7].data.slice(4), 4), wanted(2));
+  assert.deepEqual(decodeRows(chunks[3].data, 4), cutoutOf(0));
+  assert.deepEqual(decodeRows(chunks[7].data.slice(4), 4), cutoutOf(2));
 });
 
-test('opacity alone is grey, soft where edges are', async () => {
+test('opacity alone is grey, soft at feathered edges', async () => {
   const grey = async (edges) => {
-    const [head, data] = pngParts(unzipSync(await bytesOf({ style: 'alpha', edges }))['00000.png']);
+    const [head, data] = pngParts(unzipSync(await encode({ style: 'alpha', edges }))['00000.png']);
     assert.equal(head.data[9], 0);
-    return pixelsOf(data.data, 1);
+    return decodeRows(data.data, 1);
   };
   assert.deepEqual(
     await grey({}),
@@ -185,26 +187,26 @@ test('opacity alone is grey, soft where edges are', async () => {
   );
 });
 
-test('objects that are not meant are left out; masks that are smaller are enlarged', async () => {
+test('objects that are not chosen are left out; smaller masks are enlarged', async () => {
   const other = { ...masks, labels: (t) => masks.labels(t).map((label, p) => (p === 0 ? 2 : label)) };
   const alphaOf = async (objects) => {
-    const files = unzipSync(await bytesOf({ objects, style: 'alpha' }, other));
-    return pixelsOf(pngParts(files['00001.png'])[1].data, 1);
+    const files = unzipSync(await encode({ objects, style: 'alpha' }, other));
+    return decodeRows(pngParts(files['00001.png'])[1].data, 1);
   };
   assert.equal((await alphaOf([1]))[0], 0);
   assert.equal((await alphaOf([2]))[0], 255);
   const large = [0, 1, 2].map((t) => frameOf(t, 3 * WIDTH, 3 * HEIGHT));
-  const [head] = pngParts(unzipSync(await bytesOf({}, masks, large))['00002.png']);
+  const [head] = pngParts(unzipSync(await encode({}, masks, large))['00002.png']);
   assert.deepEqual([head.data[3], head.data[7]], [3 * WIDTH, 3 * HEIGHT]);
 });
 
-test('a frame is asked for when it is read, not before; who stops reading ends it', async () => {
-  let given = 0;
+test('reads a frame when its bytes are read, and ends the source if reading stops', async () => {
+  let read = 0;
   let ended = false;
   async function* slow() {
     try {
       for (let t = 0; t < 3; t += 1) {
-        given += 1;
+        read += 1;
         yield frameOf(t);
       }
     } finally {
@@ -212,12 +214,12 @@ test('a frame is asked for when it is read, not before; who stops reading ends i
     }
   }
   const reader = (await encodeImages(masks, slow(), { format: 'apng' })).getReader();
-  await new Promise((done) => setTimeout(done, 20));
-  assert.equal(given, 0);
+  await new Promise((resolve) => setImmediate(resolve));
+  assert.equal(read, 0);
   await reader.read();
-  assert.equal(given, 1);
+  assert.equal(read, 1);
   await reader.cancel();
-  assert.deepEqual([given, ended], [1, true]);
+  assert.deepEqual([read, ended], [1, true]);
 });
 
 test('invalid input is refused, and an abort is reported', async () => {
@@ -229,8 +231,12 @@ test('invalid input is refused, and an abort is reported', async () => {
   await rejects(encodeImages(masks, frames(), { style: 'overlay' }), 'param', /style = "overlay"/);
   await rejects(encodeImages(masks, null), 'param', /frames = null/);
   await rejects(encodeImages({ ...masks, end: 1 }, frames()), 'data', /masks\.end = 1/);
-  await rejects(bytesOf({}, masks, frames().slice(1)), 'data', /ended after 2 of 3/);
+  await rejects(encode({}, masks, frames().slice(1)), 'data', /ended after 2 of 3/);
   const stop = new AbortController();
-  const reading = bytesOf({ signal: stop.signal, onProgress: () => stop.abort(new Error('enough')) });
+  const reading = encode({ signal: stop.signal, onProgress: () => stop.abort(new Error('enough')) });
   await assert.rejects(reading, /enough/);
+});
+
+test('videos need a browser; the error names what to use instead', async () => {
+  await rejects(encodeVideo(masks, frames()), 'unsupported', /WebCodecs.*masksZip/);
 });

@@ -7,10 +7,10 @@ import { type Choice, type Export, exportSource, fileStem, type Subject } from '
 import { resizedFrames } from '../../model/export-size.js';
 import { MAIN_EXPORTS, otherExports } from '../../model/exports.js';
 import { background } from '../background-export.js';
-import { objectName } from '../../model/palette.js';
+import { describeKept, describeProgress } from '../../model/export-text.js';
 import { createRecipe, settingsLink } from '../../model/recipe.js';
 import { untilAborted } from '../../model/slices.js';
-import { explain, formatBytes, formatCount, formatTimeLeft } from '../../model/messages.js';
+import { explain, formatBytes } from '../../model/messages.js';
 import { ExportOptions } from './export-options.js';
 import { SavePreview } from './save-preview.js';
 import type { Page } from '../page.js';
@@ -282,13 +282,6 @@ export class ExportDialog {
   }
 }
 
-/** Returns which objects are saved; empty for all of them. */
-function describeKept({ kept, all }: { kept: number[]; all: number }): string {
-  if (kept.length === all) return '';
-  if (kept.length === 0) return 'Nothing is selected: the file would be empty.';
-  return `Only ${kept.map(objectName).join(', ')} will be saved.`;
-}
-
 /** Starts a clock of frames to be made. */
 function startClock(): StageClock {
   const clock = new StageClock([{ id: 'frames', cost: 1 }]);
@@ -302,10 +295,8 @@ function showProgress({ done, total }: { done: number; total: number }, clock?: 
   const share = total > 0 ? done / total : 0;
   byId('export-bar').style.setProperty('--share', String(share));
   byId('export-bar').setAttribute('aria-valuenow', String(Math.round(100 * share)));
-  const progressText = total === 1 ? `${done} of 1 frame` : `${done} of ${formatCount(total)} frames`;
   const msLeft = clock?.timeLeft(performance.now()) ?? null;
-  const text = msLeft === null ? progressText : `${progressText}, ${formatTimeLeft(msLeft)}`;
-  byId('export-count').textContent = total > 0 ? text : '';
+  byId('export-count').textContent = describeProgress({ done, total }, msLeft);
 }
 
 /** Draws roughly what a choice saves of the frame on screen, until its preview is made. */

@@ -1,26 +1,13 @@
 // Options of exports: size, video quality and sound.
 
-import { estimateVideoSize, soundInfo } from '../../model/library.js';
+import { fitSize, soundInfo } from '../../model/library.js';
 import { byId, h } from '../dom.js';
-import { fitSize } from '../../model/library.js';
 import { MIN_SIDE_PX, computeDuration, exportSizes } from '../../model/export-size.js';
-import { formatBytes, formatPlural } from '../../model/messages.js';
+import { describeImages, describeSound, describeVideo } from '../../model/export-text.js';
 import type { Subject } from '../../model/export.js';
 import type { SoundInfo, SoundOptions, VideoQuality } from '../../model/library.js';
 
 type SizedSource = Pick<Subject, 'masks' | 'source' | 'fps'>;
-
-const FORMATS = { webm: 'WebM', mp4: 'MP4' } as const;
-
-const CODECS: Record<string, string> = {
-  aac: 'AAC',
-  opus: 'Opus',
-  mp3: 'MP3',
-  vorbis: 'Vorbis',
-  flac: 'FLAC',
-  ac3: 'AC-3',
-  eac3: 'E-AC-3',
-};
 
 export class ExportOptions {
   size = byId<HTMLSelectElement>('export-size');
@@ -84,31 +71,15 @@ export class ExportOptions {
   describe(areImages: boolean): string {
     const { source } = this;
     if (!source) return '';
-    const { numFrames } = source.masks;
-    const { width, height } = fitSize(source.source, this.side);
-    if (areImages) return `${width} × ${height}, ${formatPlural(numFrames, 'frame')}`;
-    const size = estimateVideoSize({ width, height, numFrames, quality: this.values.quality });
-    const seconds = `${computeDuration(source.masks, source.fps).toFixed(1)}\u00a0s`;
-    return `${width} × ${height}, ${seconds}, about ${formatBytes(size)}`;
+    const size = fitSize(source.source, this.side);
+    if (areImages) return describeImages(size, source.masks.numFrames);
+    return describeVideo(size, source, this.values.quality);
   }
 
   show() {
     this.onChange();
     byId('export-custom').hidden = this.size.value !== 'own';
     byId('export-with-sound').hidden = !this.sound;
-    byId('export-sound-facts').textContent = this.soundText;
-  }
-
-  /** Describes the formats that can hold the sound. */
-  get soundText(): string {
-    const { sound } = this;
-    if (!sound) return '';
-    const name = CODECS[sound.codec] ?? sound.codec;
-    const without = Object.keys(FORMATS).filter((format) => !sound.formats.includes(format as 'mp4'));
-    const names = (without.length > 0 ? without : sound.converted).map((format) => FORMATS[format as 'mp4']);
-    if (names.length === 0) return `${name}, unchanged.`;
-    const formats = names.length > 1 ? `${names[0]} and ${names[1]}` : String(names[0]);
-    if (without.length === 0) return `${name}, unchanged; Opus in ${formats}.`;
-    return `${name}, unchanged; no sound in ${formats}.`;
+    byId('export-sound-facts').textContent = describeSound(this.sound);
   }
 }
