@@ -70,10 +70,10 @@ def prepare() -> None:
 
 
 def build() -> None:
-    """Installs the module: the one that `npm test` compiled (``TRACECUT_MODULE``), or a new build."""
+    """Installs the module: the one that `npm run build:rust` compiled on Linux, or a new build."""
     python, manifest = python_of(VENV), ["--manifest-path", HERE / "Cargo.toml"]
-    compiled = os.environ.get("TRACECUT_MODULE")
-    if not compiled:
+    compiled = Path(os.environ.get("CARGO_TARGET_DIR") or HERE.parent / "target") / "debug" / "lib_tracecut.so"
+    if not compiled.exists():
         run(python, "-m", "maturin", "develop", "--profile", "dev", *manifest, "--locked", VIRTUAL_ENV=str(VENV))
         return
     shutil.copyfile(compiled, HERE / "package" / "tracecut" / "_tracecut.abi3.so")
