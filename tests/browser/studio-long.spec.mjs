@@ -71,7 +71,7 @@ test(
   { tag: '@long' },
   async ({ openStudio, cleanup }) => {
     test.slow();
-  const programs = ['ffmpeg', 'ffprobe'].filter((name) => spawnSync(name, ['-version']).error);
+    const programs = ['ffmpeg', 'ffprobe'].filter((name) => spawnSync(name, ['-version']).error);
     const missing = [...(existsSync(pictures) ? [] : [pictures]), ...programs];
     test.skip(missing.length > 0, `${missing.join(', ')}: missing`);
     const folder = mkdtempSync(join(tmpdir(), 'tracecut-'));
