@@ -36,7 +36,7 @@ test('points and boxes lie in the true object, in nine of ten objects', { skip }
   assert.ok(right.length >= LEAST * found.length, `${right.length} of ${found.length}`);
 });
 
-/** What is said of each object of a clip, beside the truth. */
+/** Returns the prompts of each object of a clip, with the true masks. */
 async function promptsOf(folder) {
   const frames = [];
   for await (const frame of readFrames(join(folder, 'JPEGImages'))) if (frames.push(frame) === FRAMES) break;
