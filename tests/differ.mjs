@@ -39,7 +39,7 @@ export function recorded(t, first, last, env = {}) {
     }));
 }
 
-/** What the package makes of such a session: hashes, or the code of the error. */
+/** Runs such a session in the package; returns hashes, or the code of the error. */
 export async function outcomeOf({ params, width, height, frames, rgba }, options = {}) {
   const session = await createSession({ ...params, ...options });
   try {
@@ -69,24 +69,24 @@ async function hashes(result, dense) {
 }
 
 /**
- * Does sessions again by the package, on one thread and some on three. Tracks and superpixels must be those of the
- * native build, and masks where the labels are. Labels come from the embedding, which may differ in its last digits:
+ * Repeats sessions in the package, on one thread and some on three. Tracks and superpixels must equal the native build's,
+ * and masks where the labels do. Labels come from the embedding, which may differ in its last digits:
  * where a clip is noise or a parameter at its end, one digit may decide, in one session of twenty at most.
  */
-export async function alike(t, sessions, options = {}) {
-  let [whole, different] = [0, 0];
+export async function assertSameOutcomes(t, sessions, options = {}) {
+  let [withMasks, different] = [0, 0];
   for (const session of sessions) {
     const { seed, outcome } = session;
-    const found = await outcomeOf(session, { ...options, threads: 1 });
-    if (found.labels !== outcome.labels) different += 1;
+    const repeated = await outcomeOf(session, { ...options, threads: 1 });
+    if (repeated.labels !== outcome.labels) different += 1;
     const expected =
-      found.labels === outcome.labels ? outcome : { ...outcome, labels: found.labels, masks: found.masks };
-    assert.deepEqual(found, expected, `seed ${seed}`);
+      repeated.labels === outcome.labels ? outcome : { ...outcome, labels: repeated.labels, masks: repeated.masks };
+    assert.deepEqual(repeated, expected, `seed ${seed}`);
     if (seed % 10 < 3)
-      assert.deepEqual(await outcomeOf(session, { ...options, threads: 3 }), found, `${seed}, 3 threads`);
-    whole += outcome.masks?.length > 1;
+      assert.deepEqual(await outcomeOf(session, { ...options, threads: 3 }), repeated, `${seed}, 3 threads`);
+    withMasks += outcome.masks?.length > 1;
   }
-  t.diagnostic(`${sessions.length} sessions, ${whole} with masks, ${different} with labels of their own in wasm`);
-  assert.ok(whole > sessions.length / 4, `${whole} sessions with masks`);
+  t.diagnostic(`${sessions.length} sessions, ${withMasks} with masks, ${different} with labels of their own in wasm`);
+  assert.ok(withMasks > sessions.length / 4, `${withMasks} sessions with masks`);
   assert.ok(different <= sessions.length / 20, `${different} sessions with labels of their own in wasm`);
 }

@@ -50,8 +50,8 @@ export function pngParts(bytes) {
   return parts;
 }
 
-/** What a row's filter takes a pixel for, from those to its left, above it and above that one. */
-const GUESSES = [
+/** Predictions of a row's filter from the pixels to the left, above, and above left. */
+const PREDICTIONS = [
   () => 0,
   (left) => left,
   (left, above) => above,
@@ -72,7 +72,7 @@ export function readPng(bytes) {
   if (rows.length !== height * (width + 1)) throw new Error(`${rows.length} bytes of rows`);
   const pixels = new Uint8Array(width * height);
   for (let y = 0; y < height; y += 1) {
-    const guess = GUESSES[rows[y * (width + 1)]];
+    const guess = PREDICTIONS[rows[y * (width + 1)]];
     for (let x = 0, p = y * width; x < width; x += 1, p += 1) {
       const [left, above] = [x > 0 ? pixels[p - 1] : 0, y > 0 ? pixels[p - width] : 0];
       pixels[p] = rows[p + y + 1] + guess(left, above, x > 0 && y > 0 ? pixels[p - width - 1] : 0);

@@ -22,7 +22,7 @@ import { startWebKit } from './webkit.mjs';
  * @property {() => Promise<{version: string, page: EnginePage, close: () => Promise<unknown>}>} start
  */
 
-/** Where Debian and similar systems have WebKit's MiniBrowser. */
+/** Paths of WebKit's MiniBrowser on Debian and similar systems. */
 const MINI_BROWSERS = ['webkit2gtk-4.1', 'webkit2gtk-4.0', 'webkitgtk-6.0'].flatMap((folder) =>
   ['/usr/lib/x86_64-linux-gnu', '/usr/lib/aarch64-linux-gnu', '/usr/libexec', '/usr/lib'].map((place) =>
     join(place, folder, 'MiniBrowser'),

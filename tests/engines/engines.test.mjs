@@ -95,10 +95,10 @@ function inEngine(name, start) {
 
   test('the self test gives the hashes of all engines', async () => {
     // In the page at hand: what the engine has compiled is compiled.
-    const { same, checks } = await page.call(async () => (await import('/dist/selftest.js')).selftest());
+    const { same: isSame, checks } = await page.call(async () => (await import('/dist/selftest.js')).selftest());
     const hashes = Object.fromEntries(checks.map((check) => [check.name, check.hash]));
     assert.deepEqual(hashes, expected.hashes);
-    assert.equal(same, true);
+    assert.equal(isSame, true);
   });
 
   test('a clip of images is segmented, its masks are saved as the same bytes, and a video of them', async () => {
@@ -110,8 +110,8 @@ function inEngine(name, start) {
     assert.equal(masks.length, clip.length);
     sameInAll('the ZIP of masks', bytes.toString('base64'), name);
     // Before the page has played any: an encoder that comes first was the end of WebKit's.
-    const film = await save(page, 'overlay-webm');
-    assert.equal(film.bytes.readUInt32BE(0), 0x1a45dfa3);
+    const video = await save(page, 'overlay-webm');
+    assert.equal(video.bytes.readUInt32BE(0), 0x1a45dfa3);
     assert.deepEqual(await faults(page), []);
   });
 

@@ -7,7 +7,7 @@ import { writeFile } from 'node:fs/promises';
 import { freePort } from '../programs.mjs';
 import { poll } from './page.mjs';
 
-/** How long a function may run in a page, in milliseconds. */
+/** Longest run of a function in a page, in milliseconds. */
 const SCRIPT_MS = 300_000;
 
 /**
@@ -64,10 +64,10 @@ async function ask(method, url, body) {
 
 /** Calls a function and returns its value or error as text: the driver cannot read every value of a page. */
 const CALL = `
-  const done = arguments[arguments.length - 1];
+  const resolve = arguments[arguments.length - 1];
   Promise.resolve().then(() => (FUNCTION)(...arguments[0]))
     .then((value) => ({ value }), (error) => ({ error: String(error) + ' at ' + error?.stack }))
-    .then((outcome) => done(JSON.stringify(outcome)));`;
+    .then((outcome) => resolve(JSON.stringify(outcome)));`;
 
 /** @returns {import('./engines.mjs').EnginePage} */
 function pageOf(send) {

@@ -11,11 +11,11 @@ const SIZE = { width: 4000, height: 3000 };
 /** A frame of squares that move to the right, in memory that all frames share. */
 function* frames(count) {
   const data = new Uint8Array(4 * SIZE.width * SIZE.height);
-  const words = new Uint32Array(data.buffer);
+  const pixels = new Uint32Array(data.buffer);
   for (let t = 0; t < count; t += 1) {
-    for (let p = 0; p < words.length; p += 1) {
+    for (let p = 0; p < pixels.length; p += 1) {
       const [x, y] = [p % SIZE.width, Math.floor(p / SIZE.width)];
-      words[p] = ((((x - 40 * t) >> 7) * 73 + (y >> 7) * 151) & 255) * 0x10101;
+      pixels[p] = ((((x - 40 * t) >> 7) * 73 + (y >> 7) * 151) & 255) * 0x10101;
     }
     yield { data, ...SIZE };
   }

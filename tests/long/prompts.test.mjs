@@ -26,17 +26,17 @@ const skip = existsSync(CLIPS) ? false : `${CLIPS} is not there`;
 test('points and boxes lie in the true object, in nine of ten objects', { skip }, async () => {
   const clips = readdirSync(CLIPS, { withFileTypes: true }).filter((entry) => entry.isDirectory());
   assert.equal(clips.length, 8);
-  const found = [];
-  for (const { name } of clips) found.push(...(await promptsOf(join(CLIPS, name))));
-  for (const { clip, object, frame, points, box } of found)
+  const objects = [];
+  for (const { name } of clips) objects.push(...(await promptsOf(join(CLIPS, name))));
+  for (const { clip, object, frame, points, box } of objects)
     console.log(`${clip} ${object}: frame ${frame}, ${points} of 3 points, ${(100 * box).toFixed(0)} % of the box`);
-  const right = found.filter(({ points, box }) => points === 3 && box >= LEAST_OF_BOX);
-  console.log(`${right.length} of ${found.length} objects`);
-  assert.ok(found.length >= clips.length, 'an object in each clip');
-  assert.ok(right.length >= LEAST * found.length, `${right.length} of ${found.length}`);
+  const right = objects.filter(({ points, box }) => points === 3 && box >= LEAST_OF_BOX);
+  console.log(`${right.length} of ${objects.length} objects`);
+  assert.ok(objects.length >= clips.length, 'an object in each clip');
+  assert.ok(right.length >= LEAST * objects.length, `${right.length} of ${objects.length}`);
 });
 
-/** What is said of each object of a clip, beside the truth. */
+/** Returns the prompts of each object of a clip, with the true masks. */
 async function promptsOf(folder) {
   const frames = [];
   for await (const frame of readFrames(join(folder, 'JPEGImages'))) if (frames.push(frame) === FRAMES) break;
@@ -73,9 +73,9 @@ function boundsOf(pixels, width) {
   return bounds;
 }
 
-/** The share of a box that lies in another one. */
-function share(box, other) {
+/** Returns the share of a box inside another. */
+function share(box, container) {
   const length = (a, b, axis) => Math.max(0, Math.min(a[2 + axis], b[2 + axis]) - Math.max(a[axis], b[axis]) + 1);
   const area = (a, b) => length(a, b, 0) * length(a, b, 1);
-  return area(box, other) / area(box, box);
+  return area(box, container) / area(box, box);
 }

@@ -113,9 +113,9 @@ test('the sound of a file, and which videos can hold it', async () => {
 const [WIDTH, HEIGHT] = [160, 96];
 const [RADIUS, SOFT] = [30, 6];
 
-/** How far a pixel is inside a disc with a soft rim, 0 to 1. */
+/** Coverage of a pixel by a disc with a soft border, 0 to 1. */
 const share = (x, y) => Math.min(1, Math.max(0, 0.5 + (RADIUS - Math.hypot(x - 79.3, y - 47.8)) / SOFT));
-/** A bright disc on a dark ground, both with some texture. */
+/** A bright disc on a dark background, both with some texture. */
 const disc = () => plain(WIDTH, HEIGHT, (x, y) => 60 + 110 * share(x, y) + ((x * 7 + y * 13) % 9));
 /** Its mask at a part of the size; the disc has this label. */
 function maskOf(by, label = 1) {

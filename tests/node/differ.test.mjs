@@ -5,13 +5,13 @@ import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { root } from '../../scripts/tools.mjs';
-import { alike, recorded } from '../differ.mjs';
+import { assertSameOutcomes, recorded } from '../differ.mjs';
 
 const { TRACECUT_DIFFER, TRACECUT_LONG } = process.env;
 const [first, last] = (TRACECUT_DIFFER ?? (TRACECUT_LONG ? '1000..2000' : '0..20')).split('..').map(Number);
 
 test('random sessions are the same natively and in wasm, on one thread and on three', (t) =>
-  alike(t, recorded(t, first, last)));
+  assertSameOutcomes(t, recorded(t, first, last)));
 
 const skip = TRACECUT_LONG && process.arch === 'x64' ? false : 'npm run test:long runs it, on x86-64';
 

@@ -51,7 +51,7 @@ test('a thread that is killed under segmentVideo ends the loop and the source', 
     }
   };
   await rejects(read(), 'poisoned');
-  assert.ok(left, 'the source was told');
+  assert.ok(left, 'the source was ended');
   assert.ok(windows[0].frames().next().value.labels.length > 0, 'what came before stays');
 });
 
@@ -160,9 +160,9 @@ test('a source without end is read no further than it is wanted', async () => {
       break;
     }
   }
-  // It is told in a task of its own.
-  await new Promise((done) => setImmediate(done));
-  assert.ok(left, 'the source was told');
+  // The source ends in a task of its own.
+  await new Promise(setImmediate);
+  assert.ok(left, 'the source was ended');
   // Three windows of four frames that share two, and one that is computed ahead.
   assert.ok(given <= 12, `${given} frames`);
   const some = await segmentVideo(

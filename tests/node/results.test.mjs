@@ -17,7 +17,7 @@ const refuses = (code, message) => (error) => {
 
 const frames = await framesOf({ width: 192, height: 108, frames: 10, seed: 4 });
 
-/** What the masks themselves say. */
+/** Counts an object's areas from its masks. */
 function counted({ labels, numFrames }, label) {
   const areas = Array.from({ length: numFrames }, (_, t) => labels(t).filter((other) => other === label).length);
   const there = areas.flatMap((area, t) => (area > 0 ? [t] : []));

@@ -36,7 +36,7 @@ export async function framesOf(options = SMALL) {
   return Array.from({ length: clip.numFrames }, (_, t) => clip.frame(t));
 }
 
-/** What an iterable gives, as a list. */
+/** Collects an iterable as a list. */
 export async function all(items) {
   const list = [];
   for await (const item of items) list.push(item);

@@ -286,7 +286,7 @@ test('an abort ends the reading of a file', { skip }, async () => {
   await assert.rejects(all(reading), /enough/);
 });
 
-/** A program in the place of ffmpeg, which writes these lists, messages and numbers of one pixel; `forever` goes on. */
+/** Writes a program in the place of ffmpeg, which prints a list, messages and pixels; with `forever` it does not end. */
 function standIn(name, { list = '', messages = [], forever = false }) {
   const path = join(folder, name);
   const script = `#!${process.execPath}
@@ -315,7 +315,7 @@ const packet = (time, duration = 0, more = '') => `0, ${time}, ${time}, ${durati
 const shown = (n, time) =>
   `[Parsed_showinfo_3 @ 0x1] [info] n: ${n} pts: ${time} pts_time:x fmt:rgb24 sar:1/1 s:1x1 i:P iskey:1 type:I `;
 
-/** What is read by a stand-in: the red of each frame, its time and its duration. */
+/** Reads from a stand-in: the red of each frame, its time and its duration. */
 async function readBy(name, options) {
   const { frames, error } = await untilError(framesOfVideo('a', { ffmpeg: standIn(name, options).path }));
   return { frames: frames.map(({ frame, time, duration }) => [frame.data[0], time, duration]), error };

@@ -80,7 +80,7 @@ await superpixels(pixels, { count: 'many' });
 await synthClip({ length: 10 });
 
 // Running and correcting
-// @ts-expect-error: progress is told to a function
+// @ts-expect-error: progress is reported to a function
 await session.run({ onProgress: 'yes' });
 // @ts-expect-error: a controller is not its signal
 await session.run({ signal: { abort() {} } });
@@ -98,9 +98,9 @@ const code: ErrorCode = 'oops';
 // Results
 // @ts-expect-error: they do not change
 result.width = 9;
-// @ts-expect-error: nor do those of windows
+// @ts-expect-error: windows are read-only too
 part.firstFrame = 9;
-// @ts-expect-error: nor those of clips
+// @ts-expect-error: clips are read-only too
 whole.numFrames = 9;
 // @ts-expect-error: nor what is in them
 result.trajectories.count = 0;
