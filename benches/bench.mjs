@@ -3,9 +3,7 @@
 //   --quick          the smallest size only
 //   --clip DIR       the PNG and JPEG files of a folder, in name order, instead of synthetic clips
 //   --frames N       only the first N of them
-//   --threads N      also runs the package on 1 and on N threads: wall and processor seconds, the minimum of three; the
-//                    serial share of each stage; and simulated wall times on any number of cores
-//   --growth         only the growth of each stage's seconds with frames and with pixels, as exponents
+//   --threads N      also runs the package on 1 and on N threads: wall and processor seconds, the minimum of three
 //   --json FILE      also writes the figures
 //   --compare FILE   also prints each stage's ratio to the figures in a --json file; needs an equally idle machine
 
@@ -14,8 +12,6 @@ import { join } from 'node:path';
 import { parseArgs } from 'node:util';
 import { gzipSync } from 'node:zlib';
 import { build } from '../scripts/build.mjs';
-import { growth } from './growth.mjs';
-import { shares, wall } from './schedule.mjs';
 
 const SPARSE = [
   'flow',
@@ -37,8 +33,6 @@ const SIZES = [
 const LARGEST = [640, 480, 50];
 /** Maximum number of pixels of a frame of a file. */
 const MAX_PIXELS = 2 ** 26;
-/** Numbers of cores to simulate. */
-const CORES = [1, 2, 4, 8, 16];
 
 const { values: options } = parseArgs({
   options: {
@@ -46,7 +40,6 @@ const { values: options } = parseArgs({
     clip: { type: 'string' },
     frames: { type: 'string', default: 'Infinity' },
     threads: { type: 'string' },
-    growth: { type: 'boolean', default: false },
     json: { type: 'string' },
     compare: { type: 'string' },
   },
@@ -56,11 +49,6 @@ const wasm = readFileSync(new URL('../dist/tracecut_bg.wasm', import.meta.url));
 const glue = await import('../dist/tracecut.js');
 const rows = [];
 glue.initSync({ module: wasm });
-if (options.growth) {
-  const params = { clip: { maxSide: 1024 } };
-  growth((...size) => measure(render(...size), size[0], size[1], params).seconds);
-  process.exit();
-}
 
 console.log(
   `\nNode ${process.versions.node}, ${process.platform} ${process.arch}, one thread; seconds of the process's own time`,
@@ -94,11 +82,11 @@ if (options.threads) await share(Number(options.threads));
 if (options.json) writeFileSync(options.json, `${JSON.stringify(rows, null, 2)}\n`);
 
 /** Runs one clip in a new instance, so that its memory can be measured. */
-function measure(clip, width, height, params = {}) {
+function measure(clip, width, height) {
   const frames = clip.length;
   glue.__wbg_reset_state();
   const { memory } = glue.initSync();
-  const session = new glue.Session(params);
+  const session = new glue.Session({});
   for (const { data } of clip) session.pushRgba(data, width, height);
   const seconds = Object.fromEntries(STAGES.map((stage) => [stage, 0]));
   let before = process.cpuUsage();
@@ -146,8 +134,6 @@ async function share(threads) {
     ? await read(options.clip, Number(options.frames))
     : [render(...SIZES[1]), ...SIZES[1]];
   const least = { 1: [Infinity, Infinity], [threads]: [Infinity, Infinity] };
-  const cores = Object.fromEntries(CORES.map((count) => [count, Infinity]));
-  let serial;
   // In turns, so that other load on the machine affects all alike.
   for (let round = 0; round < 3; round += 1) {
     for (const count of [1, threads]) {
@@ -160,34 +146,12 @@ async function share(threads) {
       least[count] = least[count].map((value, k) => Math.min(value, seconds[k]));
       session.close();
     }
-    for (const count of CORES) cores[count] = Math.min(cores[count], wall(fresh(), clip, width, height, count));
-    const found = shares(fresh(), clip, width, height);
-    if (!serial || alone(found) < alone(serial)) serial = found;
   }
   for (const [count, [seconds, processors]] of Object.entries(least))
     console.log(`${count} threads: ${seconds.toFixed(2)} s wall, ${processors.toFixed(2)} s of all processors`);
   const ratio = least[threads][0] / least[1][0];
-  const simulated = CORES.map((count) => `${count}: ${cores[count].toFixed(2)} s, ${of(cores[count])}`);
-  console.log(`wall: ${ratio.toFixed(3)} of one thread's; simulated by number of cores: ${simulated.join('; ')}`);
-  const stages = Object.entries(serial.stages).map(([stage, seconds]) => `${stage} ${of(seconds)}`);
-  console.log(`serial: ${of(alone(serial))} of one thread's (${stages.join(', ')}, transfers ${of(serial.transfers)})`);
-  rows.push({ width, height, frames: clip.length, threads, wall: least, ratio, simulated: cores, serial });
-
-  function of(seconds) {
-    return (seconds / cores[1]).toFixed(3);
-  }
-}
-
-/** Returns the serial seconds. */
-function alone({ stages, transfers }) {
-  return Object.values(stages).reduce((sum, seconds) => sum + seconds, transfers);
-}
-
-/** Creates an instance with its own memory. */
-function fresh() {
-  glue.__wbg_reset_state();
-  glue.initSync();
-  return glue;
+  console.log(`wall: ${ratio.toFixed(3)} of one thread's`);
+  rows.push({ width, height, frames: clip.length, threads, wall: least, ratio });
 }
 
 /** Prints ratios to the figures of an earlier run, stage by stage. */

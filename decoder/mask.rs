@@ -2,8 +2,6 @@
 
 #[path = "../src/mask/coco.rs"]
 mod coco;
-#[path = "../src/mask/confidence.rs"]
-mod confidence;
 #[path = "../src/mask/enlarge.rs"]
 mod enlarge;
 #[path = "../src/mask/opacity.rs"]

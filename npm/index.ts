@@ -76,7 +76,6 @@ export type {
   ClusterList,
   ClusterObjects,
   ComponentTable,
-  ConfidenceMap,
   EdgeTable,
   Edges,
   EmbeddingTable,

@@ -113,6 +113,7 @@ def wheel(arguments: list[str]) -> None:
         run(python_of(VENV), "-m", "abi3audit", "--strict", "--report", package)
         python = python_of(out / "venv")
         run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", package)
+        run(python.with_name("tracecut"), "selftest")
         # With only the wheel and NumPy: the code of the READMEs.
         run(python, HERE / "tests" / "documents.py", PYTHONPATH="")
         run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "pytest", "pillow", "pycocotools")

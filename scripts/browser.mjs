@@ -41,13 +41,9 @@ export function ensureBrowser() {
   const found = findBrowser();
   if (found) return found;
   console.log('No Chromium or Chrome was found; downloading one for the tests.');
-  run(
-    process.execPath,
-    [join(root, 'node_modules', 'playwright', 'cli.js'), 'install', '--no-shell', 'chromium'],
-    {
-      hint: 'Install Chromium or Chrome, or name one in the environment variable CHROME, then run this again.',
-    },
-  );
+  run(process.execPath, [join(root, 'node_modules', 'playwright', 'cli.js'), 'install', '--no-shell', 'chromium'], {
+    hint: 'Install Chromium or Chrome, or name one in the environment variable CHROME, then run this again.',
+  });
   return findBrowser() ?? fail('The downloaded Chromium cannot be found; name one in the environment variable CHROME.');
 }
 

@@ -34,7 +34,7 @@ if (process.platform !== 'linux' || process.arch !== 'x64') fail('Fuzzing is set
 if (output('rustc', ['+nightly', '--version']) === null)
   fail('The nightly compiler was not found: rustup toolchain install nightly --profile minimal');
 ensureRustTool('cargo-fuzz');
-const writer = ['--features', 'pnm', '--test', 'integration', 'seeds_of_fuzzing_are_written', '--', '--ignored'];
+const writer = ['--features', 'pnm', '--test', 'integration', 'seed_files_are_written', '--', '--ignored'];
 run('cargo', ['test', '--quiet', '--locked', ...writer]);
 for (const sanitizer of new Set(chosen.map(sanitizerOf)))
   run('cargo', ['+nightly', 'fuzz', 'build', 'fuzz', '--sanitizer', sanitizer, '--target-dir', built(sanitizer)]);

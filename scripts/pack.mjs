@@ -9,11 +9,11 @@ import { fail, root } from './tools.mjs';
 
 const TEXTS = ['LICENSE-MIT', 'LICENSE-APACHE', 'README.md', 'CHANGELOG.md'];
 
-/** Returns the paths of all files that a manifest names: entries, types and programs. */
-export function targetsOf({ exports, main, types, bin }) {
+/** Returns the paths of all files that a manifest names: entries and types. */
+export function targetsOf({ exports, main, types }) {
   const targets = [];
   const collect = (value) => (typeof value === 'string' ? targets.push(value) : Object.values(value).forEach(collect));
-  [exports, main, types, bin].forEach(collect);
+  [exports, main, types].forEach(collect);
   return [...new Set(targets)].map((target) => target.replace(/^\.\//, '')).sort();
 }
 

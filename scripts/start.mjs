@@ -13,9 +13,9 @@ import { fail, root } from './tools.mjs';
 const { port, open } = options();
 if (!existsSync(join(root, 'dist', 'stamps.json')))
   console.log(
-    'The first start compiles the library to WebAssembly and optimises it: three minutes on two idle cores, longer beside other work. The next one takes a second.',
+    'The first start compiles the library to WebAssembly: about a minute and a half on two idle cores. The next one takes a second.',
   );
-await build({ overBudget: 'warn', onlyPage: true });
+await build({ fast: true, onlyPage: true });
 await compilePage({ watch: true });
 const { url } = await serve({ port }).catch((error) =>
   fail(

@@ -1,108 +1,103 @@
-// `npm test`: the tests for every change. Sets up what is missing first, then runs test files in parallel.
+// `npm test`: installs what is missing, runs the parts of the tests whose inputs have changed, and counts. What a part needs and
+// runs is in package.json under "wireit", which also runs parts side by side.
 //
-//   npm test [-- PART ...] [--slowest N]     parts: rust, wasm, node, browser, python
-//   npm run test:fast [PATTERN]                             the tests an edit most likely breaks, or the files that match
-//   npm run test:long [PART ...]                            the slow tests
+//   npm test [-- PART ...] [--force]     all parts or these (rust, wasm, node, ...); --force also runs unchanged ones
+//   npm run test:long [-- PART ...]      the slow tests
 
-import { availableParallelism } from 'node:os';
+import { spawnSync } from 'node:child_process';
+import { existsSync, readFileSync, rmSync, statSync } from 'node:fs';
+import { join } from 'node:path';
 import { parseArgs } from 'node:util';
-import { fastTasks } from './test/fast.mjs';
-import { longTasks } from './test/long.mjs';
-import { clock, runAll } from './test/pool.mjs';
-import { PARTS, tasksOf } from './test/tasks.mjs';
-import { ensureNodeModules, ensureRust, fail } from './tools.mjs';
+import { ensureNodeModules, ensureRust, environment, fail, output, root } from './tools.mjs';
 
-const { mode, words, count } = options();
+const { wireit } = JSON.parse(readFileSync(join(root, 'package.json'), 'utf8'));
+const { mode, parts, force } = readArguments();
 ensureNodeModules();
 ensureRust();
-const cores = availableParallelism();
-const tasks = chosenTasks();
-if (tasks.length === 0) fail(`No test file matches ${words.join(' ')}.`);
-printPlan();
-const closeBrowser = await useOneBrowser(tasks);
 const start = Date.now();
-const outcomes = await runAll(tasks, cores);
-await closeBrowser();
+const scripts = parts.filter(isPossible).map((part) => `${mode}:${part}`);
+if (force) for (const script of scripts) rmSync(wireitFolder(script), { recursive: true, force: true });
+const isWhole = parts.length === partsOf(mode).length && scripts.length === parts.length;
+const exits = (isWhole ? [`${mode}:all`] : scripts).map(runScript);
 report();
 
-/**
- * Starts one browser and one server per sample if a task needs them; tests find them by the environment (tests/site.mjs).
- *
- * @param {import('./test/pool.mjs').Task[]} tasks
- * @returns {Promise<() => Promise<void>>} stops them
- */
-async function useOneBrowser(tasks) {
-  if (!tasks.some(({ part }) => part === 'browser')) return async () => {};
-  const { ensureBrowser, shareBrowser } = await import('./browser.mjs');
-  const { shareSites } = await import('../tests/site.mjs');
-  ensureBrowser();
-  const browser = await shareBrowser();
-  process.env.TRACECUT_BROWSER = browser.wsEndpoint();
-  let sites;
-  // The site is written from the package, which is built before the first of these starts.
-  for (const task of tasks.filter(({ part }) => part === 'browser')) {
-    const { start } = task;
-    task.start = async () => {
-      await (sites ??= shareSites());
-      return start();
-    };
-  }
-  return async () => {
-    await browser.close();
-    await (
-      await sites
-    )?.();
-  };
-}
-
-function options() {
+function readArguments() {
   try {
-    const { values, positionals } = parseArgs({
-      options: { slowest: { type: 'string', default: '0' } },
-      allowPositionals: true,
-    });
-    const [first, ...rest] = positionals;
-    const isMode = ['fast', 'long'].includes(first);
-    return {
-      mode: isMode ? first : 'all',
-      words: isMode ? rest : positionals,
-      count: Number(values.slowest),
-    };
+    const { values, positionals } = parseArgs({ options: { force: { type: 'boolean' } }, allowPositionals: true });
+    const mode = positionals[0] === 'long' ? 'long' : 'test';
+    const words = mode === 'long' ? positionals.slice(1) : positionals;
+    const unknown = words.find((word) => !partsOf(mode).includes(word));
+    if (unknown) throw new Error(`There is no part "${unknown}" (expected ${partsOf(mode).join(', ')}).`);
+    return { mode, parts: words.length > 0 ? words : partsOf(mode), force: values.force };
   } catch (error) {
-    return fail(`${error.message}\nUsage: npm test -- [PART ...] [--slowest N]`);
+    return fail(`${error.message}\nUsage: npm test -- [PART ...] [--force]`);
   }
 }
 
-function chosenTasks() {
-  if (mode === 'fast') return fastTasks(words);
-  if (mode === 'long') return longTasks(words);
-  const unknown = words.find((name) => !(name in PARTS));
-  if (unknown) fail(`There is no part "${unknown}" (expected ${Object.keys(PARTS).join(', ')}).`);
-  return tasksOf(words.length > 0 ? words : Object.keys(PARTS));
+/** Returns the parts of `npm test` or `npm run test:long`. */
+function partsOf(mode) {
+  return wireit[`${mode}:all`].dependencies.map((script) => script.slice(mode.length + 1));
 }
 
-/** Prints the plan. */
-function printPlan() {
-  const parts = new Map();
-  for (const { part } of tasks) parts.set(part, (parts.get(part) ?? 0) + 1);
-  const list = [...parts].map(([part, number]) => (part === 'build' ? `${number} builds` : `${number} of ${part}`));
-  console.log(`${tasks.length} tasks (${list.join(', ')}) on ${cores} cores`);
+/** Returns whether the machine has what a part needs, and says what it misses. */
+function isPossible(part) {
+  const needs = {
+    python: [
+      'python3',
+      ['-c', 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 9))'],
+      'Python 3.9 or later with venv',
+    ],
+    sanitizer: ['rustc', ['+nightly', '--version'], 'the nightly compiler (rustup toolchain install nightly)'],
+  }[part === 'wheel' ? 'python' : part];
+  if (!needs) return true;
+  const [command, args, name] = needs;
+  const isThere = output(command, args) !== null;
+  if (!isThere) console.log(`!!! SKIPPED: the tests of ${part} need ${name}`);
+  return isThere;
+}
+
+function wireitFolder(script) {
+  return join(root, '.wireit', Buffer.from(script).toString('hex'));
+}
+
+/** Runs a script with what it depends on; a failure does not stop the others. */
+function runScript(script) {
+  const env = environment({ WIREIT_FAILURES: 'continue', WIREIT_LOGGER: process.env.WIREIT_LOGGER ?? 'simple' });
+  const shell = process.platform === 'win32';
+  return spawnSync('npm', ['run', '--silent', script], { cwd: root, stdio: 'inherit', env, shell }).status ?? 1;
 }
 
 function report() {
-  if (count > 0) console.log(`\nThe slowest:\n${slowest(count)}`);
-  const sum = (key) => outcomes.reduce((total, { counts }) => total + counts[key], 0);
-  const failed = outcomes.filter((outcome) => outcome.failed);
-  if (failed.length > 0) console.log(`\nFAILED:\n${failed.map(({ task }) => `  ${task.name}`).join('\n')}`);
-  const missed = Math.max(sum('failed'), failed.length);
-  console.log(
-    `\nIn ${clock(Date.now() - start)} minutes:\n${sum('passed')} passed, ${missed} failed, ${sum('skipped')} skipped`,
-  );
-  if (failed.length > 0) process.exit(1);
+  const sum = { passed: 0, failed: 0, skipped: 0 };
+  const unchanged = [];
+  const isFailed = exits.some((code) => code !== 0);
+  for (const script of scripts) {
+    const log = join(root, 'out', 'tests', `${script.replace(':', '-')}.log`);
+    if (!existsSync(log)) continue;
+    const isOld = statSync(log).mtimeMs < start;
+    // After a failure it may also be that the part could not start.
+    if (isOld && isFailed) continue;
+    if (isOld) unchanged.push(script);
+    const counts = countTests(readFileSync(log, 'utf8'));
+    for (const key of Object.keys(sum)) sum[key] += counts[key];
+  }
+  if (unchanged.length > 0) console.log(`\nUnchanged since they passed: ${unchanged.join(', ')} (--force runs them)`);
+  const failed = Math.max(sum.failed, Number(isFailed));
+  const seconds = Math.round((Date.now() - start) / 1000);
+  console.log(`\nIn ${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, '0')} minutes:`);
+  console.log(`${sum.passed} passed, ${failed} failed, ${sum.skipped} skipped`);
+  process.exitCode = Number(failed > 0);
 }
 
-/** Returns the slowest tasks as a table. */
-function slowest(count) {
-  const sorted = [...outcomes].sort((a, b) => b.seconds - a.seconds).slice(0, count);
-  return sorted.map(({ task, seconds }) => `${seconds.toFixed(1).padStart(7)} s  ${task.name}`).join('\n');
+/** Counts tests in the output of Cargo, Node's test runner, Playwright or pytest. */
+function countTests(log) {
+  const count = (word) => {
+    const patterns = [
+      new RegExp(String.raw`^test result: .*? (\d+) ${{ skipped: 'ignored' }[word] ?? word}`, 'gm'),
+      new RegExp(String.raw`^\W* ${{ passed: 'pass', failed: 'fail' }[word] ?? word} (\d+)$`, 'gm'),
+      new RegExp(String.raw`^(?!test result)(?:=+ |  )?(?:.*, )?(\d+) ${word}\b`, 'gm'),
+    ];
+    return patterns.flatMap((pattern) => [...log.matchAll(pattern)]).reduce((total, [, n]) => total + Number(n), 0);
+  };
+  return { passed: count('passed'), failed: count('failed'), skipped: count('skipped') };
 }

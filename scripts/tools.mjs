@@ -23,11 +23,7 @@ const toolsBin = join(root, '.tools', 'bin');
 /** The end of a program's file name. */
 export const exe = process.platform === 'win32' ? '.exe' : '';
 
-// `--locked` fails for wasm-bindgen-cli: its lock file names a release that not every registry has.
 const rustTools = {
-  'wasm-bindgen': { crate: 'wasm-bindgen-cli', version: bindgenVersion(), options: [] },
-  // Without its download features: everything it needs must be installed.
-  'wasm-pack': { crate: 'wasm-pack', version: '0.15.1', options: ['--locked', '--no-default-features'] },
   'cargo-deny': { crate: 'cargo-deny', version: '0.20.2', options: ['--locked'] },
   'cargo-about': { crate: 'cargo-about', version: '0.9.3', options: ['--locked', '--features', 'cli'] },
   'cargo-fuzz': { crate: 'cargo-fuzz', version: '0.13.2', options: ['--locked'] },
@@ -175,12 +171,17 @@ export function ensureRustTool(name) {
 }
 
 /**
- * Small tools around a library, in `scripts/NAME/main.rs`: the library, and its version, which is also the tool's.
- * wasm-bindgen must be the release that the wasm file is compiled with.
+ * Programs around libraries, in `scripts/NAME/main.rs`: the libraries they need, whether their features are off, and the names under
+ * which they are installed. wasm-bindgen must be the release that the wasm file is compiled with.
  */
 const ownTools = {
-  bindgen: ['wasm-bindgen-cli-support', bindgenVersion()],
-  api: ['public-api', '0.52.2'],
+  bindgen: { crates: { 'wasm-bindgen-cli-support': bindgenVersion() } },
+  // Without the features that download: everything they need is installed.
+  'wasm-tests': {
+    crates: { 'wasm-bindgen-cli': bindgenVersion(), 'wasm-pack': '0.15.1', clap: '4' },
+    names: ['wasm-pack', 'wasm-bindgen', 'wasm-bindgen-test-runner'],
+  },
+  api: { crates: { 'public-api': '0.52.2' } },
 };
 
 /** Returns the path of such a tool. */
@@ -189,26 +190,41 @@ export const ownTool = (name) => join(toolsBin, name + exe);
 /** Returns the path of its source. */
 export const ownToolSource = (name) => join(root, 'scripts', name, 'main.rs');
 
-/** Installs such a tool if it is missing or its source has changed. */
+/** Installs such a tool if it is missing, or its source or its libraries have changed. */
 export async function ensureOwnTool(name) {
-  const [library, version] = ownTools[name];
+  const { crates, names = [] } = ownTools[name];
   const folder = join(root, '.tools', name);
-  const [source, copy] = [ownToolSource(name), join(folder, 'src', 'main.rs')];
-  const isSame = existsSync(copy) && readFileSync(copy).equals(readFileSync(source));
-  if (isSame && output(ownTool(name), ['--version']) === `${name} ${version}`) return;
+  const dependencies = Object.entries(crates).map(([crate, version]) =>
+    crate === 'clap'
+      ? `clap = "${version}"`
+      : `${crate} = { version = "=${version}", default-features = ${names.length === 0} }`,
+  );
+  const [, version] = Object.entries(crates)[0];
+  const files = {
+    'src/main.rs': readFileSync(ownToolSource(name), 'utf8'),
+    'Cargo.toml': [
+      ...[
+        '[package]',
+        `name = "${name}"`,
+        `version = "${version}"`,
+        'edition = "2024"',
+        '[workspace]',
+        '[dependencies]',
+      ],
+      ...[...dependencies, ''],
+    ].join('\n'),
+  };
+  const isSame = Object.entries(files).every(([file, text]) => {
+    const path = join(folder, file);
+    return existsSync(path) && readFileSync(path, 'utf8') === text;
+  });
+  if (isSame && existsSync(ownTool(name))) return;
   mkdirSync(join(folder, 'src'), { recursive: true });
-  copyFileSync(source, copy);
-  const manifest = `[package]
-name = "${name}"
-version = "${version}"
-edition = "2024"
-[workspace]
-[dependencies]
-${library} = "=${version}"
-`;
-  writeFileSync(join(folder, 'Cargo.toml'), manifest);
+  for (const [file, text] of Object.entries(files)) writeFileSync(join(folder, file), text);
   const args = ['install', '--quiet', '--path', folder, '--root', join(root, '.tools'), '--force'];
   await runBeside('cargo', args, { env: { CARGO_TARGET_DIR: join(root, '.tools', 'target'), ...fastCompile } });
+  for (const copy of names) copyFileSync(ownTool(name), ownTool(copy));
 }
 
-if (import.meta.url === pathToFileURL(process.argv[1] ?? '').href) process.argv.slice(2).forEach(ensureRustTool);
+if (import.meta.url === pathToFileURL(process.argv[1] ?? '').href)
+  for (const name of process.argv.slice(2)) await (name in ownTools ? ensureOwnTool(name) : ensureRustTool(name));

@@ -134,9 +134,6 @@ pub use motion::{affinity, discontinuity, embedding, flow, trajectory};
 pub use background::BackgroundParams;
 pub use error::Error;
 pub use params::ParamValue;
-#[cfg(not(target_arch = "wasm32"))]
-#[doc(hidden)] // For `bench ablate`.
-pub use session::Forks;
 #[cfg(any(not(target_arch = "wasm32"), feature = "wasm"))]
 pub use session::Window;
 pub use session::explanation;

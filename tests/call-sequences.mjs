@@ -157,9 +157,9 @@ class CallSequence {
 
   /** Keeps a call pending. */
   defer(promise) {
-    const settled = promise.finally(() => this.pending.delete(settled));
-    settled.catch(() => {});
-    this.pending.add(settled);
+    const call = promise.finally(() => this.pending.delete(call));
+    call.catch(() => {});
+    this.pending.add(call);
   }
 
   async createSession() {
@@ -418,7 +418,7 @@ class SessionModel {
     await this.call('clear()', () => this.session.clear(), ['ok'], { check: () => Object.assign(this, EMPTY) });
   }
 
-  /** Sets wrong trajectories, or those of an earlier result. */
+  /** Sets wrong trajectories, or the ones of an earlier result. */
   async setTrajectories() {
     const isWrong = this.random(2) === 0 || !this.result;
     const tracks = isWrong

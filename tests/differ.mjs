@@ -21,7 +21,7 @@ export function recorded(t, first, last, env = {}) {
   const built = Object.keys(env).length === 0 && process.env.TRACECUT_BUILT;
   const cargo = ['cargo', 'test', '--quiet', '--locked', '--package', 'tracecut', '--test', 'integration', '--'];
   const [program, ...args] = built ? [built] : cargo;
-  const result = spawnSync(program, [...args, '--ignored', '--exact', 'random::sessions_are_written_down'], {
+  const result = spawnSync(program, [...args, '--ignored', '--exact', 'random::sessions_are_recorded'], {
     cwd: root,
     encoding: 'utf8',
     env: { ...process.env, ...env, TRACECUT_SESSIONS: folder, TRACECUT_SEEDS: `${first}..${last}` },

@@ -32,7 +32,7 @@ export const TASKS = {
     'The motion between two pictures',
     'Points followed through a clip',
     'Masks from your own tracker',
-    'Why a pixel has its label, and how confident it is',
+    'Why a pixel has its label',
     'Where each object is, how large, how fast',
     'Many single pictures',
     'Video files in Node',

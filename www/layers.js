@@ -12,7 +12,7 @@ import { number } from './dom.js';
 /**
  * The input of a drawing: frame `t` of a run, in one of the layer's modes. `unit` is the size of a canvas pixel in frame
  * pixels.
- * @typedef {{run: import('./run.js').Run, result: Result, t: number, image: OffscreenCanvas, mode: string, unit: number}} View
+ * @typedef {{run: import('./clip.js').Run, result: Result, t: number, image: OffscreenCanvas, mode: string, unit: number}} View
  */
 
 /** Colours with their meaning. @typedef {[colors: string[], text: string][]} Legend */
@@ -237,20 +237,16 @@ export const LAYERS = {
     modes: { masks: 'Masks', superpixels: 'Masks and superpixels', background: 'Scene without objects' },
     async load({ run, result, t, mode }) {
       if (!result.masks) return {};
-      const confidence = await run.ask('objectConfidence');
-      return mode === 'masks' ? { confidence } : { confidence, [mode]: await run.ask(mode, t) };
+      return mode === 'masks' ? {} : { [mode]: await run.ask(mode, t) };
     },
     draw(context, { result, t }, { superpixels, background }) {
       if (background) return drawBackground(context, background, result);
       if (result.masks.length > 0) drawLabels(context, result, t);
       if (superpixels) drawSuperpixels(context, superpixels, { fill: 'none' });
     },
-    legend({ result, mode }, { confidence }) {
+    legend({ result, mode }) {
       if (mode === 'background') return [[['#000000'], 'covered in every frame']];
-      return result.objects.map(({ label }) => [
-        [objectColor(label)],
-        `${nameOf(label)}, ${number(100 * confidence[label])}% confident`,
-      ]);
+      return result.objects.map(({ label }) => [[objectColor(label)], nameOf(label)]);
     },
     facts({ result, t }) {
       if (!result.masks) return 'No masks: clip.dense is false.';

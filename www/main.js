@@ -1,12 +1,10 @@
 // Wires the page: runs the core on a clip and draws each stage of the method over its frames.
 
 import { fitFrame } from 'tracecut/draw';
-import { Clip, DEFAULT_SELECTION, fetchStudioClip } from './clip.js';
+import { Clip, DEFAULT_SELECTION, fetchStudioClip, segment } from './clip.js';
 import { byId, h, number } from './dom.js';
 import { LAYERS } from './layers.js';
-import { Parameters } from './parameters.js';
-import { segment } from './run.js';
-import { selectionForm } from './selection.js';
+import { Parameters, selectionForm } from './parameters.js';
 import { STAGES } from './stages.js';
 import { Why } from './why.js';
 
@@ -33,7 +31,7 @@ const [canvas, scrub, progress, opacity, preset] = ['canvas', 'scrub', 'progress
 const context = canvas.getContext('2d');
 
 let clip = new Clip([]);
-/** @type {import('./run.js').Run} The finished run, if there is one. */
+/** @type {import('./clip.js').Run} The finished run, if there is one. */
 let run = null;
 let abort = new AbortController();
 /** The current frame and stage. */

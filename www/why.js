@@ -28,17 +28,15 @@ export class Why {
     answer.replaceChildren();
   }
 
-  /** Explains pixel `x`, `y` of frame `t`. @param {import('./run.js').Run} run */
+  /** Explains pixel `x`, `y` of frame `t`. @param {import('./clip.js').Run} run */
   async ask(run, t, x, y) {
     const pixel = (this.pixel = { t, x, y });
     this.#explanation = null;
     [form.x.value, form.y.value] = [x, y];
-    const [explanation, map] = await Promise.all([run.result.explain(t, x, y), run.ask('confidence', t)]);
+    const explanation = await run.result.explain(t, x, y);
     if (pixel !== this.pixel) return;
     this.#explanation = explanation;
-    const [column, row] = [Math.floor(x / map.scaleX), Math.floor(y / map.scaleY)];
-    const confidence = map.confidence[row * map.width + column];
-    const title = `${nameOf(explanation.label)} at (${x}, ${y}) in frame ${t + 1}, ${number(100 * confidence)}% confident`;
+    const title = `${nameOf(explanation.label)} at (${x}, ${y}) in frame ${t + 1}`;
     const reasons = h('ul', {}, ...reasonsOf(explanation).map((reason) => h('li', {}, reason)));
     answer.replaceChildren(h('p', { class: 'why-title' }, title), reasons, costTable(explanation));
   }

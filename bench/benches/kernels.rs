@@ -5,15 +5,12 @@
 //! - `cut`: alpha-expansion on problems that resemble real clips. Nodes are a grid in each of 30 frames, joined to three
 //!   neighbours in the frame and three in the next; each favours the label of the blob that it lies in, a fifth of them a
 //!   wrong one, and a third have no opinion. In the hard problem more are wrong and edges are dearer.
-//! - `eigen [FOLDER | FILE.mtx...]`: the eigensolver on graphs that resemble real clips. With a folder, the normalised
-//!   matrices are written there as MatrixMarket, to time other solvers on the same input. With MatrixMarket files, such as
-//!   `dump/affinity.mtx` of `tracecut segment --dump`, those are solved instead.
+//! - `eigen`: the eigensolver on graphs that resemble real clips.
 //! - `stages`: every other kernel, on the sample scene. A kernel of a frame is timed on one frame, a kernel of the clip on
 //!   all.
 //!
 //! Each figure is the least of several runs, in processor time where the system tells it.
 
-use std::fmt::Write as _;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 use tracecut::Params;
@@ -23,7 +20,7 @@ use tracecut::contour::{boundary_map, contour_segments};
 use tracecut::cut::{Expansion, Potts};
 use tracecut::discontinuity::{discontinuities, neighborhoods};
 use tracecut::discretize::{EvidenceInput, discretize};
-use tracecut::embedding::{EigenInfo, EigenParams, EmbeddingParams, embed, embed_with_tolerance, largest_eigenpairs};
+use tracecut::embedding::{EigenInfo, EmbeddingParams, embed, embed_with_tolerance};
 use tracecut::flow::{
     CompactFlow, FlowParams, FlowPyramid, FlowScratch, flow_between, flow_between_with, local_flow_variation,
 };
@@ -41,7 +38,7 @@ fn main() {
     match arguments.split_first() {
         Some((name, _)) if name == "flow" => time_flow(),
         Some((name, _)) if name == "cut" => time_cut(),
-        Some((name, files)) if name == "eigen" => time_eigen(files),
+        Some((name, _)) if name == "eigen" => time_eigen(),
         Some((name, _)) if name == "stages" => time_stages(),
         _ => panic!("expected flow, cut, eigen or stages after --"),
     }
@@ -244,28 +241,6 @@ fn graph(points: &[Point], radius: f64) -> SymCsr {
     SymCsr::from_upper(points.len(), &upper)
 }
 
-fn matrix_market(a: &SymCsr) -> String {
-    let scale: Vec<f64> = a.degrees().iter().map(|d| 1.0 / d.sqrt()).collect();
-    let lower = (0..a.len()).map(|i| a.row(i).filter(|&(j, _)| j <= i).count()).sum::<usize>();
-    let mut text = format!("%%MatrixMarket matrix coordinate real symmetric\n{0} {0} {lower}\n", a.len());
-    for i in 0..a.len() {
-        for (j, w) in a.row(i).filter(|&(j, _)| j <= i) {
-            let _ = writeln!(text, "{} {} {:e}", i + 1, j + 1, w * scale[i] * scale[j]);
-        }
-    }
-    text
-}
-
-/// A symmetric MatrixMarket file with a zero diagonal: one triangle, counted from 1.
-fn read_matrix_market(path: &str) -> SymCsr {
-    let text = std::fs::read_to_string(path).expect("the matrix can be read");
-    let mut lines = text.lines().filter(|l| !l.starts_with('%')).map(|l| l.split_whitespace().collect::<Vec<_>>());
-    let n = lines.next().and_then(|l| l[0].parse().ok()).expect("the sizes come first");
-    let index = |word: &str| word.parse::<u32>().expect("an index is a whole number") - 1;
-    let upper: Vec<_> = lines.map(|l| (index(l[1]), index(l[0]), l[2].parse().expect("a value is a number"))).collect();
-    SymCsr::from_upper(n, &upper)
-}
-
 /// Prints how long `solve` takes at two tolerances.
 fn report(name: &str, a: &SymCsr, mut solve: impl FnMut(f64) -> (EigenInfo, Vec<f64>)) {
     for tolerance in [1e-4, 1e-6] {
@@ -280,27 +255,9 @@ fn report(name: &str, a: &SymCsr, mut solve: impl FnMut(f64) -> (EigenInfo, Vec<
     }
 }
 
-fn time_eigen(files: &[String]) {
-    let (matrices, folders): (Vec<_>, Vec<_>) = files.iter().partition(|a| a.ends_with(".mtx"));
-    for path in &matrices {
-        let a = read_matrix_market(path);
-        let solve = |tolerance| {
-            let params = EigenParams { tolerance, max_products: 20_000, multiplicity: 1, seed: 0 };
-            let pairs = largest_eigenpairs(&a, K as usize, &params);
-            (pairs.info, pairs.values)
-        };
-        report(path, &a, solve);
-    }
-    if !matrices.is_empty() {
-        return;
-    }
+fn time_eigen() {
     for (n, objects, radius) in [(2500, 3, 60.0), (10_000, 3, 25.0), (10_000, 3, 45.0)] {
         let a = graph(&scattered(n, objects, 7), radius);
-        if let Some(folder) = folders.first() {
-            let path = format!("{folder}/n{n}-r{radius}.mtx");
-            std::fs::write(&path, matrix_market(&a)).expect("the folder can be written to");
-            println!("{path}");
-        }
         let solve = |tolerance| {
             let mut params = EmbeddingParams::default();
             params.min_dimensions = K;

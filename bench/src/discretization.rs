@@ -1,12 +1,10 @@
-//! `bench discretization`: Figure 10, five discretizations of one embedding over a sweep of thresholds, and its plot.
+//! `bench discretization`: Figure 10, five discretizations of one embedding over a sweep of thresholds.
 
 use super::batch::{Batch, run_clip, write_json};
 use super::moseg::{Sequence, find_sequences};
 use super::shot::Shot;
 use crate::measures::discretization::{Comparison, Errors, FRAGMENT_SHARE, compare, errors, mean};
 use clap::Args;
-use plotters::coord::Shift;
-use plotters::prelude::*;
 use serde::Serialize;
 use std::path::PathBuf;
 use tracecut::connectedness::ConnectednessMode;
@@ -15,7 +13,7 @@ use tracecut::discretize::{CountRule, DiscretizeParams, cluster_count};
 use tracecut::embedding::Embedding;
 use tracecut::{Params, Session};
 use tracecut_cli::clock::Seconds;
-use tracecut_cli::failure::{Failure, Result, print, write};
+use tracecut_cli::failure::{Failure, Result, print};
 
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -40,9 +38,6 @@ pub(crate) struct DiscretizationArgs {
     /// Count clusters as fragments from this share of an object's points on, in percent; 0 counts all
     #[arg(long, value_name = "PERCENT", default_value_t = 100.0 * FRAGMENT_SHARE, value_parser = parse_percent)]
     fragment_share: f64,
-    /// Write the plot to this file
-    #[arg(long, value_name = "FILE")]
-    svg: Option<PathBuf>,
     #[command(flatten)]
     batch: Batch,
 }
@@ -149,9 +144,6 @@ pub(super) fn eval(args: &DiscretizationArgs) -> Result<()> {
     print_table("eigenvalues", "K is the number of eigenvalues of at least", &curves[..3])?;
     print_table("gap", "K is the place of the first gap of at least", &curves[3..])?;
     print_verdict(&curves)?;
-    if let Some(path) = &args.svg {
-        write(path, chart(&curves, outcomes.len()).svg()?)?;
-    }
     let (frames, fragment_share) = (args.frames, args.fragment_share);
     let report = Report { frames, fragment_share, curves: &curves, sequences: &outcomes, params: &params };
     write_json(args.batch.json.as_deref(), &report)
@@ -215,16 +207,6 @@ fn errors_along(curve: &Curve) -> Vec<Errors> {
     curve.points.iter().map(|p| p.errors).collect()
 }
 
-fn chart(curves: &[Curve], num_sequences: usize) -> Chart<'static> {
-    let points = |curve: &Curve| curve.points.iter().map(|p| (p.errors.missed, p.errors.oversegmentation)).collect();
-    Chart {
-        title: format!("Discretizations of one embedding, mean of {num_sequences} sequences"),
-        x_label: "missed objects",
-        y_label: "over-segmentation",
-        curves: curves.iter().map(|c| (c.name, points(c))).collect(),
-    }
-}
-
 fn print_sequence(o: &Outcome) -> Result<()> {
     let value = |k: usize| o.eigenvalues.get(k).or(o.eigenvalues.last()).copied().unwrap_or(f64::NAN);
     let best = |missed: f64| {
@@ -283,100 +265,4 @@ fn print_verdict(curves: &[Curve]) -> Result<()> {
     }
     let verdict = if holds { "yes" } else { "no" };
     print(format_args!("rot-disc lies below the others at every rate of misses that both reach: {verdict}"))
-}
-
-/// Width of the plot, in pixels.
-const PLOT_WIDTH: u32 = 720;
-/// Height of the plot, in pixels.
-const PLOT_HEIGHT: u32 = 480;
-/// Colours that remain apart for colour-blind readers (Okabe and Ito 2008); curves differ in their markers as well.
-const COLOURS: [RGBColor; 6] = [
-    RGBColor(0xd5, 0x5e, 0x00),
-    RGBColor(0x00, 0x72, 0xb2),
-    RGBColor(0x00, 0x9e, 0x73),
-    RGBColor(0xcc, 0x79, 0xa7),
-    RGBColor(0x56, 0xb4, 0xe9),
-    RGBColor(0x00, 0x00, 0x00),
-];
-
-/// Curves over one pair of axes.
-#[derive(Debug)]
-struct Chart<'a> {
-    title: String,
-    x_label: &'a str,
-    y_label: &'a str,
-    /// Name and points of each curve, joined in their order. Points are not negative; others are left out.
-    curves: Vec<(&'a str, Vec<(f64, f64)>)>,
-}
-
-impl Chart<'_> {
-    /// The picture as text.
-    fn svg(&self) -> Result<String> {
-        let mut text = String::new();
-        let drawn = self.draw(&SVGBackend::with_string(&mut text, (PLOT_WIDTH, PLOT_HEIGHT)).into_drawing_area());
-        drawn.map_err(|e| Failure::new(format!("the plot cannot be drawn: {e}")))?;
-        Ok(text)
-    }
-
-    fn draw(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> std::result::Result<(), Box<dyn std::error::Error>> {
-        area.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, ("sans-serif", 17))
-            .margin(12)
-            .x_label_area_size(42)
-            .y_label_area_size(54)
-            .build_cartesian_2d(0.0..self.end(|p| p.0), 0.0..self.end(|p| p.1))?;
-        chart.configure_mesh().x_desc(self.x_label).y_desc(self.y_label).max_light_lines(0).draw()?;
-        for (k, (name, points)) in self.curves.iter().enumerate() {
-            let colour = COLOURS[k % COLOURS.len()];
-            let points = || points.iter().copied().filter(is_drawn);
-            let line = chart.draw_series(LineSeries::new(points(), colour.stroke_width(2)))?;
-            let sample = move |(x, y)| PathElement::new([(x, y), (x + 26, y)], colour.stroke_width(2));
-            line.label(*name).legend(sample);
-            chart.draw_series(points().map(|at| match k % 3 {
-                0 => Circle::new(at, 4, colour.filled()).into_dyn(),
-                1 => TriangleMarker::new(at, 5, colour.filled()).into_dyn(),
-                _ => Cross::new(at, 4, colour).into_dyn(),
-            }))?;
-        }
-        let labels = &mut chart.configure_series_labels();
-        labels.position(SeriesLabelPosition::UpperRight).background_style(WHITE.mix(0.9)).border_style(BLACK.mix(0.2));
-        labels.draw()?;
-        area.present()?;
-        Ok(())
-    }
-
-    /// Returns the end of an axis, a little beyond the last point.
-    fn end(&self, coordinate: impl Fn(&(f64, f64)) -> f64) -> f64 {
-        let points = self.curves.iter().flat_map(|curve| &curve.1).filter(|p| is_drawn(p));
-        let largest = points.map(coordinate).fold(0.0, f64::max);
-        if largest > 0.0 { 1.04 * largest } else { 1.0 }
-    }
-}
-
-fn is_drawn(&(x, y): &(f64, f64)) -> bool {
-    x.is_finite() && y.is_finite() && x >= 0.0 && y >= 0.0
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn curves_have_their_names_and_what_is_no_number_is_left_out() {
-        let curves = vec![("a<b", vec![(0.0, 4.0), (2.0, 0.0), (f64::NAN, 1.0)]), ("none", vec![])];
-        let chart = Chart { title: "T & U".to_owned(), x_label: "missed", y_label: "y", curves };
-        let svg = chart.svg().unwrap();
-        for words in ["T &amp; U", "a&lt;b", "none", "missed"] {
-            assert!(svg.contains(words), "{words} is not in\n{svg}");
-        }
-        assert_eq!(svg.matches("<circle").count(), 2, "{svg}");
-        assert!(!svg.contains("NaN") && !svg.contains("inf"));
-    }
-
-    #[test]
-    fn a_chart_of_nothing_is_still_a_picture() {
-        let chart = Chart { title: String::new(), x_label: "", y_label: "", curves: Vec::new() };
-        assert!(chart.svg().unwrap().trim_end().ends_with("</svg>"));
-    }
 }

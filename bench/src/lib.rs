@@ -1,9 +1,8 @@
-//! The program `bench`: scores against ground truth, the tables and curves of the paper, and the ledger of choices.
+//! The program `bench`: scores against ground truth, and the tables and curves of the paper.
 //!
 //! Not published: neither the crate, nor the wheel, nor the user's command line carries any of it. README.md beside
 //! `src` has a line for each command. [`measures`] has the computations; a module for each command reads, runs and prints.
 
-mod ablate;
 mod batch;
 mod clips;
 mod compare;
@@ -26,11 +25,9 @@ mod stability;
 mod superpixels;
 
 use clap::{Parser, Subcommand};
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use tracecut::tracks;
 use tracecut_cli::ending;
-use tracecut_cli::failure::{Failure, Result, print, read_text};
+use tracecut_cli::failure::Result;
 
 /// Scores TraceCut against ground truth.
 #[derive(Parser, Debug)]
@@ -59,30 +56,18 @@ enum Command {
     Fit(fit::FitArgs),
     /// Measure the changes of J under irrelevant changes of a clip: seed, crop, mirror, light, JPEG, start
     Stability(stability::StabilityArgs),
-    /// Measure the effect of each rule and constant that is not the paper's on clips of many kinds, for docs/choices.md
-    Ablate(ablate::AblateArgs),
     /// Compare five ways to make clusters of the embedding: over-segmentation against missed objects (the paper's
     /// Figure 10)
     Discretization(discretization::DiscretizationArgs),
     /// Run sequences of entangled people with masks of every few frames and score the trajectories (the paper's Table
     /// 1)
     Figment(figment::FigmentArgs),
-    /// Score a track file
-    Tracks {
-        /// Definition file of the shot (...Def.dat); the masks lie beside it
-        definition: PathBuf,
-        /// Track file
-        tracks: PathBuf,
-        /// Print JSON
-        #[arg(long)]
-        json: bool,
-    },
     /// End-point error of the flow on frame pairs in the Middlebury layout: NAME/frame10.png, frame11.png, flow10.flo
     Flow(flow::FlowArgs),
     /// Boundary recall, under-segmentation error and achievable accuracy of superpixels, on images that people
     /// segmented
     Superpixels(superpixels::SuperpixelArgs),
-    /// Boundary maps against the outlines that people drew (BSDS500), with Canny's and Sobel's edges beside them
+    /// Boundary maps against the outlines that people drew (BSDS500)
     Contours(contours::ContoursArgs),
 }
 
@@ -90,7 +75,7 @@ enum Command {
 #[must_use]
 pub fn main() -> ExitCode {
     let command = Cli::parse().command;
-    ending::conclude(false, || run(&command))
+    ending::conclude(false, || run(&command)).into()
 }
 
 fn run(command: &Command) -> Result<()> {
@@ -101,34 +86,11 @@ fn run(command: &Command) -> Result<()> {
         Command::Masks(args) => masks::eval(args),
         Command::Points(args) => points::eval(args),
         Command::Fit(args) => fit::eval(args),
-        Command::Ablate(args) => ablate::eval(args),
         Command::Stability(args) => stability::eval(args),
         Command::Discretization(args) => discretization::eval(args),
         Command::Figment(args) => figment::eval(args),
-        Command::Tracks { definition, tracks, json } => eval_tracks(definition, tracks, *json),
         Command::Flow(args) => flow::eval(args),
         Command::Superpixels(args) => superpixels::eval(args),
         Command::Contours(args) => contours::eval(args),
     }
-}
-
-fn eval_tracks(definition: &Path, track_file: &Path, json: bool) -> Result<()> {
-    let (tracks, clusters) =
-        tracks::parse(&read_text(track_file)?).map_err(|e| Failure::about(track_file.display(), e))?;
-    let scores = shot::score_shot(definition, &tracks, &clusters)?;
-    if json {
-        let text = serde_json::to_string_pretty(&scores).map_err(|e| Failure::new(e.to_string()))?;
-        return print(text);
-    }
-    print(format_args!(
-        "density            {:.6} %\noverall error      {:.4} %\nper-region error   {:.4} %\n\
-         over-segmentation  {}\nextracted objects  {}\nvisible regions    {}\nlabelled frames    {}",
-        scores.density,
-        scores.overall,
-        scores.average,
-        scores.oversegmentation,
-        scores.extracted,
-        scores.visible,
-        scores.labeled
-    ))
 }

@@ -10,14 +10,13 @@ use crate::measures::agreement::{
 };
 use crate::measures::davis::scored_frames;
 use crate::measures::masks::{Census, ClipScorer, MaskScores, Truth};
-use crate::measures::reliability::{Bin, Reliability};
 use clap::Args;
 use serde::Serialize;
 use std::ops::Range;
 use std::path::PathBuf;
 use tracecut::image::Plane;
 use tracecut::mask::Agreement;
-use tracecut::{Params, Session, Window, Windows};
+use tracecut::{Params, Window, Windows};
 use tracecut_cli::clock::{Clock, Seconds};
 use tracecut_cli::failure::{Failure, Result, print};
 use tracecut_cli::input::ClipFrame;
@@ -40,13 +39,9 @@ Per clip, means over its scored frames; all labels other than 0 are foreground:
                  that are not false have at least half of its pixels
   false objects  labels with most of their pixels in the clip on the background, of how many labels
 
-Below: what was said of pixels to be right (in that they are on an object or are not), and the share that was, in tenths of what was said;
-every clip counts alike. Below that: Spearman's rank correlation of the agreement of masks in time with J, as a mean over the runs and over
+Below: Spearman's rank correlation of the agreement of masks in time with J, as a mean over the runs and over
 all frames, the share of the frames with a J far below their run's median whose agreement tells, and how many of them are in a doubt. All
 without --window.";
-
-/// Bins of the reliability with less of all pixels say little.
-const FAIR_SHARE: f64 = 0.01;
 
 #[derive(Args, Debug)]
 #[command(after_help = format!("{HELP}\n\n{RUNS_HELP}"))]
@@ -84,9 +79,6 @@ struct MaskRun {
     of_frames: Vec<Scored>,
     /// Frames whose masks should be looked at; empty in windows.
     doubts: Vec<Range<usize>>,
-    /// Reliability of confidences; empty in windows.
-    #[serde(skip)]
-    reliability: Reliability,
 }
 
 #[derive(Debug, Serialize)]
@@ -103,8 +95,6 @@ struct Scored {
 struct MaskReport<'a> {
     #[serde(flatten)]
     report: &'a Report<'a, MaskRun>,
-    /// Reliability of confidences, in tenths; `null` for an empty bin.
-    reliability: Vec<Option<Bin>>,
     /// How well the agreement of masks predicts J; `null` in windows.
     agreement: Option<AgreementQuality>,
     /// How well doubts find frames with a low J; `null` in windows.
@@ -162,19 +152,12 @@ pub(super) fn eval(args: &MasksArgs) -> Result<()> {
         sum(|c| c.labels),
         outcomes.iter().map(Outcome::seconds).sum::<f64>()
     ))?;
-    let of_clip =
-        |outcome: &Outcome<MaskRun>| Reliability::of_clips(outcome.runs.iter().map(|r| &r.scores.reliability));
-    let reliability = Reliability::of_clips(&outcomes.iter().map(of_clip).collect::<Vec<_>>());
-    reliability_lines(&reliability).into_iter().try_for_each(print)?;
     let agreement = agreement_quality(runs().map(|run| run.scores.of_frames.as_slice()));
     agreement.iter().flat_map(agreement_lines).try_for_each(print)?;
     let doubts = agreement.map(|_| doubt_quality(runs().map(|run| &run.scores)));
     doubts.iter().map(doubt_line).try_for_each(print)?;
     earlier.map_or(Ok(Vec::new()), |earlier| earlier.lines(&outcomes))?.into_iter().try_for_each(print)?;
-    write_json(
-        args.json.as_deref(),
-        &MaskReport { report: &report, reliability: reliability.curve(), agreement, doubts },
-    )
+    write_json(args.json.as_deref(), &MaskReport { report: &report, agreement, doubts })
 }
 
 /// Runs all excerpts of a clip under all seeds.
@@ -199,14 +182,8 @@ fn run_clip(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> Re
             let found = session.agreement();
             let agreement = found.map_or_else(Vec::new, |agreement| agreement.frames.clone());
             let doubts = found.map_or_else(Vec::new, Agreement::doubts);
-            let mut reliability = Reliability::default();
-            for t in scored_frames(truth.len()) {
-                if let Some(truth) = &truth[t] {
-                    reliability.add(&masks[t], &confidence_at_input(&session, t)?, truth)?;
-                }
-            }
             write_pictures(drawn(id), &excerpt, &masks, &truth)?;
-            score(id, &masks, &truth, Unsupervised { reliability, agreement, doubts }, time)
+            score(id, &masks, &truth, Unsupervised { agreement, doubts }, time)
         })?);
     }
     Ok(Outcome::new(&clip.name, &clip.kind, runs))
@@ -227,7 +204,6 @@ fn write_pictures(
 /// What a session said of its masks; empty in windows.
 #[derive(Debug, Default)]
 struct Unsupervised {
-    reliability: Reliability,
     /// Agreement with nearby frames, frame by frame.
     agreement: Vec<Option<f32>>,
     doubts: Vec<Range<usize>>,
@@ -255,8 +231,7 @@ fn score(
         return Err(Failure::input("has no mask of a frame but the first and the last, which do not count"));
     }
     let scores = MaskScores::mean_of(scorer.frames());
-    let scores =
-        MaskRun { scores, census: scorer.census(), of_frames, doubts: said.doubts, reliability: said.reliability };
+    let scores = MaskRun { scores, census: scorer.census(), of_frames, doubts: said.doubts };
     Ok(Run { id, frames: truth.len(), scores, time })
 }
 
@@ -285,29 +260,6 @@ fn row(outcome: &Outcome<MaskRun>, with_errors: bool) -> String {
     let wrong = format!("{}/{}", census.false_objects, census.labels);
     let head = format!("{:29} {frames:5} {:6} ", outcome.name, census.labels);
     outcome.row(&head, &format!(" {objects:>7} {wrong:>14} {:8.1}", outcome.seconds()), with_errors)
-}
-
-/// The confidence of each pixel of frame `t` at input size.
-fn confidence_at_input(session: &Session, t: usize) -> Result<Plane<f32>> {
-    let (sure, (width, height)) = (session.confidence(t)?, session.input_size().unwrap_or_default());
-    Ok(Plane::from_fn(width, height, |x, y| sure[(x * sure.width() / width, y * sure.height() / height)]))
-}
-
-/// Formats the curve of confidences against the share of right pixels.
-fn reliability_lines(found: &Reliability) -> Vec<String> {
-    let bins = found.curve().into_iter().enumerate().filter_map(|(k, bin)| Some((k, bin?)));
-    let row = |(k, bin): (usize, Bin)| {
-        let (low, high) = (k as f64 / 10.0, (k + 1) as f64 / 10.0);
-        let off = bin.right - bin.said;
-        format!("{low:.1} to {high:.1} {:10.3} {:7.3} {off:+7.3} {:7.3}", bin.said, bin.right, bin.share)
-    };
-    let mut lines: Vec<String> = bins.map(row).collect();
-    if !lines.is_empty() {
-        lines.splice(0..0, [String::new(), "confidence       said   right     off   share".to_owned()]);
-        let furthest = found.furthest(FAIR_SHARE);
-        lines.push(format!("furthest from the diagonal, with at least {FAIR_SHARE} of the pixels: {furthest:.3}"));
-    }
-    lines
 }
 
 /// Compares the agreement of masks with J; `None` in windows.

@@ -9,10 +9,9 @@ use super::runs::{Excerpt, RunOptions};
 use super::shot::{Shot, read_definition};
 use crate::measures::definition::{Definition, LabelledFrame};
 use crate::measures::estimate::Estimate;
-use crate::measures::masks::Truth;
 use crate::measures::moseg::{self, best_clusters, trimmed};
 use clap::Args;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use tracecut::image::Plane;
@@ -70,7 +69,7 @@ pub(super) struct Item {
 }
 
 /// Scores of labelled points.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct PointScores {
     /// Wrong points, in percent; `None` without points.
@@ -144,14 +143,6 @@ impl Item {
         matches!(self.source, Source::Masks(_))
     }
 
-    /// Returns the folder or the list of its frames.
-    pub(super) fn path(&self) -> &Path {
-        match &self.source {
-            Source::Shot(sequence) => &sequence.list,
-            Source::Masks(clip) => &clip.images,
-        }
-    }
-
     /// Returns the excerpts to run, each of at most `frames` frames: those of later starts that have a labelled frame.
     pub(super) fn excerpts(&self, options: &RunOptions, frames: u32) -> Result<Vec<Excerpt>> {
         match &self.source {
@@ -161,14 +152,6 @@ impl Item {
                 Ok(options.excerpts(&images::in_list(&sequence.list)?, Some(frames), is_scored))
             }
             Source::Masks(clip) => options.clip_excerpts(clip, Some(frames)),
-        }
-    }
-
-    /// The true masks of an excerpt; none where it has regions.
-    pub(super) fn masks(&self, excerpt: &Excerpt) -> Result<Vec<Option<Plane<Truth>>>> {
-        match &self.source {
-            Source::Shot(_) => Ok(Vec::new()),
-            Source::Masks(clip) => excerpt.truth(clip),
         }
     }
 

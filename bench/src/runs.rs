@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::ops::Range;
 use std::path::PathBuf;
-use tracecut::Forks;
 use tracecut::image::{Frame, Plane};
 use tracecut::{Params, Session};
 use tracecut_cli::clock::{Clock, Seconds};
@@ -161,34 +160,20 @@ impl Excerpt {
         Ok(session)
     }
 
-    /// Runs the frames under each seed, and calls `score` on the finished session, the seed's id and the time. Several
-    /// seeds share what does not depend on them, and each has its part of that time.
+    /// Runs the frames under each seed, and calls `score` on the finished session, the seed's id and the time.
     pub(super) fn run_seeds<T>(
         &self,
         params: &Params,
         seeds: &[u32],
         mut score: impl FnMut(Session, RunId, Seconds) -> Result<T>,
     ) -> Result<Vec<T>> {
-        let with_seed = |seed: u32| {
+        let run = |&seed: &u32| {
             let mut params = params.clone();
             params.clip.seed = seed;
-            params
-        };
-        let clock = Clock::start();
-        if let &[seed] = seeds {
-            let mut session = self.session(with_seed(seed))?;
-            session.run()?;
-            return Ok(vec![score(session, self.run_id(seed), clock.seconds())?]);
-        }
-        let forks = Forks::new(self.session(seeds.first().map_or(params.clone(), |&seed| with_seed(seed)))?)?;
-        let (shared, count) = (clock.seconds(), seeds.len() as f64);
-        let run = |&seed: &u32| {
             let clock = Clock::start();
-            let mut session = forks.labelled(&with_seed(seed))?;
+            let mut session = self.session(params)?;
             session.run()?;
-            let mut time = clock.seconds();
-            time.add(Seconds { wall: shared.wall / count, cpu: shared.cpu.map(|cpu| cpu / count) });
-            score(session, self.run_id(seed), time)
+            score(session, self.run_id(seed), clock.seconds())
         };
         seeds.iter().map(run).collect()
     }

@@ -1,13 +1,10 @@
-//! Shots of the Moseg benchmark: their ground truth, and scores of labels by it.
+//! Shots of the Moseg benchmark: their ground truth.
 
 use crate::measures::definition::{Definition, parse_pgm};
-use crate::measures::moseg::{Scores, score};
 use std::ops::Range;
 use std::path::Path;
 use tracecut::Session;
-use tracecut::discretize::Clusters;
 use tracecut::image::Plane;
-use tracecut::trajectory::Trajectories;
 use tracecut_cli::failure::{Failure, Result, read, read_text};
 use tracecut_cli::images::is_endless;
 
@@ -45,12 +42,6 @@ impl Shot {
 /// Reads a definition file.
 pub(crate) fn read_definition(path: &Path) -> Result<Definition> {
     Definition::parse(&read_text(path)?).map_err(|e| Failure::about(path.display(), e))
-}
-
-/// Scores labelled tracks of a shot.
-pub(crate) fn score_shot(path: &Path, tracks: &Trajectories, clusters: &Clusters) -> Result<Scores> {
-    let Shot { definition, maps } = Shot::read(path, 0..tracks.num_frames)?;
-    score(&definition, &maps, tracks, clusters).map_err(|e| Failure::about(path.display(), e))
 }
 
 /// Returns the number of labels of [`Session::cluster_labels`]: a clip without clusters has one.

@@ -1,6 +1,6 @@
 //! Numbers against those of benchmarks, where their data are at hand.
 
-use crate::made::shared;
+use crate::helpers::shared;
 use std::path::Path;
 use tracecut::flow::{FlowParams, FlowPyramid, flow_between};
 use tracecut::image::Frame;

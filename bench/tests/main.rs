@@ -4,7 +4,7 @@
 mod bench;
 mod benchmark;
 #[allow(unreachable_pub, dead_code, reason = "shared with the tests of the command line")]
-#[path = "../../cli/tests/made.rs"]
-mod made;
+#[path = "../../cli/tests/helpers.rs"]
+mod helpers;
 #[allow(unreachable_pub, dead_code, reason = "fuzz targets, of another crate, call the same modules")]
 mod readers;

@@ -1,8 +1,7 @@
 //! Animated images (GIF, PNG, WebP), by the decoders of the `image` crate: every picture with its delay.
 
-use crate::clip_frame::{Frames, check};
 use crate::failure::{Failure, Result};
-use crate::timeline::{Picture, StreamEnd, Timeline};
+use crate::timeline::{Frames, Picture, StreamEnd, Timeline, check};
 use image::codecs::gif::GifDecoder;
 use image::codecs::png::PngDecoder;
 use image::codecs::webp::WebPDecoder;

@@ -3,7 +3,6 @@
 use crate::failure::{Failure, Result, print_error};
 use crate::output::OutputFolder;
 use std::io;
-use std::process::ExitCode;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Exit codes, for `--help`.
@@ -19,16 +18,16 @@ Exit codes, of several inputs that failed the lowest:
   130  interrupted (SIGINT), 143 ended (SIGTERM): what --resume needs stays in DIR.partial";
 
 /// Runs the program until it ends or a signal cleanly ends it. Prints a failure on standard error, as an event if `events` is set.
-pub fn conclude(events: bool, work: impl FnOnce() -> Result<()>) -> ExitCode {
+pub fn conclude(events: bool, work: impl FnOnce() -> Result<()>) -> u8 {
     let handlers = install_handlers().map_err(|e| Failure::new(format!("signals: {e}")));
-    let Err(failure) = handlers.and_then(|()| work()) else { return ExitCode::SUCCESS };
+    let Err(failure) = handlers.and_then(|()| work()) else { return 0 };
     let code = failure.kind as u8;
     if events {
         print_error(serde_json::json!({ "event": "error", "code": code, "message": failure.reason }));
     } else {
         print_error(format_args!("error: {}", failure.reason));
     }
-    ExitCode::from(code)
+    code
 }
 
 /// The folder whose results are being written.

@@ -13,9 +13,8 @@ mod faults;
 mod listing;
 mod log;
 
-use crate::clip_frame::{Frames, check};
 use crate::failure::{Failure, Result};
-use crate::timeline::{Picture, StreamEnd, Timeline};
+use crate::timeline::{Frames, Picture, StreamEnd, Timeline, check};
 use faults::FaultFinder;
 use listing::Track;
 use log::{LogReader, Message, ShownPicture};

@@ -3,7 +3,7 @@
 use crate::failure::{Failure, Result, cannot_write};
 use crate::output::OutputFolder;
 use crate::pictures::read_labels;
-use crate::times::FrameTimes;
+use crate::timeline::FrameTimes;
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::fs::File;

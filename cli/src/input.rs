@@ -4,12 +4,11 @@
 //! Frames are read one at a time and once: no decoded clip is held in memory or in a file.
 
 use crate::animation::{self, AnimationKind};
-use crate::clip_frame::Frames;
-pub use crate::clip_frame::{ClipFrame, FrameTiming};
 use crate::failure::{Failure, Result, cannot_read, read};
 use crate::ffmpeg::Video;
 use crate::images;
-use crate::timeline::{Picture, StreamEnd, Timeline};
+pub use crate::timeline::{ClipFrame, FrameTiming};
+use crate::timeline::{Frames, Picture, StreamEnd, Timeline};
 use crate::y4m::Y4m;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};

@@ -94,7 +94,6 @@ pub(crate) struct MaskFolders {
     pub(crate) tints: Option<PathBuf>,
     /// The scene without the objects.
     pub(crate) backgrounds: Option<PathBuf>,
-    pub(crate) confidences: Option<PathBuf>,
 }
 
 /// Writes the pictures of the masks that a window settles, at the size of the frames. Returns their part of the report and the rows
@@ -158,13 +157,6 @@ fn write_maps(window: &WindowResult<'_>, folders: &MaskFolders) -> Result<()> {
         for t in window.settled.clone() {
             let plate = session.background(t)?;
             series.write(first + t, (plate.width(), plate.height()), Pixels::Rgba(plate.data().as_flattened()))?;
-        }
-    }
-    if let Some(folder) = &folders.confidences {
-        let series = Series::open(folder.clone())?;
-        for t in window.settled.clone() {
-            let confidence = session.confidence(t)?.map(|p| (255.0 * p).round() as u8);
-            series.write(first + t, (confidence.width(), confidence.height()), Pixels::Grey(confidence.data()))?;
         }
     }
     Ok(())

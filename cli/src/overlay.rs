@@ -9,8 +9,8 @@ use tracecut::image::Frame;
 use tracecut::trajectory::Trajectories;
 
 /// Colours of labels 0, 1, ...: a pale grey for the largest cluster, which is mostly the background, then the palette
-/// of Okabe and Ito (2008), made to be told apart with any colour vision, then darker and lighter kin of it. Starts
-/// again after the last.
+/// of Okabe and Ito (2008), designed to be distinguishable with any colour vision, then darker and lighter variants of it.
+/// Starts again after the last.
 pub(crate) const PALETTE: [[u8; 3]; 16] = [
     [222, 222, 222],
     [230, 159, 0],

@@ -18,7 +18,6 @@ pub(crate) struct Options {
     pub(crate) frames: Option<u32>,
     pub(crate) formats: Vec<String>,
     pub(crate) background: bool,
-    pub(crate) confidence: bool,
     pub(crate) dump: bool,
     /// True if trajectories come from a file.
     pub(crate) tracks: bool,
@@ -93,7 +92,7 @@ fn difference(path: &str, old: &Value, new: &Value) -> Option<String> {
 }
 
 /// FNV-1a.
-pub fn sum(bytes: &[u8]) -> u64 {
+pub(crate) fn sum(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |h, &b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3))
 }
 

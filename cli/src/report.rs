@@ -6,7 +6,7 @@ use crate::masks::MaskReport;
 use crate::output::OutputFolder;
 use crate::provenance::{Options, Origin};
 use crate::run::Timing;
-use crate::times::FrameTimes;
+use crate::timeline::FrameTimes;
 use crate::window::{ClipSummary, WindowResult};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

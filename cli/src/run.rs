@@ -3,8 +3,7 @@
 use crate::clock::{Clock, Seconds};
 use crate::failure::{Failure, Result};
 use crate::input::{ClipFrame, Input};
-use crate::log::Log;
-use crate::progress::ClipProgress;
+use crate::log::{ClipProgress, Log};
 use std::collections::BTreeMap;
 use tracecut::{Params, Session, Stage};
 

@@ -63,9 +63,6 @@ pub(crate) struct SegmentArgs {
     /// Also write the scene without the objects, frame by frame, at the working size
     #[arg(long, conflicts_with = "no_dense")]
     background: bool,
-    /// Also write the confidence of each pixel's label, frame by frame, at the working size
-    #[arg(long, conflicts_with = "no_dense")]
-    confidence: bool,
     /// Also write affinities, eigenpairs, neighbour pairs and saliency as text
     #[arg(long)]
     dump: bool,
@@ -89,7 +86,6 @@ Results in the folder:
   result.json                  sizes, objects, windows, shots, names and times of the frames, options, parameters,
                                seconds of work; damage of the input
   background/00000.png ...     with --background: RGBA, transparent where no frame shows the scene
-  confidence/00000.png ...     with --confidence: grey, 0 to 255 for a probability of 0 to 1 that the label is correct
   dump/                        with --dump; with several windows dump/00000/ ...
 
 Results are written to DIR.partial, which is renamed at the end.";
@@ -164,7 +160,6 @@ fn recipe_of<'a>(args: &SegmentArgs, params: &'a Params) -> Recipe<'a> {
         frames: args.frames,
         formats: formats.iter().map(name).collect(),
         background: args.background,
-        confidence: args.confidence,
         dump: args.dump,
         tracks: args.tracks.is_some(),
     };
@@ -275,7 +270,6 @@ impl ClipJob<'_> {
                 .or_else(|| needs_masks.then(|| self.place.work().join("masks"))),
             tints: folder("overlay-masks", self.wants(Format::Overlay)),
             backgrounds: folder("background", self.args.background),
-            confidences: folder("confidence", self.args.confidence),
         }
     }
 

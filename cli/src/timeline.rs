@@ -1,8 +1,48 @@
-//! Presentation times: repairs times that are missing or do not increase, and computes the duration of each picture.
+//! Frames of a clip with their presentation times: repairs times that are missing or do not increase, and computes the duration
+//! of each picture.
 
-use crate::clip_frame::{ClipFrame, FrameTiming};
 use crate::failure::{Failure, Result};
-use tracecut::image::Frame;
+use serde::{Deserialize, Serialize};
+use tracecut::Error;
+use tracecut::image::{Frame, MAX_SIDE};
+
+/// A frame of a clip.
+#[derive(Debug, Clone)]
+pub struct ClipFrame {
+    /// Its name in errors: the file name, with the number of the frame if the file has several.
+    pub name: String,
+    /// Its pixels.
+    pub frame: Frame,
+    /// `None` in lists of image files.
+    pub timing: Option<FrameTiming>,
+}
+
+/// The presentation time of a frame in its file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrameTiming {
+    /// Presentation time in seconds.
+    pub time: f64,
+    /// Seconds until the next frame, or the end.
+    pub duration: f64,
+}
+
+pub(crate) type Frames = Box<dyn Iterator<Item = Result<ClipFrame>>>;
+
+/// Checks a size before memory is allocated for it.
+pub(crate) fn check(width: usize, height: usize, max_pixels: usize) -> std::result::Result<(), Error> {
+    if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
+        return Err(Error::FrameSize { width, height });
+    }
+    if width * height > max_pixels {
+        return Err(Error::TooLarge {
+            what: "pixels in a frame",
+            actual: width * height,
+            limit: max_pixels,
+            name: "clip.max_pixels".to_owned(),
+        });
+    }
+    Ok(())
+}
 
 /// Duration of a picture without one in its file.
 const DEFAULT_DURATION_S: f64 = 1.0 / 25.0;
@@ -96,6 +136,40 @@ impl<S: Iterator<Item = std::result::Result<Picture, StreamEnd>>> Iterator for T
             self.last = Some(timing);
             return Some(Ok(ClipFrame { name, frame: picture.frame, timing: Some(timing) }));
         }
+    }
+}
+
+/// Times and durations of consecutive frames, in seconds as the file says.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct FrameTimes {
+    pub(crate) times: Vec<f64>,
+    pub(crate) durations: Vec<f64>,
+}
+
+impl FrameTimes {
+    /// Collects the timings of frames; `None` if a frame has none.
+    pub(crate) fn collect(timings: impl IntoIterator<Item = Option<FrameTiming>>) -> Option<Self> {
+        timings.into_iter().try_fold(Self::default(), |mut collected, timing| {
+            collected.times.push(timing?.time);
+            collected.durations.push(timing?.duration);
+            Some(collected)
+        })
+    }
+
+    /// Joins the times of consecutive windows; `None` if a window has none.
+    pub(crate) fn join<'a>(windows: impl IntoIterator<Item = Option<&'a Self>>) -> Option<Self> {
+        windows.into_iter().try_fold(Self::default(), |mut collected, window| {
+            collected.times.extend(&window?.times);
+            collected.durations.extend(&window?.durations);
+            Some(collected)
+        })
+    }
+
+    /// Returns the average number of frames a second, from the first frame's time to the last one's end, rounded to a millionth so
+    /// that 25 stays 25 with rounded times.
+    pub(crate) fn frame_rate(&self) -> Option<f64> {
+        let seconds = self.times.last()? + self.durations.last()? - self.times.first()?;
+        (seconds > 0.0).then(|| (1e6 * self.times.len() as f64 / seconds).round() / 1e6)
     }
 }
 

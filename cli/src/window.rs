@@ -4,9 +4,8 @@ use crate::clock::{Clock, Seconds};
 use crate::ending::uninterrupted;
 use crate::failure::{Damage, Failure, MIN_FRAMES, Result};
 use crate::input::{ClipFrame, FrameTiming, Input};
-use crate::log::Log;
+use crate::log::{ClipProgress, Log};
 use crate::output::OutputFolder;
-use crate::progress::ClipProgress;
 use crate::provenance::{Origin, Provenance, Recipe, SavedRun};
 use crate::run::Timing;
 use serde_json::json;
@@ -225,17 +224,21 @@ impl<'a> ClipRun<'a> {
                 uninterrupted(|| write(&WindowResult { session, index, shot, first, settled, buffer }, timing))?;
             }
             log.settle(num_settled);
+            let checkpoint = windows.checkpoint()?;
+            let is_last = checkpoint.is_none();
+            if let Some(checkpoint) = checkpoint {
+                buffer.borrow_mut().drop_before(num_settled);
+                let saved_run = SavedRun { provenance: provenance.to_json()?, checkpoint };
+                uninterrupted(|| saved_run.write(place))?;
+            }
             log.event("window", json!({ "index": window.index, "shot": window.shot, "settled": num_settled }));
-            let Some(checkpoint) = windows.checkpoint()? else {
+            if is_last {
                 return if num_settled < MIN_FRAMES {
                     Err(too_few(self.path, num_settled))
                 } else {
                     Ok(summary(window.index + 1))
                 };
-            };
-            buffer.borrow_mut().drop_before(num_settled);
-            let saved_run = SavedRun { provenance: provenance.to_json()?, checkpoint };
-            uninterrupted(|| saved_run.write(place))?;
+            }
         }
     }
 

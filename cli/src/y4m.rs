@@ -3,8 +3,8 @@
 //! Colour is ITU-R BT.601, in the limited range (16..=235) unless the header says `XCOLORRANGE=FULL`. Chroma samples
 //! are repeated over the pixels that they belong to; siting is ignored, as motion is found in the brightness.
 
-use crate::clip_frame::check;
 use crate::failure::Failure;
+use crate::timeline::check;
 use std::io::{BufRead, Read};
 use tracecut::image::{Frame, MAX_SIDE};
 

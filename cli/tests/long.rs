@@ -1,6 +1,6 @@
 //! What takes too long for every time: `npm run test:long`.
 
-use crate::made::{assert_done, folder, png_bytes, shared};
+use crate::helpers::{assert_done, folder, png_bytes, shared};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};

@@ -1,8 +1,8 @@
-//! Files with faults, read by the command line: nothing panics, and whatever comes out keeps its laws.
+//! Files with faults, read by the command line: nothing panics, and values are valid.
 
 mod checks;
 
-use crate::made::{Reader, read_faulty, seeds};
+use crate::helpers::seeds::{Reader, of_target, read_with_faults};
 
 const READERS: [Reader; 5] = [
     ("animation", checks::animation),
@@ -13,14 +13,14 @@ const READERS: [Reader; 5] = [
 ];
 
 #[test]
-fn files_with_faults_are_an_error_or_keep_the_laws() {
-    read_faulty(&READERS, 0..4000);
+fn files_with_faults_give_an_error_or_a_valid_value() {
+    read_with_faults(&READERS, 0..4000);
 }
 
 /// Found by fuzzing: the size of the picture was checked, the size of its frames was not.
 #[test]
 fn a_frame_that_claims_to_be_larger_than_its_gif_takes_no_memory() {
-    let (_, whole) = seeds("animation").into_iter().rfind(|(name, _)| name.ends_with(".gif")).unwrap();
+    let (_, whole) = of_target("animation").into_iter().rfind(|(name, _)| name.ends_with(".gif")).unwrap();
     let at = whole.windows(9).position(|b| b == [0x2c, 0, 0, 0, 0, 4, 0, 3, 0]).unwrap();
     let mut bytes = whole.clone();
     bytes[at + 5..at + 9].fill(0xff);
@@ -31,13 +31,15 @@ fn a_frame_that_claims_to_be_larger_than_its_gif_takes_no_memory() {
 #[test]
 #[ignore = "a minute; part of npm run test:long"]
 fn many_more_files_with_faults() {
-    read_faulty(&READERS, 4000..204_000);
+    read_with_faults(&READERS, 4000..204_000);
 }
 
 #[test]
-fn the_seeds_of_fuzzing_are_whole_files() {
+fn seed_files_are_valid() {
     use tracecut_cli::readers;
-    for (target, files) in [("animation", 4), ("y4m", 4), ("bmf", 1), ("setting", 2)].map(|(t, n)| (t, (n, seeds(t)))) {
+    for (target, files) in
+        [("animation", 4), ("y4m", 4), ("bmf", 1), ("setting", 2)].map(|(t, n)| (t, (n, of_target(t))))
+    {
         assert_eq!(files.1.len(), files.0, "{target}");
         for (name, bytes) in files.1 {
             let text = String::from_utf8_lossy(&bytes);

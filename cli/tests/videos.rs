@@ -1,7 +1,7 @@
 //! Files of many kinds, read frame by frame: what is damaged, cut off or odd. `tests/intake` has what every language must
 //! give; here is what only the reader of the command line can show.
 
-use crate::made::{folder, text};
+use crate::helpers::{folder, text};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;

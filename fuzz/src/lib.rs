@@ -1,8 +1,8 @@
-//! What the targets call: the generators and checks of the property tests.
+//! The generators and checks of the property tests, for fuzz targets.
 
 #[path = "../../cli/tests/readers/checks.rs"]
 pub mod checks;
 #[path = "../../bench/tests/readers/checks.rs"]
 pub mod truth;
-#[path = "../../tests/rust/made/mod.rs"]
-pub mod made;
+#[path = "../../tests/rust/generators/mod.rs"]
+pub mod generators;

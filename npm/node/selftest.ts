@@ -1,4 +1,4 @@
-// The self test in Node, also run by the program `tracecut` of the npm package.
+// The self test in Node.
 
 import { createHash } from 'node:crypto';
 import * as files from '../export.js';

@@ -210,6 +210,7 @@ async function* decodePictures(
   } finally {
     run.kill();
     await pixels.close();
+    await run.ended;
   }
 }
 

@@ -1,6 +1,6 @@
 // Runs a session in this thread: a queue of calls, and a run that steps in slices so that the thread stays responsive.
 
-import { type Crew, Pool } from '../worker/helpers.js';
+import { type WorkerPool, Pool } from '../worker/helpers.js';
 import { type Instance, callInstance, release, startInstance } from '../worker/instance.js';
 import { yieldThread } from '../worker/pause.js';
 import { type Answer, type Arguments, type RequestName, getRequestSpec } from './requests.js';
@@ -12,7 +12,6 @@ import type {
   ClusterList,
   ClusterObjects,
   ComponentTable,
-  ConfidenceMap,
   EdgeTable,
   EmbeddingTable,
   FrameRange,
@@ -98,7 +97,6 @@ export type RawBoundaryMap = Omit<BoundaryMap, 'scaleX' | 'scaleY'>;
 export type RawSuperpixels = Omit<Superpixels, 'scaleX' | 'scaleY'>;
 export type RawBackground = Omit<Background, 'scaleX' | 'scaleY'>;
 export type RawSaliencyMap = Omit<SaliencyMap, 'scaleX' | 'scaleY'>;
-export type RawConfidenceMap = Omit<ConfidenceMap, 'scaleX' | 'scaleY'>;
 
 /** An engine of a session, in this thread or in a worker. `run` resolves to `null` when it was aborted. */
 export interface Engine {
@@ -135,7 +133,7 @@ export class LocalEngine implements Engine {
   /** Distributes jobs of the run to helpers. */
   pool = new Pool();
   /** Starts the helpers, if this thread does. */
-  crew: Crew | undefined;
+  workers: WorkerPool | undefined;
   /** True to do jobs while the next frame is awaited: in a worker, where nothing else waits. */
   worksAhead = false;
 
@@ -147,7 +145,7 @@ export class LocalEngine implements Engine {
   request<N extends RequestName>(name: N, ...args: Arguments<N>): Promise<Answer<N>> {
     const { work: createCall, restarts } = getRequestSpec(name);
     const isPush = name === 'push' || name === 'pushInShot';
-    if (isPush) this.crew?.muster();
+    if (isPush) this.workers?.startMissing();
     this.#isWindowed ||= name === 'pushInShot';
     return this.#enqueue(async () => {
       const call = await createCall(...args);
@@ -194,7 +192,7 @@ export class LocalEngine implements Engine {
           const state = this.#runSlice(onStep, last);
           if (state === 'done') {
             // Helpers have nothing left to do, unless another window follows.
-            if (!this.#isWindowed) this.crew?.rest();
+            if (!this.#isWindowed) this.workers?.rest();
             return this.#call(getResult);
           }
           await (state === 'waiting' ? this.pool.next() : nextTask());
@@ -208,13 +206,13 @@ export class LocalEngine implements Engine {
 
   rest() {
     this.#isWindowed = false;
-    this.crew?.rest();
+    this.workers?.rest();
   }
 
   close() {
     this.#isClosed = true;
     this.pool.close();
-    this.crew?.dismiss();
+    this.workers?.dismiss();
     this.#enqueue(async () => {
       this.#session = undefined;
       release(this.#owner, 'session');

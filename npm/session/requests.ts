@@ -15,7 +15,6 @@ import type {
   FlowField,
   RawBackground,
   RawBoundaryMap,
-  RawConfidenceMap,
   RawSaliencyMap,
   RawSuperpixels,
   SessionInfo,
@@ -73,8 +72,6 @@ export interface Requests {
   superpixels: MapRequestSpec<RawSuperpixels>;
   background: MapRequestSpec<RawBackground>;
   explain: ResultRequestSpec<[t: number, x: number, y: number], Explanation>;
-  confidence: MapRequestSpec<RawConfidenceMap>;
-  objectConfidence: ResultRequestSpec<[], Float32Array<ArrayBuffer>>;
   agreement: ResultRequestSpec<[], Agreement>;
   saliencyMap: MapRequestSpec<RawSaliencyMap>;
 
@@ -121,13 +118,6 @@ export const REQUESTS: Requests = {
     needs: 'masks',
     byLabels: true,
     work: (t, x, y) => (session) => session.explain(t, x, y),
-  },
-  confidence: { noun: 'confidences', needs: 'masks', byLabels: true, work: (t) => (session) => session.confidence(t) },
-  objectConfidence: {
-    noun: 'confidences',
-    needs: 'masks',
-    byLabels: true,
-    work: () => (session) => session.objectConfidence() as Float32Array<ArrayBuffer>,
   },
   agreement: {
     noun: 'agreements',

@@ -77,9 +77,6 @@ export type ComponentTable = { readonly count: Uint32Array; readonly ofPoint: In
  */
 export type Background = Grid & { readonly data: Uint8ClampedArray<ArrayBuffer> };
 
-/** Probability for each pixel that it is correctly labelled as object or background, 0 to 1, row by row. */
-export type ConfidenceMap = Grid & { readonly confidence: Float32Array<ArrayBuffer> };
-
 /**
  * Agreement of the masks with the masks of nearby frames, moved along the flow, 0 to 1: low where masks change against the
  * motion. `clip` is the mean over the frames, `frames` has each frame, `objects[i]` the object of label `i + 1` in each
@@ -285,19 +282,6 @@ export class Result {
    */
   async saliencyMap(t: number): Promise<SaliencyMap> {
     return this.#requestMap('saliencyMap', t);
-  }
-
-  /**
-   * Returns the confidence in the labels of frame `t`, at the working size (docs/confidence.md measures how reliable it
-   * is). The session must still be open, and neither cleared nor corrected since.
-   */
-  async confidence(t: number): Promise<ConfidenceMap> {
-    return this.#requestMap('confidence', t);
-  }
-
-  /** Returns the mean of `confidence` over the pixels of each label in all frames, by label; 0 for labels without pixels. */
-  async objectConfidence(): Promise<Float32Array<ArrayBuffer>> {
-    return this.#request('objectConfidence');
   }
 
   /**

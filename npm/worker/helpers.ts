@@ -1,6 +1,6 @@
 // Helpers do jobs of a run, such as a frame pair or the superpixels of a frame. Each is a worker with its own instance; jobs
 // and their results are exchanged as arrays of words. The session does the jobs that never return itself, so helpers may be
-// slow, fail or die. A `Crew` starts them, a `Pool` gives them jobs.
+// slow, fail or die. A `WorkerPool` starts them, a `Pool` gives them jobs.
 
 import type { Session as WasmSession } from '../tracecut.js';
 
@@ -22,7 +22,7 @@ export interface HelperWorker {
 }
 
 /** Helpers of an engine: started when there are jobs, replaced when they die, ended with the engine. */
-export class Crew {
+export class WorkerPool {
   #count;
   #start;
   #join;
@@ -51,11 +51,11 @@ export class Crew {
   }
 
   /** Starts the helpers that are missing. */
-  muster() {
+  startMissing() {
     while (this.#workers.size < this.#count) this.#add();
   }
 
-  /** Ends all helpers until the next `muster`, which frees their memory. */
+  /** Ends all helpers until the next `startMissing`, which frees their memory. */
   rest() {
     for (const [number, worker] of this.#workers) {
       worker.end();
@@ -86,7 +86,7 @@ export class Crew {
       if (!this.#workers.delete(number)) return;
       worker.end();
       this.#lose(number);
-      if (this.#replacementsLeft-- > 0) this.muster();
+      if (this.#replacementsLeft-- > 0) this.startMissing();
       else this.#count = this.#workers.size;
     });
     this.#join(number, port2);

@@ -4,7 +4,7 @@ import { TraceCutError } from '../check/errors.js';
 import { getMissingFileHint } from '../places.js';
 import { getWorkerStarter, loadOnce, platform } from '../platform.js';
 import { type Engine, type OnStep, type RawResult, createLocalEngine } from '../session/engine.js';
-import { Crew, type HelperWorker, defaultThreads } from './helpers.js';
+import { WorkerPool, type HelperWorker, defaultThreads } from './helpers.js';
 import { type Message, type Reply, findTransferables } from './protocol.js';
 import type { EngineOptions, WasmSource } from '../check/options.js';
 import type { Answer, Arguments, RequestName } from '../session/requests.js';
@@ -22,7 +22,7 @@ export async function openEngine({ wasm, worker, threads, parameters }: EngineOp
   if (start) return createRemoteEngine(start, module, parameters, threads ?? defaultCount);
   const engine = await createLocalEngine(module, parameters);
   if (startHelper) {
-    engine.crew = new Crew(
+    engine.workers = new WorkerPool(
       (threads ?? defaultCount) - 1,
       (port) => startHelper({ module, parameters, port }),
       (number, port) => engine.pool.add(number, port),
@@ -52,7 +52,7 @@ export async function createRemoteEngine(
   const engine = new RemoteEngine(startWorker());
   try {
     await engine.create(module, parameters);
-    engine.crew = new Crew(
+    engine.workers = new WorkerPool(
       threads - 1,
       (port) => startHelper(startWorker(), { module, parameters, port }),
       (number, port) => engine.tell({ type: 'helper', data: { number, port } }),
@@ -166,7 +166,7 @@ export class RemoteWorker {
 }
 
 export class RemoteEngine extends RemoteWorker implements Engine {
-  crew: Crew | undefined;
+  workers: WorkerPool | undefined;
   #isWindowed = false;
 
   create(module: WebAssembly.Module, parameters: Record<string, unknown>) {
@@ -174,7 +174,7 @@ export class RemoteEngine extends RemoteWorker implements Engine {
   }
 
   request<N extends RequestName>(name: N, ...args: Arguments<N>): Promise<Answer<N>> {
-    if (name === 'push' || name === 'pushInShot') this.crew?.muster();
+    if (name === 'push' || name === 'pushInShot') this.workers?.startMissing();
     this.#isWindowed ||= name === 'pushInShot';
     return this.send({ type: name, data: args });
   }
@@ -195,7 +195,7 @@ export class RemoteEngine extends RemoteWorker implements Engine {
     try {
       const result = await running;
       // Helpers have nothing left to do, unless another window follows.
-      if (result && !this.#isWindowed) this.crew?.rest();
+      if (result && !this.#isWindowed) this.workers?.rest();
       return result;
     } finally {
       signal.removeEventListener('abort', abort);
@@ -204,7 +204,7 @@ export class RemoteEngine extends RemoteWorker implements Engine {
 
   rest() {
     this.#isWindowed = false;
-    this.crew?.rest();
+    this.workers?.rest();
   }
 
   close() {
@@ -213,7 +213,7 @@ export class RemoteEngine extends RemoteWorker implements Engine {
 
   end(reason: TraceCutError) {
     super.end(reason);
-    this.crew?.dismiss();
+    this.workers?.dismiss();
   }
 }
 

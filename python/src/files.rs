@@ -1,17 +1,15 @@
-//! Files: images in, masks and trajectories out.
+//! Files: images in, masks and trajectories out; and prompts from masks.
 
-use crate::arrays;
+use crate::arrays::{self, mask_from, plane};
 use crate::error::{Failure, Result};
-use crate::frame::mask_from;
 use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
-use tracecut::Error;
+use pyo3::types::{PyBytes, PyDict, PyList};
 use tracecut::discretize::Clusters;
 use tracecut::image::Frame;
 use tracecut::mask::{coco_counts, coco_mask, coco_runs, coco_text};
-use tracecut::tracks;
 use tracecut::trajectory::Trajectories;
+use tracecut::{Error, mask, tracks};
 
 /// The pixels of a PNG or JPEG file, as the command line reads them.
 #[pyfunction]
@@ -94,4 +92,44 @@ pub(crate) fn write_tracks(
     let count = label.iter().max().map_or(0, |&most| most as usize + 1);
     let written = tracks::write(&trajectories, &Clusters { count, label });
     written.map_err(|error: Error| error.into())
+}
+
+/// Looks for prompts in masks, one after the other.
+#[pyclass(module = "tracecut._tracecut")]
+#[derive(Default)]
+pub(crate) struct Prompts {
+    prompts: mask::Prompts,
+    count: usize,
+}
+
+#[pymethods]
+impl Prompts {
+    #[new]
+    fn new() -> Self {
+        Self::default()
+    }
+
+    fn add(&mut self, py: Python<'_>, mask: &Bound<'_, PyAny>) -> Result<()> {
+        let mask = mask_from(mask)?;
+        py.detach(|| self.prompts.add(self.count, &mask));
+        self.count += 1;
+        Ok(())
+    }
+
+    /// Returns `{object, frame, bounds, inside, outside, mask}` of each object, and starts again.
+    fn finish<'py>(&mut self, py: Python<'py>) -> Result<Bound<'py, PyList>> {
+        let prompts = std::mem::take(self).prompts;
+        let list = PyList::empty(py);
+        for prompt in py.detach(|| prompts.finish()) {
+            let fields = PyDict::new(py);
+            fields.set_item("object", prompt.object)?;
+            fields.set_item("frame", prompt.frame)?;
+            fields.set_item("bounds", prompt.bounds)?;
+            fields.set_item("inside", prompt.inside)?;
+            fields.set_item("outside", prompt.outside)?;
+            fields.set_item("mask", plane(py, prompt.mask))?;
+            list.append(fields)?;
+        }
+        Ok(list)
+    }
 }

@@ -1,8 +1,7 @@
 //! Single images: boundaries, superpixels, discontinuities of the pixel embedding, flow between two, masks enlarged.
 
-use crate::arrays::{self, FlowArrays, plane};
+use crate::arrays::{self, FlowArrays, frame_from, image_from, mask_from, plane};
 use crate::error::Result;
-use crate::frame::{frame_from, image_from, mask_from};
 use crate::params::params_from;
 use numpy::PyArray2;
 use pyo3::prelude::*;

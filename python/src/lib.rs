@@ -7,22 +7,22 @@
 mod arrays;
 mod error;
 mod files;
-mod frame;
 mod images;
-mod names;
 mod params;
-mod prompts;
 mod run;
 mod scene;
 mod session;
-mod why;
-mod windows;
 
 use pyo3::prelude::*;
+use std::ffi::OsString;
+use std::iter;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Native part of `tracecut`.
 #[pymodule]
 mod _tracecut {
+    #[pymodule_export]
+    use crate::files::Prompts;
     #[pymodule_export]
     use crate::files::{decode, palette_png, read_tracks, run_counts, run_lengths, run_mask, run_text, write_tracks};
     #[pymodule_export]
@@ -30,15 +30,24 @@ mod _tracecut {
     #[pymodule_export]
     use crate::params::parameters;
     #[pymodule_export]
-    use crate::prompts::Prompts;
+    use crate::run::Windows;
     #[pymodule_export]
     use crate::scene::Scene;
     #[pymodule_export]
     use crate::session::Session;
-    #[pymodule_export]
-    use crate::windows::Windows;
 
-    use super::{Bound, PyModule, PyModuleMethods, PyResult, pyfunction};
+    use super::{AssertUnwindSafe, Bound, OsString, PyModule, PyModuleMethods, PyResult, Python};
+    use super::{catch_unwind, iter, pyfunction};
+
+    /// Runs the command line with these arguments and returns its exit code. Installs its handlers of signals, which end the
+    /// process.
+    #[pyfunction]
+    fn run_program(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
+        let arguments = iter::once("tracecut".into()).chain(arguments);
+        let run = AssertUnwindSafe(|| tracecut_cli::run_program(arguments));
+        // The code of a Rust program that panics, after the message of the panic.
+        py.detach(|| catch_unwind(run).unwrap_or(101))
+    }
 
     /// A fault on purpose: tests see that it becomes an exception, and not the end of the process.
     #[pyfunction]

@@ -1,7 +1,6 @@
-//! Parameters from keyword arguments and dictionaries.
+//! Parameters from keyword arguments and dictionaries. Their names are snake_case in Python, camelCase in JSON.
 
 use crate::error::Result;
-use crate::names::snake;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
 use std::collections::BTreeMap;
@@ -87,4 +86,16 @@ fn put(tree: &Bound<'_, PyDict>, name: &str, kind: &str, value: f64, choices: &[
         "integer" => inner.set_item(name, value as i64),
         _ => inner.set_item(name, value),
     }
+}
+
+/// Converts `patchStride` to `patch_stride`.
+pub(crate) fn snake(name: &str) -> String {
+    let mut out = String::with_capacity(name.len() + 8);
+    for letter in name.chars() {
+        if letter.is_ascii_uppercase() {
+            out.push('_');
+        }
+        out.push(letter.to_ascii_lowercase());
+    }
+    out
 }

@@ -1,24 +1,27 @@
-//! What a session or an iterator of windows runs on: one run that many threads may ask, and one may change.
+//! The run behind a session or an iterator of windows, which many threads may read and one may change; and the windows.
 
+use crate::arrays::image_from;
 use crate::error::{Failure, Result};
-use crate::frame::image_from;
+use crate::params::params_from;
+use crate::session::Session;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError, RwLock, TryLockError};
 use tracecut::image::Frame;
-use tracecut::{Params, Progress, Session, Windows};
+use tracecut::{Params, Progress};
 
 /// The windows of a clip whose frames Python gives.
-pub(crate) type Clip = Windows<Frames, Failure>;
+pub(crate) type Clip = tracecut::Windows<Frames, Failure>;
 
 /// A session of its own, or the one that goes through the windows of a clip.
 pub(crate) enum Run {
-    Session(Box<Session>),
+    Session(Box<tracecut::Session>),
     Windows(Box<Clip>, usize),
 }
 
 impl Run {
-    pub(crate) fn session(&self) -> &Session {
+    pub(crate) fn session(&self) -> &tracecut::Session {
         match self {
             Self::Session(session) => session,
             Self::Windows(windows, _) => windows.session(),
@@ -127,5 +130,63 @@ impl Sources {
     pub(crate) fn get(&self, index: usize) -> Option<Frame> {
         let frames = self.frames.lock().unwrap_or_else(PoisonError::into_inner);
         frames.1.get(index.checked_sub(frames.0)?).cloned()
+    }
+}
+
+/// The windows of a clip, in the memory of one.
+#[pyclass(frozen, module = "tracecut._tracecut")]
+pub(crate) struct Windows {
+    run: Shared,
+    sources: Sources,
+    listener: Option<Py<PyAny>>,
+}
+
+/// Index, shot, first frame, and the settled frames' begin and end, counted from the first frame.
+type Place = (usize, usize, usize, usize, usize);
+
+#[pymethods]
+impl Windows {
+    #[new]
+    #[allow(clippy::too_many_arguments, reason = "Python's own are named; these are the package's")]
+    fn new(
+        params: &Bound<'_, PyDict>,
+        iterator: Py<PyAny>,
+        window: usize,
+        overlap: Option<usize>,
+        length: Option<usize>,
+        threads: usize,
+        listener: Option<Py<PyAny>>,
+    ) -> Result<Self> {
+        let params = params_from(params)?;
+        let sources = Sources::new(params.clip.max_side as usize);
+        let frames = Frames { iterator, sources: sources.clone(), params: params.clone(), remaining: length };
+        let overlap = overlap.unwrap_or_else(|| tracecut::Window::overlap(window));
+        let windows = tracecut::Windows::new(params, frames)?.with_window(window, overlap)?.with_threads(threads);
+        Ok(Self { run: Shared::new(Run::Windows(Box::new(windows), usize::MAX)), sources, listener })
+    }
+
+    /// Runs the next window. Returns its position and a session to read its results from; `None` after the last.
+    fn next(&self, py: Python<'_>) -> Result<Option<(Place, Session)>> {
+        let Some(window) = py.detach(|| self.run.write(|run| self.run_next(run)))? else { return Ok(None) };
+        let sources = Some((self.sources.clone(), window.first_frame));
+        let session = Session { run: self.run.clone(), window: Some(window.index), sources };
+        let place = (window.index, window.shot, window.first_frame, window.settled.start, window.settled.end);
+        Ok(Some((place, session)))
+    }
+}
+
+impl Windows {
+    fn run_next(&self, run: &mut Run) -> Result<Option<tracecut::Window>> {
+        let Run::Windows(windows, at) = run else { return Err(Failure::state("this is no iterator of windows")) };
+        let before = std::mem::replace(at, usize::MAX);
+        let window = windows.try_next_window(|progress| report(self.listener.as_ref(), progress));
+        let Some(window) = window.transpose()? else {
+            // The results of the last window remain.
+            *at = before;
+            return Ok(None);
+        };
+        *at = window.index;
+        self.sources.drop_before(window.first_frame);
+        Ok(Some(window))
     }
 }

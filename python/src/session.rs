@@ -1,11 +1,9 @@
 //! The session as Python's files see it: plain arrays, tuples and dictionaries.
 
-use crate::arrays::{self, copy, list, matrix, plane};
+use crate::arrays::{self, copy, explanation, frame_from, image_from, list, matrix, plane};
 use crate::error::{Failure, Result};
-use crate::frame::{frame_from, image_from};
 use crate::params::{params_from, params_in_force};
 use crate::run::{Clip, Run, Shared, Sources, report};
-use crate::why::explanation;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -330,14 +328,6 @@ impl Session {
 
     fn cluster_labels<'py>(&self, py: Python<'py>, t: usize) -> Result<Bound<'py, PyArray2<u32>>> {
         Ok(plane(py, self.compute(py, |session| session.cluster_labels(t))?))
-    }
-
-    fn confidence<'py>(&self, py: Python<'py>, t: usize) -> Result<Bound<'py, PyArray2<f32>>> {
-        Ok(plane(py, self.compute(py, |session| session.confidence(t))?))
-    }
-
-    fn object_confidence<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<f32>>> {
-        Ok(list(py, self.compute(py, tracecut::Session::object_confidence)?))
     }
 
     fn agreement<'py>(&self, py: Python<'py>) -> Result<Option<AgreementArrays<'py>>> {

@@ -15,8 +15,8 @@ from typing import Any
 import documents
 import numpy as np
 import pytest
-import sam
 import tracecut
+from conftest import install_predictors
 
 BLOCKS = [block for document in documents.documents() for block in documents.blocks(document)]
 
@@ -121,7 +121,7 @@ def test_a_block_runs_after_those_before_it(
 ) -> None:
     folder, names = places[block.document]
     monkeypatch.chdir(folder)
-    built = sam.install(monkeypatch) if "sam" in block.code else []
+    built = install_predictors(monkeypatch) if "sam" in block.code else []
     for module in imports(block.code):
         if module in ELSEWHERE:
             pytest.skip(ELSEWHERE[module])

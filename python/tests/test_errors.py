@@ -109,7 +109,7 @@ def calls(clip: list[np.ndarray], tracks: Trajectories, tmp_path_factory: pytest
             name: (getattr(session, name), {"t": 0})
             for name in (
                 *("flow", "saliency_map", "superpixels", "boundaries", "working_labels", "cluster_labels"),
-                *("confidence", "background"),
+                "background",
             )
         },
         "Window.labels": (window.labels, {"t": 0}),

@@ -1,12 +1,17 @@
-"""The package as installed: licences, what docstrings show, and the notebook."""
+"""The package as installed: licences, the program, the examples in docstrings, and the notebook."""
 
 from __future__ import annotations
 
 import doctest
 import importlib
 import importlib.metadata
+import json
+import os
 import pkgutil
 import re
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -24,6 +29,85 @@ def installed(name: str) -> str:
 @pytest.mark.parametrize("name", ["LICENSE-APACHE", "LICENSE-MIT"])
 def test_the_licences_are_installed(name: str) -> None:
     assert installed(name) == (ROOT / name).read_text("utf-8")
+
+
+def program() -> list[str]:
+    """The command that starts the installed program ``tracecut`` as its console script does."""
+    (entry,) = (e for e in importlib.metadata.distribution("tracecut").entry_points if e.group == "console_scripts")
+    assert entry.name == "tracecut"
+    module, function = entry.value.split(":")
+    return [sys.executable, "-c", f"import sys; from {module} import {function}; sys.exit({function}())"]
+
+
+@pytest.mark.parametrize(
+    ("code", "arguments"),
+    [
+        (0, ["--help"]),
+        (0, ["--version"]),
+        (0, ["segment", "--help"]),
+        (0, ["params"]),
+        (0, ["completions", "bash"]),
+        (1, ["segment", "missing.mp4", "--out", "out"]),
+        (2, []),
+        (2, ["segmnt"]),
+        (2, ["segment", "clip.mp4", "--out", "out", "--thread", "2"]),
+        (3, ["segment", os.devnull, "--out", "out"]),
+        (4, ["segment", "FOLDER", "--out", "out", "--set", "clip.maxPixels=1000"]),
+    ],
+)
+def test_the_program_prints_and_ends_as_the_one_in_rust(
+    code: int, arguments: list[str], cli: str, folder: Path, tmp_path: Path
+) -> None:
+    arguments = [str(folder) if word == "FOLDER" else word for word in arguments]
+    outputs = []
+    for command in ([cli], program(), [sys.executable, "-m", "tracecut"]):
+        ran = subprocess.run([*command, *arguments], cwd=tmp_path, capture_output=True, text=True)
+        outputs.append((ran.returncode, ran.stdout, ran.stderr))
+    assert outputs[0][0] == code
+    assert outputs[1] == outputs[0] and outputs[2] == outputs[0]
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    """The files below a folder; of the report, what does not depend on the time."""
+    found = {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    report = json.loads(found["result.json"])
+    measured = ("seconds", "cpuSeconds", "peakMemoryBytes")
+    found["result.json"] = json.dumps({name: value for name, value in report.items() if name not in measured}).encode()
+    return found
+
+
+def test_the_program_writes_the_files_of_the_one_in_rust(cli: str, folder: Path, tmp_path: Path) -> None:
+    options = ["--frames", "4", "--format", "png,rle,npz,tracks,overlay"]
+    for name, command in (("rust", [cli]), ("python", program())):
+        subprocess.run([*command, "segment", folder, "--out", tmp_path / name, *options], check=True)
+    expected = files(tmp_path / "rust")
+    assert len(expected) > 12 and files(tmp_path / "python") == expected
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are for Unix")
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_signals_end_the_program_without_partial_results(number: int, code: int, tmp_path: Path) -> None:
+    command = [*program(), "segment", "-", "--out", str(tmp_path / "out"), "--log", "json"]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, **pipes) as process:
+        assert process.stdin is not None and process.stderr is not None
+        # It waits for the second frame.
+        process.stdin.write(b"YUV4MPEG2 W16 H16 F25:1 Cmono\nFRAME\n" + bytes(256))
+        process.stdin.flush()
+        assert json.loads(process.stderr.readline())["event"] == "begin"
+        process.send_signal(number)
+        assert process.wait() == code
+        assert b"Traceback" not in process.stderr.read()
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows reports other errors")
+def test_the_program_ends_quietly_if_nobody_reads_its_output() -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    ran = subprocess.run([*program(), "params"], stdout=writer, stderr=subprocess.PIPE)
+    os.close(writer)
+    assert (ran.returncode, ran.stderr) == (0, b"")
 
 
 def modules() -> list[str]:

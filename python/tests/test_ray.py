@@ -6,8 +6,6 @@ import contextlib
 import os
 import signal
 import sys
-import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Optional
@@ -221,19 +219,14 @@ def busy_worker() -> Optional[int]:
     return None
 
 
-class Losses(threading.Thread):
-    """Loses things as the rows of a run come."""
-
-    def __init__(self, out: Path, losses: dict[int, Callable[[], bool]]) -> None:
-        super().__init__(daemon=True)
-        self.out = out
-        #: What to try until it succeeds, by the number of rows that have to be there.
-        self.losses = losses
-
-    def run(self) -> None:
-        for count, lose in sorted(self.losses.items()):
-            while len(list(self.out.glob("*.parquet"))) < count or not lose():
-                time.sleep(0.01)
+def with_losses(rows: Iterator[dict[str, Any]], losses: dict[int, Callable[[], bool]]) -> Iterator[dict[str, Any]]:
+    """Yields rows, and calls each function after that number of rows, again after each further row until it succeeds."""
+    remaining = sorted(losses.items())
+    for count, row in enumerate(rows, 1):
+        yield row
+        if remaining and count >= remaining[0][0] and remaining[0][1]():
+            del remaining[0]
+    assert not remaining, "something was not lost"
 
 
 def kill_worker() -> bool:
@@ -254,11 +247,11 @@ def test_a_killed_worker_and_a_lost_node_lose_no_row(tmp_path: Path, monkeypatch
     monkeypatch.setattr(ray_folder, "open_clip", lambda clip: pytest.fail(f"the driver reads {clip}"))
     with two_nodes() as (cluster, nodes):
         lose_node = lambda: cluster.remove_node(nodes[0], allow_graceful=False) or True  # noqa: E731
-        losses = Losses(there / "clips", {4: kill_worker, 8: kill_worker, 11: lose_node})
-        losses.start()
-        assert ray_folder.main([str(listed), "--out", str(there)]) == 4
-        losses.join(timeout=1)
-        assert not losses.is_alive(), "nothing was lost"
+        losses = {4: kill_worker, 8: kill_worker, 11: lose_node}
+        on_ray = ray_folder.run_on_ray
+        with monkeypatch.context() as patch:
+            patch.setattr(ray_folder, "run_on_ray", lambda *options: with_losses(on_ray(*options), losses))
+            assert ray_folder.main([str(listed), "--out", str(there)]) == 4
         found = rows(there, "clips")
         assert len({row["clip"] for row in found}) == len(found) == 20
         assert sum(row["error"] is not None for row in found) == 4

@@ -8,7 +8,6 @@ import io
 import json
 import multiprocessing
 import pickle
-import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -18,11 +17,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-import sam
 import tracecut
-from conftest import ROOT, fnv1a, golden
+from conftest import fnv1a, golden, video_predictor
 from PIL import Image
-from tracecut import __main__
 from tracecut._masks import Runs
 from tracecut.synth import Scene
 
@@ -138,7 +135,7 @@ def test_frames_are_chosen_as_in_numpy(clip: list[np.ndarray]) -> None:
 
 def test_negative_frames_count_from_the_end_everywhere(done: tracecut.Session) -> None:
     session = done
-    for name in ("labels", "working_labels", "cluster_labels", "confidence", "background", "saliency_map"):
+    for name in ("labels", "working_labels", "cluster_labels", "background", "saliency_map"):
         assert np.array_equal(getattr(session, name)(-2), getattr(session, name)(6)), name
     assert np.array_equal(session.flow(-2).u, session.flow(6).u)
     assert np.array_equal(session.superpixels(-1).label, session.superpixels(7).label)
@@ -279,55 +276,6 @@ def test_parameters_are_listed_and_can_be_set() -> None:
         assert in_force[section][field] == parameter.default, name
     numbers = {"max_side": np.int64(100), "dense": np.bool_(False)}
     assert tracecut.Session(clip=numbers).params["clip"] == {**in_force["clip"], "max_side": 100, "dense": False}
-
-
-def test_the_module_runs_as_a_program(folder: Path, tmp_path: Path) -> None:
-    def program(*words: object) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "tracecut", *map(str, words)]
-        return subprocess.run(command, capture_output=True, text=True)
-
-    done = program(folder, "--out", tmp_path / "masks", "--set", "preset=fast", "--set", "clip.max_side=100")
-    assert done.returncode == 0 and done.stdout.startswith("12 frames of 160x90: ")
-    expected = tracecut.segment(folder, preset="fast", clip={"max_side": 100})
-    for t, mask in enumerate(expected):
-        assert np.array_equal(mask, np.asarray(Image.open(tmp_path / "masks" / f"{t:05}.png")))
-    failed = program(folder, "--out", tmp_path, "--set", "clip.max_side=1")
-    assert failed.returncode == 2 and failed.stderr.startswith("error: clip.max_side = 1 (expected")
-
-
-def run_main(words: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int | str | None, str, str]:
-    """The exit code and the output of the program."""
-    with pytest.raises(SystemExit) as caught:
-        __main__.main(words)
-    return caught.value.code, *capsys.readouterr()
-
-
-def test_the_help_and_the_readme_name_every_option_of_the_program(capsys: pytest.CaptureFixture[str]) -> None:
-    code, text, _ = run_main(["--help"], capsys)
-    options = set(re.findall(r"^  (--[a-z]+)", text, re.MULTILINE)) | {"--help"}
-    assert code == 0 and options >= {"--out", "--window", "--overlap", "--threads", "--set", "--overwrite", "--version"}
-    readme = (ROOT / "python" / "README.md").read_text("utf-8")
-    section = readme.split("\n## As a program\n")[1].split("\n## ")[0]
-    assert set(re.findall(r"--[a-z]+", section)) - {"--resume"} == options
-    codes = re.findall(r"^  (\d+) ", text, re.MULTILINE)
-    cli = (ROOT / "docs" / "cli.md").read_text("utf-8").split("| exit code | meaning |")[1].split("\n\n")[0]
-    assert codes == re.findall(r"^\| (\d+)", cli, re.MULTILINE)
-    assert run_main(["--version"], capsys)[:2] == (0, f"tracecut {tracecut.__version__}\n")
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--thread", "2"], "unknown option --thread (expected a known option, such as --threads, "),
-        (["--overwrit"], "unknown option --overwrit (expected a known option, such as --overwrite, "),
-        (["--set", "window"], "argument --set: 'window' (expected NAME=VALUE, such as flow.patch_stride=5)"),
-    ],
-)
-def test_the_program_refuses_options_that_it_does_not_know(
-    words: list[str], message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    code, _, error = run_main(["clip", "--out", "out", *words], capsys)
-    assert code == 2 and message in error
 
 
 RUN = """
@@ -505,7 +453,7 @@ def test_json_holds_the_same() -> None:
 
 
 def test_sam_2_takes_them() -> None:
-    predictor, state = sam.video_predictor(), object()
+    predictor, state = video_predictor(), object()
     for prompt in tracecut.prompts(two_objects()):
         inspect.signature(predictor.add_new_points_or_box).bind(predictor, state, **prompt.as_points_and_box())
         inspect.signature(predictor.add_new_mask).bind(predictor, state, **prompt.as_mask())

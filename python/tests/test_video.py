@@ -8,9 +8,8 @@ import pickle
 import shutil
 import struct
 import subprocess
-import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -437,86 +436,3 @@ def test_masks_of_a_video_are_those_of_the_command_line(cli: str, ffmpeg: str, t
     assert np.array_equal(result.array(), expected["masks"]) and result.objects
     assert np.array_equal(np.asarray(result.times), expected["times"])
     assert np.allclose(np.asarray(result.durations), expected["durations"], rtol=0, atol=1e-9)
-
-
-def program(*words: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", "tracecut", *map(str, words)], capture_output=True, text=True)
-
-
-def contents(folder: Path) -> Iterator[tuple[str, bytes]]:
-    return ((path.name, path.read_bytes()) for path in sorted(folder.iterdir()))
-
-
-def test_the_program_keeps_results_and_tells_what_failed(frames: list[np.ndarray], tmp_path: Path) -> None:
-    clip = write_video(tmp_path / "clip.mp4", [frames], container={"movflags": "faststart"})
-    out = tmp_path / "out"
-    assert program(clip, "--out", out).returncode == 0
-    report = json.loads((out / "result.json").read_text())
-    assert report["frames"] == NUM_FRAMES and len(report["times"]) == NUM_FRAMES and "truncated" not in report
-    before = list(contents(out))
-    again = program(clip, "--out", out)
-    assert again.returncode == 2 and "exists already (use --overwrite" in again.stderr and list(contents(out)) == before
-    for options in ({"window": 4}, {"window": 5, "overlap": 2}):
-        words = [word for name, value in options.items() for word in (f"--{name}", value)]
-        assert program(clip, "--out", out, "--overwrite", *words).returncode == 0
-        assert json.loads((out / "result.json").read_text())["options"] == options
-    other = tmp_path / "other"
-    other.mkdir()
-    (other / "notes.txt").write_text("mine")
-    refused = program(clip, "--out", other, "--overwrite")
-    assert refused.returncode == 2 and "has no results of this program" in refused.stderr
-    assert list(contents(other)) == [("notes.txt", b"mine")]
-
-
-def test_the_program_writes_what_comes_before_damage(frames: list[np.ndarray], tmp_path: Path) -> None:
-    clip = write_video(tmp_path / "cut.mp4", [frames], container={"movflags": "faststart"})
-    done = program(cut(clip), "--out", tmp_path / "out")
-    assert done.returncode == 3 and "cut.mp4: is cut off or damaged at frame" in done.stderr
-    truncated = json.loads((tmp_path / "out" / "result.json").read_text())["truncated"]
-    assert truncated["reason"].startswith("is cut off or damaged at frame")
-    assert len(list((tmp_path / "out").glob("*.png"))) == truncated["frames"] >= 2
-
-
-def test_the_program_takes_several_clips_and_the_lowest_code(frames: list[np.ndarray], tmp_path: Path) -> None:
-    clip = write_video(tmp_path / "clip.mp4", [frames])
-    words = tmp_path / "words.mp4"
-    words.write_text("only words")
-    done = program(words, clip, "--out", tmp_path / "out")
-    assert done.returncode == 3 and "words.mp4: is not a video" in done.stderr and "1 of 2 clips failed" in done.stderr
-    assert [path.name for path in (tmp_path / "out").iterdir()] == ["clip"]
-    done = program(words, tmp_path / "missing.mp4", "--out", tmp_path / "out")
-    assert done.returncode == 1 and "missing.mp4" in done.stderr
-    done = program(clip, tmp_path / "x" / "clip.mkv", "--out", tmp_path / "twice")
-    assert done.returncode == 2 and not (tmp_path / "twice").exists()
-    done = program(clip, "--out", tmp_path / "large", "--set", "clip.max_pixels=1000")
-    assert done.returncode == 4 and "pixels in a frame" in done.stderr
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="signals are for Unix")
-@pytest.mark.parametrize(("number", "code", "message"), [(2, 130, "error: interrupted\n"), (15, 143, "")])
-def test_the_program_that_is_ended_leaves_nothing(
-    number: int, code: int, message: str, folder: Path, tmp_path: Path
-) -> None:
-    command = [sys.executable, "-u", "-c", STARTED, str(folder), "--out", str(tmp_path / "out")]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None and process.stdout.readline() == "begins\n"
-        process.send_signal(number)
-        assert (process.wait(60), process.communicate()[1]) == (code, message)
-    assert list(tmp_path.iterdir()) == []
-
-
-#: The program, which says when it is at work, and then has work for minutes.
-STARTED = """
-import runpy, sys
-import tracecut
-from tracecut import _segment
-
-inner = _segment.segment
-def segment(clip, **options):
-    inner(clip, **options)
-    print("begins")
-    return [inner(clip, **options) for _ in range(1000)][0]
-_segment.segment = segment
-sys.argv[0] = "tracecut"
-runpy.run_module("tracecut", run_name="__main__")
-"""

@@ -1,11 +1,10 @@
-//! Masks: their borders, confidence and file formats.
+//! Masks: their borders, agreement in time and file formats.
 //!
 //! The cut gives every superpixel a cluster, after some clusters were selected as objects (`find_objects`). Borders of masks
 //! are then refined to the pixel ([`refine`]) and brought to the size of the source ([`enlarge`]).
 
 mod agreement;
 mod coco;
-mod confidence;
 mod enlarge;
 mod opacity;
 mod prompts;
@@ -21,7 +20,6 @@ pub use agreement::Agreement;
 pub(crate) use agreement::{agreement, clip_agreement};
 #[doc(hidden)] // For the command line, and the packages for Python and JavaScript.
 pub use coco::{CocoRuns, coco_counts, coco_mask, coco_runs, coco_text};
-pub(crate) use confidence::{ConfidenceInput, confidence};
 pub use enlarge::{EnlargedMask, enlarge};
 #[doc(hidden)] // For the command line, and the packages for Python and JavaScript.
 pub use prompts::{Prompt, Prompts};

@@ -4,13 +4,14 @@
 //! user. Clicks are best far from every border (Xu et al., Deep Interactive Object Selection, CVPR 2016): each point is the
 //! pixel farthest from the border and from the points before it.
 
-use super::confidence::border_distance;
 use crate::image::Plane;
 use crate::sets::DisjointSets;
 use std::collections::BTreeMap;
 
 /// Number of points inside an object, and of points outside; chosen by eye.
 const NUM_POINTS: usize = 3;
+/// Distances from the border count up to this many pixels; chosen by eye.
+const MAX_DEPTH_PX: u8 = 12;
 
 /// The prompt for one object, in pixels of the mask.
 #[derive(Debug, Clone, PartialEq)]
@@ -151,6 +152,26 @@ fn squared_distance(free: &Plane<bool>) -> Plane<usize> {
     })
 }
 
+/// Computes the city-block distance of each pixel to the nearest border pixel of its label, up to [`MAX_DEPTH_PX`].
+fn border_distance(mask: &Plane<u8>) -> Plane<u8> {
+    let (w, h) = (mask.width(), mask.height());
+    let differs = |x: usize, y: usize| {
+        let neighbours = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];
+        neighbours.into_iter().any(|(a, b)| a < w && b < h && mask[(a, b)] != mask[(x, y)])
+    };
+    let mut depth = Plane::from_fn(w, h, |x, y| if differs(x, y) { 0 } else { MAX_DEPTH_PX });
+    let mut lower = |at: (usize, usize), from: (usize, usize)| depth[at] = depth[at].min(depth[from] + 1);
+    for y in 0..h {
+        (1..w).for_each(|x| lower((x, y), (x - 1, y)));
+        (1..w).rev().for_each(|x| lower((x - 1, y), (x, y)));
+    }
+    for x in 0..w {
+        (1..h).for_each(|y| lower((x, y), (x, y - 1)));
+        (1..h).rev().for_each(|y| lower((x, y - 1), (x, y)));
+    }
+    depth
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -219,5 +240,23 @@ mod tests {
         assert_eq!((&speck.inside[..], speck.bounds), (&[(0, 3)][..], [0, 3, 0, 3]));
         assert_eq!((all.inside.len(), all.outside.len(), all.bounds), (3, 0, [0, 0, 4, 3]));
         assert!(Prompts::default().finish().is_empty());
+    }
+
+    #[test]
+    fn border_distances_are_those_of_an_exhaustive_search() {
+        let mut rng = crate::rng::Rng::for_stage(1, "border distance");
+        for _ in 0..10 {
+            let seeds: Vec<(usize, usize)> = (0..3).map(|_| (rng.below(30), rng.below(20))).collect();
+            let mask = Plane::from_fn(30, 20, |x, y| {
+                u8::from(seeds.iter().any(|s| s.0.abs_diff(x) < 4 && s.1.abs_diff(y) < 3))
+            });
+            let distance = border_distance(&mask);
+            let all = || (0..600).map(|p| (p % 30, p / 30));
+            for (x, y) in all() {
+                let away = |&(a, b): &(usize, usize)| a.abs_diff(x) + b.abs_diff(y);
+                let other = all().filter(|&at| mask[at] != mask[(x, y)]).map(|at| away(&at)).min();
+                assert_eq!(usize::from(distance[(x, y)]), other.map_or(12, |steps| (steps - 1).min(12)));
+            }
+        }
     }
 }

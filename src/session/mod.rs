@@ -2,7 +2,7 @@
 //!
 //! Rooms, each importing only from those before it: `window` (windows, cuts, and object labels across windows), `base`
 //! (parameters, stages, outputs), `jobs` (work for any thread or worker), `run` (the states of a run and the work of each
-//! stage), then `drive` (threads, workers, windows, checkpoints, forks) and `read` (results and corrections).
+//! stage), then `drive` (threads, workers, windows, checkpoints) and `read` (results and corrections).
 
 mod base;
 mod drive;
@@ -17,7 +17,7 @@ mod window;
 
 pub use base::{ClipParams, Params, Progress, Stage, Step};
 #[cfg(not(target_arch = "wasm32"))]
-pub use drive::{Checkpoint, Forks, Windows};
+pub use drive::{Checkpoint, Windows};
 #[cfg(feature = "wasm")]
 pub(crate) use jobs::{Job, JobId, JobResult};
 pub use read::explanation;

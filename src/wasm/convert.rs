@@ -168,11 +168,6 @@ pub(super) fn saliency_map(map: &Plane<f32>) -> JsValue {
     object([("width", map.width().into()), ("height", map.height().into()), ("saliency", float32_array(map.data()))])
 }
 
-/// `{width, height, confidence}`.
-pub(super) fn confidence(map: &Plane<f32>) -> JsValue {
-    object([("width", map.width().into()), ("height", map.height().into()), ("confidence", float32_array(map.data()))])
-}
-
 /// `{clip, frames, objects, mergeLogOdds}`; NaN stands for `None`.
 pub(super) fn agreement(agreement: &Agreement) -> JsValue {
     let list = |values: &[Option<f32>]| {

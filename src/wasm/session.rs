@@ -258,17 +258,6 @@ impl JsSession {
         self.session.saliency_map(t).map(|map| convert::saliency_map(&map)).map_err(|e| convert::to_js_error(&e))
     }
 
-    /// Computes the probability that each pixel of frame `t` is correctly labelled, at working size: `{width, height, confidence}`.
-    pub fn confidence(&self, t: usize) -> Result<JsValue, JsValue> {
-        self.session.confidence(t).map(|map| convert::confidence(&map)).map_err(|e| convert::to_js_error(&e))
-    }
-
-    /// Computes the mean confidence of each label, the background first.
-    #[wasm_bindgen(js_name = objectConfidence)]
-    pub fn object_confidence(&self) -> Result<Vec<f32>, JsValue> {
-        self.session.object_confidence().map_err(|e| convert::to_js_error(&e))
-    }
-
     /// Computes the agreement of the masks with the masks of nearby frames: an `Agreement` of `npm/session/result.ts`; `null`
     /// without masks.
     pub fn agreement(&self) -> JsValue {

@@ -10,8 +10,7 @@
 //
 // Every asynchronous step remembers the number of its visit and does nothing once another visit has begun.
 
-import { progressPatch } from './progress.js';
-import { showPreview, showResult, showWindow } from './show-result.js';
+import { progressPatch, showPreview, showResult, showWindow } from './show-result.js';
 import { ClipJob, type Images } from './clip-job.js';
 import { changedParameters, sessionOptions } from './settings.js';
 import { PROJECT_EXTENSION, viewSettingsPatch } from './view-settings.js';
@@ -89,7 +88,7 @@ export class App {
   /** Opens a saved project: frames are read again, masks and corrections are restored. */
   async openProject(name: string, read: () => Promise<{ files: File[]; about: ProjectInfo; project: Project }>) {
     let savedProject: Awaited<ReturnType<typeof read>> | null = null;
-    const savedJobModule = import('./saved-job.js');
+    const savedJobModule = import('./project-file.js');
     await this.open(
       name,
       async () => {

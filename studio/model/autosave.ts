@@ -1,6 +1,6 @@
 // Saves projects as they change, and remembers the current run.
 
-import { SavedJob } from './saved-job.js';
+import { SavedJob } from './project-file.js';
 import type { RunMemory } from './interrupted-runs.js';
 import type { State, Store } from './store.js';
 

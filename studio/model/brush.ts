@@ -194,18 +194,18 @@ export class Brush {
     host.onCarrying(true);
     this.setFix(edit, true);
     let pending: number[] = [];
-    let shown = performance.now();
+    let lastShown = performance.now();
     const show = () => {
       host.showFrames(pending);
       pending = [];
-      shown = performance.now();
+      lastShown = performance.now();
     };
     const onFrame = (t: number) => {
       if (!isCurrent()) return;
       pending.push(t);
       this.setFix(edit, true);
       host.showStatus(`Applied to ${formatPlural(framesOf(edit).length, 'frame')}…`);
-      if (performance.now() - shown > SHOW_INTERVAL_MS || t === host.store.state.frame) show();
+      if (performance.now() - lastShown > SHOW_INTERVAL_MS || t === host.store.state.frame) show();
     };
     try {
       await corrector.carry(edit, abort.signal, onFrame, limits);

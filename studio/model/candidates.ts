@@ -106,10 +106,10 @@ export class Candidates {
       ?.growRegions(aim.t, aim)
       .catch(() => null);
     if (!growth || this.wanted !== aim) return;
-    const all = growth.regions.map((region, rank) => this.candidateOf(region, rank, aim));
-    const list = all.filter(({ area }) => area > 0);
+    const candidates = growth.regions.map((region, rank) => this.candidateOf(region, rank, aim));
+    const list = candidates.filter(({ area }) => area > 0);
     const rank = before ? before.list[before.at].rank : growth.likeliest;
-    const at = Math.max(0, list.indexOf(all[rank]));
+    const at = Math.max(0, list.indexOf(candidates[rank]));
     this.show(list.length > 0 ? { aim: { ...aim }, list, at, isResized: before?.isResized ?? false } : null);
   }
 

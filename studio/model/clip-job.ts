@@ -2,14 +2,13 @@
 // clip fits into one window, its session stays open for corrections.
 
 import { CLIP_STAGES, ClipWork, StageClock, VideoSegmentation, countStep, fitSize, segmentVideo } from './library.js';
-import { type ObjectFacts, Presence } from './presence.js';
+import { type ObjectFacts, Presence, type Result as ShownResult, type Segmentation } from './presence.js';
 import { CLIP_MESSAGES, PageError, countObjects, headline, formatPlural, remark } from './messages.js';
 import { Corrections } from './corrections.js';
 import { Preview, needsPreview } from './preview.js';
 import { runInSlices, untilAborted } from './slices.js';
 import type { DecodedFrame, MaskEditor, Result, Session, SessionOptions as Options, StagePlan } from './library.js';
 import type { VideoProgress, VideoResult, WindowResult } from './library.js';
-import type { Result as ShownResult, Segmentation } from './segmentation.js';
 import type { Source, Trim } from './source.js';
 import type { Frames } from './store.js';
 
@@ -107,12 +106,12 @@ export class ClipJob extends StageClock {
   /** Session of a clip that fits into one window. */
   session: Session | null = null;
   outputs: Result | undefined = undefined;
-  /** How well the masks of each frame agree with those of nearby frames, 0 to 1, NaN if unknown; null in windows. */
+  /** Agreement of each frame's masks with nearby frames, 0 to 1, NaN if unknown; null in windows. */
   agreement: Float32Array | null = null;
   /** True if the masks contain corrections of an earlier visit. */
   hasEarlierCorrections = false;
 
-  /** @param usualPace that of an earlier run, as `pacePerPixel`; 0 if not known */
+  /** @param usualPace `pacePerPixel` of an earlier run; 0 if unknown */
   constructor(
     public source: Source,
     readonly trim: Trim,

@@ -15,7 +15,7 @@ import type {
   SavedEdits,
   Stroke as PackageStroke,
 } from './library.js';
-import type { Result } from './segmentation.js';
+import type { Result } from './presence.js';
 
 /** A stroke that can be extended. */
 export type Stroke = PackageStroke & { points: number[] };
@@ -124,8 +124,8 @@ export class Corrections {
   }
 
   /**
-   * Replaces the masks of a range of frames by those of the frames before and after it, or carries that of the frame before
-   * on, as one step.
+   * Replaces the masks of a range of frames by masks interpolated from the frames before and after it, or carries the mask
+   * before it on, as one step.
    * @returns the changed frames; null for all
    */
   async interpolate(

@@ -195,7 +195,7 @@ export function countObjects(facts: ObjectFacts[]): string {
   return formatPlural(objects, 'moving object');
 }
 
-/** Explains a result without moving objects; empty if it has some. See panels/suggestions.ts for what to try. */
+/** Explains a result without moving objects; empty if it has some. `suggestChanges` says what to try. */
 export function remark(result: {
   objects: readonly object[];
   clusters: { count: number };

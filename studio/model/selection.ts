@@ -21,7 +21,7 @@ export function keepHidden(hidden: ReadonlySet<number>, facts: readonly ObjectFa
   return new Set([...hidden].filter((object) => object < count));
 }
 
-/** The objects of a join, those of them that were hidden before, and whether the joined object is kept. */
+/** The objects of a join, which of them were hidden before, and whether the joined object is kept. */
 type Join = { parts: number[]; hidden: number[]; isKept: boolean };
 
 export class Selection {
@@ -66,8 +66,8 @@ export class Selection {
     const { phase, analysis, job } = this.store.state;
     if (object < 1 || phase !== 'done' || !analysis || !job?.corrector) return;
     const selected = new Set(this.store.state.selected);
-    const alone = this.objects.kept.find((kept) => kept !== object && this.isAlone(kept));
-    if (selected.size === 0 && alone !== undefined) selected.add(alone);
+    const onlyKept = this.objects.kept.find((id) => id !== object && this.isAlone(id));
+    if (selected.size === 0 && onlyKept !== undefined) selected.add(onlyKept);
     if (!selected.delete(object)) selected.add(object);
     this.store.set({ selected });
   }
@@ -108,7 +108,7 @@ export class Selection {
   }
 
   /**
-   * Undoes the last correction; that of a join hides the objects that were hidden before it.
+   * Undoes the last correction. Undoing a join hides the objects that were hidden before it.
    * @returns the changed frames; null for all
    */
   async undo(): Promise<number[] | null> {
@@ -133,8 +133,8 @@ export class Selection {
 
   /** Hides some objects of a join, and shows its others. */
   hideParts(parts: number[], hidden: number[]) {
-    const others = [...this.store.state.hidden].filter((object) => !parts.includes(object));
-    this.store.set({ hidden: new Set([...others, ...hidden]) });
+    const otherHidden = [...this.store.state.hidden].filter((object) => !parts.includes(object));
+    this.store.set({ hidden: new Set([...otherHidden, ...hidden]) });
   }
 
   get corrector(): Corrections | null {

@@ -1,14 +1,14 @@
-// Puts results into the store: picture, timeline, facts and messages.
+// Puts progress and results into the store: picture, timeline, facts and messages.
 
-import { BLANK, type Timeline, type State, type Store, phasePatch, clampFrame } from './store.js';
+import { BLANK, clampFrame, phasePatch, type State, type Store, type Timeline } from './store.js';
 import { PREVIEW_FRAMES } from './preview.js';
 import { yieldToPage } from './slices.js';
-import { PREVIEW_MESSAGES, describeDamage, formatSeconds } from './messages.js';
+import { describeDamage, formatSeconds, formatTimeLeft, PREVIEW_MESSAGES, stageName } from './messages.js';
 import { describeObjects } from './describe.js';
-import { Segmentation } from './segmentation.js';
+import { Segmentation, Times } from './presence.js';
 import { keepHidden } from './selection.js';
-import { Times } from './presence.js';
 import type { ClipJob } from './clip-job.js';
+import type { StageClock } from './library.js';
 
 const NOISE_REMARK = 'This browser adds noise to pixels to prevent tracking, so results may vary slightly.';
 
@@ -128,5 +128,20 @@ function createTimeline({ source, trim, times, end, cuts }: ClipJob, numFrames: 
     // Frames are read ahead of the masks.
     times: new Times(times.length > 0 ? times.slice(0, numFrames) : null, times[numFrames] ?? end),
     cuts: [...cuts],
+  };
+}
+
+/**
+ * Returns the changes of the state; a new stage is also announced.
+ * @param headline on screen
+ */
+export function progressPatch(clock: StageClock, headline: string): Partial<State> {
+  const name = stageName(clock.stageOnScreen);
+  const msLeft = clock.timeLeft(performance.now());
+  const percent = `${Math.floor(100 * clock.share)}%`;
+  return {
+    ...(headline === name ? {} : { headline: name, announcement: name }),
+    subline: msLeft === null ? percent : `${percent} · ${formatTimeLeft(msLeft)}`,
+    share: clock.share,
   };
 }

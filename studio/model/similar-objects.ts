@@ -80,8 +80,8 @@ function findContinued({ labels, spans, cuts }: LabelledClip): number[][] {
     if (ended.length === 0) return [];
     const [before, after] = [labels(first - 1), labels(first)];
     return ended
-      .filter((other) => overlapOf(before, other.object, after, object) >= MIN_CONTINUED_OVERLAP)
-      .map((other) => [other.object, object]);
+      .filter((candidate) => overlapOf(before, candidate.object, after, object) >= MIN_CONTINUED_OVERLAP)
+      .map((candidate) => [candidate.object, object]);
   });
 }
 

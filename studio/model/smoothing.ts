@@ -2,7 +2,7 @@
 
 import { splitShots } from './export.js';
 import { type ImageEngine, type MaskSource, createImageEngine, smoothMasks } from './library.js';
-import type { Segmentation } from './segmentation.js';
+import type { Segmentation } from './presence.js';
 import type { State, Store } from './store.js';
 
 /** Smoothed masks: `labels` of a frame is null until it is done; `complete` resolves with all masks. */

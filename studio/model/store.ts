@@ -2,11 +2,10 @@
 // written from it and never read back. State that only one panel uses stays in that panel.
 
 import { DEFAULT_TRIM, type Source, type Trim } from './source.js';
-import { type ObjectFacts, Times } from './presence.js';
+import { type ObjectFacts, type Segmentation, Times } from './presence.js';
 import type { ClipJob, JobView } from './clip-job.js';
 import type { Edit, FrameRange } from './library.js';
 import type { EdgeSettings, BackdropName, View } from './view-settings.js';
-import type { Segmentation } from './segmentation.js';
 import type { Preview } from './preview.js';
 import type { SmoothedMasks } from './smoothing.js';
 
@@ -88,7 +87,7 @@ export interface State {
   timeline: Timeline;
   /** Frames whose masks should be looked at, without those that the user found fine. */
   doubts: readonly FrameRange[];
-  /** How sure the masks of each frame are, 0 to 1, NaN if not known; null if no frame is. */
+  /** Confidence in the masks of each frame, 0 to 1, NaN if unknown; null if unknown for all. */
   agreement: Float32Array | null;
   /** First frames of the doubts that the user found fine. */
   fine: ReadonlySet<number>;

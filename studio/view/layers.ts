@@ -2,7 +2,7 @@
 // keyboard and viewer know layers only through the type {@link Layer}.
 
 import { drawLabels } from '../model/library.js';
-import type { Segmentation } from '../model/segmentation.js';
+import type { Segmentation } from '../model/presence.js';
 
 export type Canvas2D = CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D;
 

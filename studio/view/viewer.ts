@@ -5,7 +5,7 @@ import { OUTLINE_WIDTH_PX } from './layers.js';
 import { drawLayers } from './layers.js';
 import { adjustMask } from '../model/library.js';
 import { type EdgeSettings, maskEdges } from '../model/view-settings.js';
-import { SharpFrames } from './sharp-frames.js';
+import { SharpFrames } from './frame-store.js';
 import { Compare, drawCutoutView } from './panels/view-modes.js';
 import { DEFAULT_EDGES, NOWHERE, type Spot, type State, type Store } from '../model/store.js';
 import { Zoom } from '../model/zoom.js';
@@ -117,8 +117,9 @@ export class Viewer {
     return segmentation && labels ? this.maskCache.adjust(labels, segmentation.result, edges, hidden) : null;
   }
 
-  /** Draws once before the next screen refresh. */
+  /** Draws once before the next screen refresh; until then the canvas lacks `data-drawn`, the number of its frame. */
   redraw() {
+    delete this.canvas.dataset.drawn;
     this.redrawRequest ||= requestAnimationFrame(() => this.draw());
   }
 
@@ -130,7 +131,7 @@ export class Viewer {
     const frame = preview?.maskedFrame(view.frame) ?? view.frame;
     view.image = picture.images.get(frame);
     // The canvas stays until the frame is loaded.
-    if (!view.image && picture.images.has(frame)) return;
+    if (!view.image && picture.images.has(frame)) return void delete canvas.dataset.drawn;
     if (!preview) view.image = this.sharpImage() ?? view.image;
     ctx.resetTransform();
     ctx.clearRect(0, 0, canvas.width, canvas.height);
@@ -142,6 +143,7 @@ export class Viewer {
     else drawLayers(ctx, this.layers, view);
     for (const paint of this.painters) paint(ctx, view);
     this.compare.draw(view.image, canvas, this.zoom);
+    canvas.dataset.drawn = String(view.frame);
     // The object under a resting pointer changes with the frame.
     if (this.pointer) this.store.set({ spot: this.spotAt(this.pointer) });
   }

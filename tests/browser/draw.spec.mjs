@@ -7,7 +7,7 @@ const OBJECT_1 = [0xe6, 0x9f, 0x00];
 const OBJECT_2 = [0x56, 0xb4, 0xe9];
 const RED = [0xff, 0x2b, 0x3d];
 
-const shared = useEmptyPage((page) => page.evaluate(prepare));
+const drawing = useEmptyPage((page) => page.evaluate(prepare));
 
 /** Runs in the page: makes a small result of known content, and `paint`. */
 async function prepare() {
@@ -55,8 +55,9 @@ async function prepare() {
 
 /** Paints with a function of the package that takes `(context, result, frame, options)`. */
 function paintWith(name, frame, options, settings) {
-  return shared.page.evaluate(
-    ([method, t, chosen, given]) => paint(given, (context) => tracecut[method](context, result, t, chosen)),
+  return drawing.page.evaluate(
+    ([method, t, drawOptions, paintOptions]) =>
+      paint(paintOptions, (context) => tracecut[method](context, result, t, drawOptions)),
     [name, frame, options, settings],
   );
 }
@@ -90,7 +91,7 @@ test('masks are filled and outlined, on both kinds of canvas, and leave other pi
 });
 
 test('outlines are centred between pixels, as wide as requested at every zoom', async () => {
-  const widths = await shared.page.evaluate(() =>
+  const widths = await drawing.page.evaluate(() =>
     [1, 2].map((outlineWidth) =>
       [4, 16].map((zoom) => {
         const context = createCanvas(zoom).getContext('2d', { willReadFrequently: true });
@@ -161,7 +162,7 @@ test('discontinuities are red above the threshold', async () => {
 });
 
 test('superpixels have mean or random colours, lines between them, and their edges', async () => {
-  const [mean, random, edges, deleted] = await shared.page.evaluate(() => {
+  const [mean, random, edges, deleted] = await drawing.page.evaluate(() => {
     // Two halves at half the frame's size separated by a contour, with one edge that bridges a gap and one that was deleted.
     const { Constraint, Gabriel, Deleted } = tracecut.EdgeKind;
     const superpixels = {
@@ -212,12 +213,19 @@ test('superpixels have mean or random colours, lines between them, and their edg
 });
 
 test('maps have the colours of their values, and cells that of the nearest point', async () => {
-  const maps = await shared.page.evaluate(() => {
+  const maps = await drawing.page.evaluate(() => {
     const grid = { width: 20, height: 15, scaleX: 2, scaleY: 2 };
-    const halves = (left, right) => Float32Array.from({ length: 300 }, (_, p) => (p % 20 < 10 ? left : right));
-    const left = [5, 15];
-    const right = [35, 15];
-    const paintMap = (draw) => paint({ places: [left, right] }, draw);
+    const halves = (first, second) => Float32Array.from({ length: 300 }, (_, p) => (p % 20 < 10 ? first : second));
+    const paintMap = (draw) =>
+      paint(
+        {
+          places: [
+            [5, 15],
+            [35, 15],
+          ],
+        },
+        draw,
+      );
     const { drawBoundaries, drawSaliency, drawFlow, drawCells } = tracecut;
     const thinOptions = { of: 'thin', white: 0.2, black: 1 };
     const cellPlaces = [
@@ -250,7 +258,7 @@ test('maps have the colours of their values, and cells that of the nearest point
 });
 
 test('a result is drawn in the colours of its labels, on a canvas and in a PNG file', async () => {
-  const outcome = await shared.page.evaluate(async () => {
+  const outcome = await drawing.page.evaluate(async () => {
     const clip = await tracecut.synthClip({ width: 96, height: 54, frames: 6, seed: 4 });
     const session = await tracecut.createSession();
     for (let k = 0; k < 6; k += 1) await session.push(clip.frame(k));

@@ -99,9 +99,9 @@ test('three workers give the bytes of one, also if all frames share a buffer', a
     outcomes.push(await page.evaluate(exportFrames, numCores));
     await page.clock.fastForward(6000);
   }
-  const [one, three] = outcomes;
-  expect([one.numWorkers, three.numWorkers]).toEqual([1, 3]);
-  expect(three.prints).toEqual(one.prints);
+  const [single, triple] = outcomes;
+  expect([single.numWorkers, triple.numWorkers]).toEqual([1, 3]);
+  expect(triple.prints).toEqual(single.prints);
 });
 
 /** Runs in the page: exports four frames of one buffer in three ways. */

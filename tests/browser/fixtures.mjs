@@ -102,6 +102,33 @@ export const test = base.extend({
     { scope: 'worker' },
   ],
 
+  /** Collects actions after the test, as a context of `node:test`: `cleanup.after(action)`. The latest runs first. */
+  cleanup: async ({}, use) => {
+    const actions = [];
+    await use({ after: (action) => actions.push(action) });
+    for (const action of actions.reverse()) await action();
+  },
+
+  /**
+   * Opens a page at any address: `openPage(url, prepare)`, where `prepare(page)` runs before. Its errors and failed requests
+   * are faults.
+   */
+  openPage: [
+    async ({ browser, faults, ownPages }, use) => {
+      await use(async (url, prepare = async () => {}) => {
+        const page = await (await browser.newContext()).newPage();
+        ownPages.add(page);
+        page.on('pageerror', (error) => faults.push(`page error: ${error.message}`));
+        page.on('console', (message) => message.type() === 'error' && faults.push(message.text()));
+        page.on('response', (response) => response.ok() || faults.push(`${response.status()} ${response.url()}`));
+        await prepare(page);
+        await page.goto(url);
+        return page;
+      });
+    },
+    { scope: 'worker' },
+  ],
+
   /**
    * Opens an empty page of the site with a content security policy, the strictest that the package works with if none is
    * given: `openEmptyPage({ policy, modules })`, where `modules` are files of `tests/` that the page may import.

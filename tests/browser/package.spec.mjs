@@ -1,4 +1,4 @@
-// The package in Chromium: every kind of frame, results equal to those of Node, workers and threads, content security, errors
+// The package in Chromium: every kind of frame, the results of Node, workers and threads, content security, errors
 // while it loads, and random call sequences.
 
 import * as inNode from '../entries.mjs';
@@ -10,7 +10,7 @@ const SCENE = { width: 96, height: 54, frames: 6, seed: 4 };
 const MODULES = ['fingerprint.mjs', 'faulty-wasm.mjs', 'call-sequences.mjs'];
 
 // A page with the strictest content security policy that the package works with.
-const shared = useEmptyPage(prepare, { modules: MODULES });
+const emptyPage = useEmptyPage(prepare, { modules: MODULES });
 
 /** Imports the package into a page. */
 function prepare(page) {
@@ -41,7 +41,7 @@ function prepare(page) {
 
 /** Expects a number of workers in the shared page, after garbage is collected if need be. */
 async function expectWorkers(count) {
-  const { page } = shared;
+  const { page } = emptyPage;
   const session = await page.context().newCDPSession(page);
   await expect
     .poll(async () => {
@@ -57,8 +57,8 @@ test('results equal those of Node, in a worker, in the page, and for single imag
   globalThis.kit = { ...inNode, fingerprint, fnv1a, frames };
   const expected = await computePrints();
   delete globalThis.kit;
-  expect(await shared.page.evaluate(computePrints)).toEqual(expected);
-  expect(await shared.page.evaluate(() => globalThis.kit.segment({ worker: false }))).toBe(expected.run);
+  expect(await emptyPage.page.evaluate(computePrints)).toEqual(expected);
+  expect(await emptyPage.page.evaluate(() => globalThis.kit.segment({ worker: false }))).toBe(expected.run);
   expect(JSON.parse(expected.objects).length).toBeGreaterThan(0);
 });
 
@@ -80,7 +80,7 @@ async function computePrints() {
 }
 
 test('every kind of frame gives the result of its pixels', async () => {
-  const differing = await shared.page.evaluate(async () => {
+  const differing = await emptyPage.page.evaluate(async () => {
     const { synthClip, segment } = globalThis.kit;
     const clip = await synthClip({ width: 48, height: 36, frames: 2, seed: 5 });
     const frames = [clip.frame(0), clip.frame(1)];
@@ -110,7 +110,7 @@ test('every kind of frame gives the result of its pixels', async () => {
 });
 
 test('any number of threads gives the same result; threads are workers that end with the run, or with the session', async () => {
-  const { page } = shared;
+  const { page } = emptyPage;
   const expected = await page.evaluate(() => globalThis.kit.segment({ threads: 1 }));
   const aborted = await page.evaluate(async () => {
     const session = await globalThis.kit.createFilled({ threads: 3 });
@@ -128,7 +128,7 @@ test('any number of threads gives the same result; threads are workers that end 
 });
 
 test('an internal error ends its worker, and other sessions continue', async () => {
-  const outcome = await shared.page.evaluate(async () => {
+  const outcome = await emptyPage.page.evaluate(async () => {
     const { createFilled, failure, fingerprint, frames, segment } = globalThis.kit;
     const { withTrap } = await import('/faulty-wasm.mjs');
     const bytes = new Uint8Array(await (await fetch('/dist/tracecut_bg.wasm')).arrayBuffer());
@@ -150,11 +150,11 @@ test('an internal error ends its worker, and other sessions continue', async () 
     isSame: true,
   });
   await expectWorkers(1);
-  await shared.page.evaluate(() => globalThis.session.close());
+  await emptyPage.page.evaluate(() => globalThis.session.close());
 });
 
 test('sessions that are closed or no longer referenced end their workers, unless a result may still ask them', async () => {
-  const { page } = shared;
+  const { page } = emptyPage;
   await page.evaluate(async () => {
     const { createFilled } = globalThis.kit;
     const options = { threads: 1 };
@@ -176,11 +176,13 @@ test('a wasm file that is missing, is something else, or is forbidden by the pol
   openEmptyPage,
 }) => {
   const load = (page, options) =>
-    page.evaluate((given) => globalThis.kit.failure(globalThis.kit.createSession(given)), options);
-  expect(await load(shared.page, { wasm: '/dist/none.wasm' })).toMatch(
+    page.evaluate((argument) => globalThis.kit.failure(globalThis.kit.createSession(argument)), options);
+  expect(await load(emptyPage.page, { wasm: '/dist/none.wasm' })).toMatch(
     /^TraceCutError wasm-load: .*none\.wasm could not be fetched: the server answered 404/,
   );
-  expect(await load(shared.page, { wasm: '/empty' })).toMatch(/^TraceCutError wasm-load: .*HTML.*optimizeDeps.exclude/);
+  expect(await load(emptyPage.page, { wasm: '/empty' })).toMatch(
+    /^TraceCutError wasm-load: .*HTML.*optimizeDeps.exclude/,
+  );
   const page = await openEmptyPage({ policy: "script-src 'self'", modules: MODULES });
   await page.evaluate(async () => {
     const { createSession } = await import('/model/library.js');
@@ -193,14 +195,14 @@ test('a wasm file that is missing, is something else, or is forbidden by the pol
 for (const options of [{ threads: 1 }, { threads: 2 }, { worker: false }])
   test(`random call sequences with ${JSON.stringify(options)} have valid outcomes`, async ({ openEmptyPage }) => {
     const page = await openEmptyPage({ modules: MODULES });
-    const { counts, unhandled } = await page.evaluate(async (chosen) => {
+    const { counts, unhandled } = await page.evaluate(async (sessionOptions) => {
       const unhandled = [];
       addEventListener('unhandledrejection', ({ reason }) => unhandled.push(String(reason)));
       const [api, { prepareSequences, runSequence }] = await Promise.all([
         import('/model/library.js'),
         import('/call-sequences.mjs'),
       ]);
-      const setup = await prepareSequences(api, chosen);
+      const setup = await prepareSequences(api, sessionOptions);
       const counts = {};
       for (const seed of [0, 1])
         for (const [outcome, count] of Object.entries(await runSequence(setup, seed, 30)))

@@ -68,12 +68,12 @@ const ATTEMPTS = {
 const studio = useSample({ sample: 'tiny', query: `?${encodeURIComponent(MARKUP)}=1#${MARKUP}` });
 const requests = [];
 /** Resolves when another host is reached by an attempt. */
-let reached;
+let arrival;
 let server, foreign;
 
 test.beforeAll(async () => {
   let report;
-  reached = new Promise((resolve) => (report = resolve));
+  arrival = new Promise((resolve) => (report = resolve));
   server = createServer(({ url }, response) => {
     requests.push(url);
     report('reached');
@@ -117,7 +117,7 @@ test('lets no other code run and nothing be sent', async ({ faults }) => {
   for (const [name, attempt] of Object.entries(ATTEMPTS)) {
     // The policy does not apply to the driver's evaluation that defines the function, only to its effects.
     await page.evaluate(`globalThis.attempt = ${attempt}`);
-    const outcome = await Promise.race([page.evaluate(attemptOutcome, `${foreign}/${name}`), reached]);
+    const outcome = await Promise.race([page.evaluate(attemptOutcome, `${foreign}/${name}`), arrival]);
     expect(outcome, name).toMatch(/^refused/);
   }
   expect(requests).toEqual([]);

@@ -5,7 +5,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { plainFrame } from '../moving.mjs';
 import { root } from '../../scripts/tools.mjs';
-import { expect, runEnd, test } from './fixtures.mjs';
+import { expect, runEnd, test, useSample } from './fixtures.mjs';
 import { fiveObjects } from './five-objects.mjs';
 import {
   CONTRAST,
@@ -38,35 +38,35 @@ const placeOf = (page, selector) =>
 
 const excessWidth = (page) => page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
 
-/** Opens the studio with the tiny sample, and waits for it. */
-async function openTiny(openStudio, options) {
-  const page = await openStudio({ sample: 'tiny', bypassCSP: true, ...options });
-  expect(await runEnd(page)).toBe('done');
-  return page;
-}
+/** Pages that the tests share: on a desk and on a phone. */
+const desk = useSample({ sample: 'tiny', bypassCSP: true });
+const phone = useSample({ sample: 'tiny', bypassCSP: true, ...PHONE });
 
 test.describe('the picture', () => {
-  /** Least shares that the picture has: of the window, of its height, of its width; and that its box has of the window. */
+  /**
+   * Least shares that the picture has: of the window, of its height, of its width; and that its box has of the window. With
+   * `isBrief` only a result is measured, not every state.
+   */
   const DESK = [
     { width: 1440, height: 900, shape: WIDE, area: 0.65 },
     { width: 1366, height: 768, shape: UPRIGHT, down: 0.8 },
-    { width: 2560, height: 1440, shape: WIDE, area: 0.65 },
+    { width: 2560, height: 1440, shape: WIDE, area: 0.65, isBrief: true },
   ];
   const HANDHELD = [
     // A wide picture cannot have 45% of an upright phone: its box has.
     { width: 390, height: 844, shape: WIDE, across: 0.999, box: 0.45 },
-    { width: 390, height: 844, shape: UPRIGHT, down: 0.5, box: 0.45 },
-    { width: 844, height: 390, shape: WIDE, down: 0.65 },
+    { width: 390, height: 844, shape: UPRIGHT, down: 0.5, box: 0.45, isBrief: true },
+    { width: 844, height: 390, shape: WIDE, down: 0.65, isBrief: true },
     { width: 844, height: 390, shape: UPRIGHT, down: 0.65 },
   ];
 
-  for (const [device, options, windows] of [
-    ['a desk', {}, DESK],
-    ['a phone', PHONE, HANDHELD],
+  for (const [device, shared, windows] of [
+    ['a desk', desk, DESK],
+    ['a phone', phone, HANDHELD],
   ])
-    test(`is the largest thing in every state and stays where it is, on ${device}`, async ({ openStudio }) => {
-      const page = await openTiny(openStudio, options);
-      for (const { width, height, shape, area = 0, down = 0, across = 0, box = 0 } of windows) {
+    test(`is the largest thing in every state and stays where it is, on ${device}`, async () => {
+      const { page } = shared;
+      for (const { width, height, shape, area = 0, down = 0, across = 0, box = 0, isBrief } of windows) {
         await page.setViewportSize({ width, height });
         const places = new Set();
         const measure = async (state) => {
@@ -81,15 +81,19 @@ test.describe('the picture', () => {
           expect(canvas.share, name).toBe(1);
           places.add([canvas.width, canvas.height, canvas.left, canvas.top].map(Math.round).join());
         };
-        const { video } = await fiveObjects(page, shape);
-        await page.setInputFiles('#file', [video]);
-        await page.waitForFunction((aspect) => {
-          const { clientWidth, clientHeight } = document.querySelector('#canvas');
-          return document.body.dataset.phase === 'running' && Math.abs(clientWidth / clientHeight - aspect) < 0.05;
-        }, shape.width / shape.height);
-        await measure('running');
+        if (!isBrief) {
+          const { video } = await fiveObjects(page, shape);
+          await page.setInputFiles('#file', [video]);
+          await page.waitForFunction((aspect) => {
+            const { clientWidth, clientHeight } = document.querySelector('#canvas');
+            return document.body.dataset.phase === 'running' && Math.abs(clientWidth / clientHeight - aspect) < 0.05;
+          }, shape.width / shape.height);
+          await measure('running');
+        }
         await openFive(page, shape);
         await measure('done');
+        expect(await excessWidth(page)).toBeLessThanOrEqual(0);
+        if (isBrief) continue;
         await openFix(page);
         for (const tool of ['paint', 'add', 'apart', 'pick']) {
           await selectTool(page, tool);
@@ -102,10 +106,9 @@ test.describe('the picture', () => {
         await page.click('#export-open');
         await page.waitForSelector('#export-preview > *');
         await measure('save');
-        await expectDialogFits(page, { height, hasTouch: options.hasTouch });
+        await expectDialogFits(page, { height, hasTouch: shared === phone });
         await page.click('#export-close');
         expect([...places]).toHaveLength(1);
-        expect(await excessWidth(page)).toBeLessThanOrEqual(0);
       }
     });
 
@@ -128,8 +131,9 @@ test.describe('the picture', () => {
     expect(await page.locator('#export').evaluate((dialog) => dialog.scrollWidth - dialog.clientWidth)).toBe(0);
   }
 
-  test('does not move while a stroke is painted and carried to other frames', async ({ openStudio }) => {
-    const page = await openTiny(openStudio, { viewport: { width: 1366, height: 768 } });
+  test('does not move while a stroke is painted and carried to other frames', async () => {
+    const { page } = desk;
+    await page.setViewportSize({ width: 1366, height: 768 });
     await openFive(page, WIDE);
     await openFix(page);
     await selectTool(page, 'paint');
@@ -152,8 +156,8 @@ test.describe('the picture', () => {
     expect(shifts.filter(({ value }) => value > 0.001)).toEqual([]);
   });
 
-  test('of an upright clip is in the filmstrip', async ({ openStudio }) => {
-    const page = await openTiny(openStudio);
+  test('of an upright clip is in the filmstrip', async () => {
+    const { page } = desk;
     await openFive(page, UPRIGHT);
     await page.waitForFunction(() => document.querySelector('#trim-strip').dataset.ready === 'five.webm');
     const greens = await page.locator('#trim-strip canvas').evaluateAll((canvases) =>
@@ -168,8 +172,9 @@ test.describe('the picture', () => {
 });
 
 test.describe('a phone', () => {
-  test('keeps the picture in view while fixing, fits narrow windows and explains touch', async ({ openStudio }) => {
-    const page = await openTiny(openStudio, PHONE);
+  test('keeps the picture in view while fixing, fits narrow windows and explains touch', async () => {
+    const { page } = phone;
+    await page.setViewportSize(PHONE.viewport);
     await openFive(page, WIDE);
     await openFix(page);
     for (const selector of ['#correct-split', '#correct-done', '#correct-merge', '#play']) {
@@ -201,10 +206,12 @@ test.describe('a phone', () => {
     await page.setInputFiles('#file', [{ name, mimeType: 'video/mp4', buffer: Buffer.from('x') }]);
     await expect(page.locator('#notice')).toHaveText(/^Couldn’t open/);
     expect(await excessWidth(page)).toBeLessThanOrEqual(0);
+    await page.emulateMedia({ colorScheme: 'light' });
   });
 
-  test('shares what was saved, where the browser shares such files', async ({ openStudio }) => {
-    const page = await openTiny(openStudio, PHONE);
+  test('shares what was saved, where the browser shares such files', async () => {
+    const { page } = phone;
+    await openFive(page, WIDE);
     await page.evaluate(() => {
       globalThis.shared = [];
       navigator.canShare = ({ files }) => files[0].type !== 'application/json';
@@ -226,10 +233,12 @@ test.describe('a phone', () => {
     await page.evaluate(() => (navigator.share = () => Promise.reject(new DOMException('no', 'NotAllowedError'))));
     await share.click();
     await expect(status).toHaveText(/Couldn’t share/);
+    await page.click('#export-close');
   });
 
-  test('on its side has the controls beside the picture, which stays in view', async ({ openStudio }) => {
-    const page = await openTiny(openStudio, { ...PHONE, viewport: { width: 844, height: 390 } });
+  test('on its side has the controls beside the picture, which stays in view', async () => {
+    const { page } = phone;
+    await page.setViewportSize({ width: 844, height: 390 });
     await openFive(page, WIDE);
     const screen = await placeOf(page, '#screen');
     expect(screen.width).toBeGreaterThan(0.5 * 844);
@@ -249,7 +258,8 @@ test.describe('a phone', () => {
 });
 
 test('shows every control in forced colours', async ({ openStudio }) => {
-  const page = await openTiny(openStudio, { forcedColors: 'active' });
+  const page = await openStudio({ sample: 'tiny', forcedColors: 'active' });
+  await runEnd(page);
   await openFive(page, WIDE);
   await openLook(page);
   // A control of one colour cannot be seen.
@@ -334,7 +344,7 @@ test.describe('the first screen', () => {
       await choosing;
     });
 
-  test('does not move its parts when the result appears, and ends with a file of the user', async ({ openStudio }) => {
+  test('moves nothing when it ends, with the result or a file of the user', async ({ openStudio }) => {
     const page = await openStudio({ sample: 'tiny', viewport: { width: 1440, height: 900 } });
     await runEnd(page);
     await expect(page.locator('#welcome')).toHaveCount(0);
@@ -347,13 +357,9 @@ test.describe('the first screen', () => {
         }),
     );
     expect(shifts.reduce((sum, value) => sum + value, 0)).toBeLessThanOrEqual(0.02);
-  });
 
-  test('ends when a file is opened before the sample is done', async ({ openStudio, sites }) => {
-    const page = await openTiny(openStudio);
     const { video } = await fiveObjects(page, WIDE);
-    await page.goto('about:blank');
-    await page.goto(await sites('tiny'));
+    await page.reload();
     await page.waitForFunction(() => globalThis.tracecutStudio);
     await page.setInputFiles('#file', [video]);
     await expect(page.locator('#clip-name')).toHaveText('five.webm');
@@ -375,19 +381,23 @@ test.describe('an accessibility checker', () => {
       .map((element) => element.textContent.trim());
   }
 
-  for (const [device, options] of [
-    ['a desk', {}],
-    ['a phone', { viewport: { width: 360, height: 740 }, isMobile: true, hasTouch: true }],
+  for (const [device, shared, viewport] of [
+    ['a desk', desk, { width: 1280, height: 800 }],
+    ['a phone', phone, { width: 360, height: 740 }],
   ])
-    test(`finds nothing in any state, and every text fits, on ${device}`, async ({ openStudio, faults }) => {
-      const isDesk = device === 'a desk';
-      const page = await openTiny(openStudio, options);
+    test(`finds nothing in any state, and every text fits, on ${device}`, async ({ faults }) => {
+      const isDesk = shared === desk;
+      const { page } = shared;
+      await page.setViewportSize(viewport);
       /** @param hasColours true if the state has colours that no other has */
       const check = async (state, { hasColours = true } = {}) => {
-        if (isDesk || !hasColours) expect(await accessibilityFaults(page, NO_CONTRAST), state).toEqual([]);
-        for (const colorScheme of isDesk && hasColours ? ['light', 'dark'] : []) {
-          await page.emulateMedia({ colorScheme });
-          expect(await accessibilityFaults(page, CONTRAST), `${state}, ${colorScheme}`).toEqual([]);
+        const isWhole = isDesk && hasColours;
+        if (isDesk || !hasColours)
+          expect(await accessibilityFaults(page, isWhole ? {} : NO_CONTRAST), state).toEqual([]);
+        if (isWhole) {
+          await page.emulateMedia({ colorScheme: 'dark' });
+          expect(await accessibilityFaults(page, CONTRAST), `${state}, dark`).toEqual([]);
+          await page.emulateMedia({ colorScheme: 'light' });
         }
         expect(await page.evaluate(cutTexts), state).toEqual([]);
         expect(await excessWidth(page), state).toBeLessThanOrEqual(0);
@@ -452,11 +462,9 @@ test.describe('an accessibility checker', () => {
     });
 });
 
-test('the help has the first steps; the hashes of this browser match, and one that differs is told', async ({
-  openStudio,
-}) => {
+test('the help has the first steps; the hashes of this browser match, and one that differs is told', async () => {
   const { hashes, version } = JSON.parse(readFileSync(join(root, 'cli', 'src', 'selftest', 'expected.json'), 'utf8'));
-  const page = await openTiny(openStudio);
+  const { page } = desk;
   await expect(page.locator('#guide')).toBeHidden();
   await page.focus('#help-open');
   await page.keyboard.press('Enter');

@@ -1,4 +1,4 @@
-// Video files segmented in Chromium: masks like those of Node, and workers that end.
+// Video files segmented in Chromium: nearly the masks of Node, and workers that end.
 
 import { framesOfVideo } from '../../dist/node.js';
 import { segmentVideo } from '../../dist/node/index.js';

@@ -18,11 +18,11 @@ import { startWebKit } from './webkit.mjs';
 /**
  * @typedef {object} Engine
  * @property {string} name
- * @property {() => string | null} missing what would have to be installed
+ * @property {() => string | null} missing the packages to install, if any
  * @property {() => Promise<{version: string, page: EnginePage, close: () => Promise<unknown>}>} start
  */
 
-/** Where Debian and its kin have WebKit's small browser. */
+/** Where Debian and similar systems have WebKit's MiniBrowser. */
 const MINI_BROWSERS = ['webkit2gtk-4.1', 'webkit2gtk-4.0', 'webkitgtk-6.0'].flatMap((folder) =>
   ['/usr/lib/x86_64-linux-gnu', '/usr/lib/aarch64-linux-gnu', '/usr/libexec', '/usr/lib'].map((place) =>
     join(place, folder, 'MiniBrowser'),
@@ -53,7 +53,7 @@ async function startFirefox() {
 }
 
 async function started(browser, page) {
-  const call = (what, ...args) => page.evaluate(`(${what})(...${JSON.stringify(args)})`);
+  const call = (run, ...args) => page.evaluate(`(${run})(...${JSON.stringify(args)})`);
   return {
     version: (await browser.version()).replace(/^\D+/, ''),
     page: { goto: (url) => page.goto(url), call, screenshot: (path) => page.screenshot({ path }) },

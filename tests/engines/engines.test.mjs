@@ -10,7 +10,7 @@ import { serve } from '../../scripts/serve.mjs';
 import { root } from '../../scripts/tools.mjs';
 import { gifFile, movingClip, plainFrame } from '../browser/support.mjs';
 import { ENGINES } from './engines.mjs';
-import { ended, faults, inPhase, maskHash, open, press, save, until, visit, words } from './page.mjs';
+import { ended, faults, inPhase, maskHash, open, press, save, until, visit, textOf } from './page.mjs';
 
 const expected = JSON.parse(readFileSync(join(root, 'cli', 'src', 'selftest', 'expected.json'), 'utf8'));
 const clip = movingClip(8, [96, 64]);
@@ -56,11 +56,11 @@ async function encoded(codec, container) {
   return btoa(Array.from(new Uint8Array(output.target.buffer), (byte) => String.fromCharCode(byte)).join(''));
 }
 
-/** What one engine gave and all others must give too, by its name. */
-const given = new Map();
+/** Results that must be equal in all engines, by name. */
+const outcomes = new Map();
 function sameInAll(name, value, engine) {
-  const first = given.get(name) ?? { value, engine };
-  given.set(name, first);
+  const first = outcomes.get(name) ?? { value, engine };
+  outcomes.set(name, first);
   assert.equal(value, first.value, `${name} differs between ${engine} and ${first.engine}`);
 }
 
@@ -84,8 +84,8 @@ function inEngine(name, start) {
 
   test('the page segments its sample', async () => {
     await visit(page, server.url);
-    assert.equal(await ended(page), 'done', await words(page, '#error'));
-    assert.equal(await words(page, '#headline'), '3 moving objects');
+    assert.equal(await ended(page), 'done', await textOf(page, '#error'));
+    assert.equal(await textOf(page, '#headline'), '3 moving objects');
     sameInAll('the sample', await maskHash(page), name);
     const folder = join(root, 'out', 'screens');
     mkdirSync(folder, { recursive: true });
@@ -102,11 +102,11 @@ function inEngine(name, start) {
   });
 
   test('a clip of images is segmented, its masks are saved as the same bytes, and a video of them', async () => {
-    assert.equal(await open(page, clip), 'done', await words(page, '#error'));
+    assert.equal(await open(page, clip), 'done', await textOf(page, '#error'));
     sameInAll('the images', await maskHash(page), name);
     const { name: file, bytes } = await save(page, 'zip');
     assert.match(file, /\.zip$/);
-    const masks = Object.keys(unzipSync(bytes)).filter((one) => one.endsWith('.png'));
+    const masks = Object.keys(unzipSync(bytes)).filter((path) => path.endsWith('.png'));
     assert.equal(masks.length, clip.length);
     sameInAll('the ZIP of masks', bytes.toString('base64'), name);
     // Before the page has played any: an encoder that comes first was the end of WebKit's.
@@ -117,24 +117,24 @@ function inEngine(name, start) {
 
   test('a video is segmented; where there is no decoder for it, the page says what to do', async () => {
     const webm = { name: 'clip.webm', mimeType: 'video/webm', buffer: videos.vp8 };
-    assert.equal(await open(page, [webm]), 'done', await words(page, '#error'));
-    assert.match(await words(page, '#subline'), /12 frames of 160 × 96/);
+    assert.equal(await open(page, [webm]), 'done', await textOf(page, '#error'));
+    assert.match(await textOf(page, '#subline'), /12 frames of 160 × 96/);
     if (!videos.avc) return;
     const state = await open(page, [{ name: 'clip.mp4', mimeType: 'video/mp4', buffer: videos.avc }]);
     const plays = await page.call(() => document.createElement('video').canPlayType('video/mp4; codecs="avc1.42001f"'));
-    if (plays) assert.equal(state, 'done', await words(page, '#error'));
+    if (plays) assert.equal(state, 'done', await textOf(page, '#error'));
     else {
       assert.equal(state, 'error');
-      assert.equal(await words(page, '#error-title'), 'This browser can’t decode this video');
-      assert.equal(await words(page, '#error-advice'), 'Convert it to WebM, or try another browser.');
-      assert.match(await words(page, '#error-detail'), /the codec avc1\S* cannot be decoded .*; convert it to WebM$/);
+      assert.equal(await textOf(page, '#error-title'), 'This browser can’t decode this video');
+      assert.equal(await textOf(page, '#error-advice'), 'Convert it to WebM, or try another browser.');
+      assert.match(await textOf(page, '#error-detail'), /the codec avc1\S* cannot be decoded .*; convert it to WebM$/);
     }
     assert.deepEqual(await faults(page), []);
   });
 
   test('an animated image is segmented', async () => {
     const frames = [0, 1, 2].map((k) => plainFrame(48, 32, (x, y) => [(x * 5 + k * 9) % 256, y * 7, 0]));
-    assert.equal(await open(page, [gifFile('clip.gif', frames)]), 'done', await words(page, '#error'));
+    assert.equal(await open(page, [gifFile('clip.gif', frames)]), 'done', await textOf(page, '#error'));
     assert.deepEqual(await faults(page), []);
   });
 

@@ -1,32 +1,38 @@
-// What tests do on the page of the site, in any engine: files handed over, results waited for, what is saved caught.
+// Page actions of the studio in any engine: open files, wait for results, catch what is saved.
 
 import { createHash } from 'node:crypto';
+import { setTimeout as delay } from 'node:timers/promises';
 
-/** How often a page is asked, and how many times at most: a busy machine may take minutes. */
-const PAUSE_MS = 200;
-const MOST_ASKED = 1200;
+const POLL_MS = 200;
+/** Four minutes: a busy machine is slow. */
+const MAX_POLLS = 1200;
 
-/** Waits until a function of the page gives something true, and gives that. */
-export async function until(page, what, ...args) {
-  for (let asked = 0; asked < MOST_ASKED; asked += 1) {
-    // Between two pages there is none to ask.
-    const found = await page.call(what, ...args).catch(() => null);
-    if (found) return found;
-    await new Promise((done) => setTimeout(done, PAUSE_MS));
+/**
+ * Asks until the answer is truthy, and returns it; errors count as no answer. WebDriver tells no events of a page, and its
+ * server does not tell when it is ready, so the tests of engines poll.
+ */
+export async function poll(ask) {
+  for (let count = 0; count < MAX_POLLS; count += 1) {
+    const answer = await ask().catch(() => null);
+    if (answer) return answer;
+    await delay(POLL_MS);
   }
-  throw new Error(`it never came true: ${what} (${await page.call(() => JSON.stringify(document.body.dataset))})`);
+  throw new Error(`not true after ${MAX_POLLS * POLL_MS} ms: ${ask}`);
 }
 
-/** Waits until a run has ended and gives the state it ended in. */
+/** Waits until a function of the page returns something truthy, and returns that. */
+export const until = (page, condition, ...args) => poll(() => page.call(condition, ...args));
+
+/** Waits until a run has ended and returns the state it ended in. */
 export const ended = (page) =>
   until(page, () => {
     const { state } = document.body.dataset;
     return ['done', 'error'].includes(state) && state;
   });
 
-export const inPhase = (page, phase) => until(page, (wanted) => document.body.dataset.phase === wanted, phase);
+export const inPhase = (page, phase) => until(page, (expected) => document.body.dataset.phase === expected, phase);
 
-/** Goes to the site and collects from the first moment on what goes wrong on the page. */
+/** Opens the site and collects all errors of the page. */
 export async function visit(page, url) {
   await page.goto(url);
   await page.call(() => {
@@ -34,7 +40,7 @@ export async function visit(page, url) {
     addEventListener('error', ({ message }) => faults.push(message));
     addEventListener('unhandledrejection', ({ reason }) => faults.push(`unhandled: ${reason}`));
     const { error } = console;
-    console.error = (...words) => (faults.push(words.join(' ')), error.apply(console, words));
+    console.error = (...parts) => (faults.push(parts.join(' ')), error.apply(console, parts));
     // Nobody answers a dialog of the browser's here: files come as downloads.
     globalThis.showSaveFilePicker = undefined;
   });
@@ -43,24 +49,26 @@ export async function visit(page, url) {
 export const faults = (page) => page.call(() => globalThis.faults);
 
 /** Presses a button. */
-export const press = (page, selector) => page.call((one) => void document.querySelector(one).click(), selector);
+export const press = (page, selector) => page.call((query) => void document.querySelector(query).click(), selector);
 
-export const words = (page, selector) => page.call((one) => document.querySelector(one).innerText.trim(), selector);
+/** Returns the text of an element. */
+export const textOf = (page, selector) =>
+  page.call((query) => document.querySelector(query).innerText.trim(), selector);
 
 /**
- * Hands files to the page as if they had been chosen, and waits for what becomes of them.
+ * Opens files as if they had been chosen, and waits for the end of the run.
  * @param {import('./engines.mjs').EnginePage} page
  * @param {{name: string, mimeType: string, buffer: Uint8Array}[]} files
  */
 export async function open(page, files) {
   const list = files.map(({ name, mimeType, buffer }) => [name, mimeType, Buffer.from(buffer).toString('base64')]);
-  await page.call((given) => {
+  await page.call((encoded) => {
     const transfer = new DataTransfer();
-    for (const [name, type, text] of given) {
+    for (const [name, type, text] of encoded) {
       const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
       transfer.items.add(new File([bytes], name, { type }));
     }
-    document.body.dataset.state = 'given';
+    document.body.dataset.state = 'opening';
     const input = document.querySelector('#file');
     input.files = transfer.files;
     input.dispatchEvent(new Event('change', { bubbles: true }));
@@ -68,25 +76,29 @@ export async function open(page, files) {
   return ended(page);
 }
 
-/** The masks of the result on screen, as one hash. */
+/** Returns a hash of the masks on screen. */
 export async function maskHash(page) {
   const text = await page.call(() => {
     const { result } = globalThis.tracecutStudio;
-    let all = '';
-    for (let t = 0; t < result.numFrames; t += 1) all += result.labels(t).join('');
-    return all;
+    let text = '';
+    for (let t = 0; t < result.numFrames; t += 1) text += result.labels(t).join('');
+    return text;
   });
   return createHash('sha256').update(text).digest('hex').slice(0, 16);
 }
 
-/** Saves one thing by the page's dialog; its name and bytes. */
+/** Saves one export by the dialog; returns its file name and bytes. */
 export async function save(page, id) {
   await page.call(catchDownload);
   await page.call(() => document.querySelector('#export').open || document.querySelector('#export-open').click());
-  await until(page, (one) => document.querySelector('#export').open && document.querySelector(one) !== null, item(id));
+  await until(
+    page,
+    (query) => document.querySelector('#export').open && document.querySelector(query) !== null,
+    item(id),
+  );
   await page.call(() => void (document.querySelector('#export-more').open = true));
   // A card is only chosen by a press; a button saves at once, and is disabled meanwhile.
-  const isCard = await page.call((one) => document.querySelector(one).type === 'radio', item(id));
+  const isCard = await page.call((query) => document.querySelector(query).type === 'radio', item(id));
   await press(page, item(id));
   if (isCard) await press(page, '#export-run');
   const { name, text } = await until(page, () => globalThis.caught);
@@ -96,7 +108,7 @@ export async function save(page, id) {
 
 const item = (id) => `[data-export="${id}"]:enabled`;
 
-/** Runs in the page: the next file that is saved is kept. The page may not fetch what it saves, so its blob is. */
+/** Runs in the page: keeps the next saved file as `caught`. The page may not fetch object URLs, so this keeps the blobs. */
 function catchDownload() {
   globalThis.caught = null;
   const { createObjectURL } = URL;

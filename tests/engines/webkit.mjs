@@ -5,6 +5,7 @@ import { spawn } from 'node:child_process';
 import { once } from 'node:events';
 import { writeFile } from 'node:fs/promises';
 import { freePort } from '../programs.mjs';
+import { poll } from './page.mjs';
 
 /** How long a function may run in a page, in milliseconds. */
 const SCRIPT_MS = 300_000;
@@ -17,7 +18,7 @@ export async function startWebKit({ driver, browser, display }) {
   const port = await freePort();
   const env = screen ? { ...process.env, DISPLAY: screen.name } : process.env;
   const server = spawn(driver, [`--port=${port}`], { stdio: 'ignore', env });
-  const end = () => [server, screen?.process].forEach((one) => one?.kill());
+  const end = () => [server, screen?.process].forEach((program) => program?.kill());
   try {
     const session = await openSession(`http://127.0.0.1:${port}`, browser);
     const close = async () => {
@@ -43,7 +44,7 @@ async function startDisplay(program) {
 }
 
 async function openSession(url, binary) {
-  await untilReady(`${url}/status`);
+  await poll(async () => (await fetch(`${url}/status`)).ok);
   const options = { 'webkitgtk:browserOptions': { binary, args: ['--automation'] } };
   const { sessionId, capabilities } = await ask('POST', `${url}/session`, { capabilities: { alwaysMatch: options } });
   const send = (method, path, body) => ask(method, `${url}/session/${sessionId}${path}`, body);
@@ -52,15 +53,7 @@ async function openSession(url, binary) {
   return { send, version: capabilities.browserVersion };
 }
 
-async function untilReady(url) {
-  for (let tries = 0; ; tries += 1) {
-    const found = await fetch(url).catch((error) => (tries < 100 ? null : Promise.reject(error)));
-    if (found?.ok) return;
-    await new Promise((done) => setTimeout(done, 100));
-  }
-}
-
-/** Sends a command; an error that the driver tells is thrown. */
+/** Sends a command; throws the driver's error. */
 async function ask(method, url, body) {
   const headers = { 'content-type': 'application/json' };
   const response = await fetch(url, { method, headers, body: body && JSON.stringify(body) });
@@ -69,19 +62,19 @@ async function ask(method, url, body) {
   return value;
 }
 
-/** What a function gives or throws comes back as text: the driver cannot read every value of a page. */
+/** Calls a function and returns its value or error as text: the driver cannot read every value of a page. */
 const CALL = `
   const done = arguments[arguments.length - 1];
-  Promise.resolve().then(() => (WHAT)(...arguments[0]))
+  Promise.resolve().then(() => (FUNCTION)(...arguments[0]))
     .then((value) => ({ value }), (error) => ({ error: String(error) + ' at ' + error?.stack }))
-    .then((found) => done(JSON.stringify(found)));`;
+    .then((outcome) => done(JSON.stringify(outcome)));`;
 
 /** @returns {import('./engines.mjs').EnginePage} */
 function pageOf(send) {
   return {
     goto: (url) => send('POST', '/url', { url }),
-    async call(what, ...args) {
-      const script = CALL.replace('WHAT', () => String(what));
+    async call(run, ...args) {
+      const script = CALL.replace('FUNCTION', () => String(run));
       const { value, error } = JSON.parse(await send('POST', '/execute/async', { script, args: [args] }));
       if (error) throw new Error(error);
       return value;

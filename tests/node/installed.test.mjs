@@ -186,8 +186,8 @@ test('the tasks for Node work as described', async (t) => {
   assert.match(readFileSync(join(folder, 'objects.csv'), 'utf8'), /^frame,time,object,.*\n0,0,1,/);
   prints(
     folder,
-    'Why a pixel has its label, and how confident it is',
-    /^label \d wins by [\d.]+; the costs are [\d.,]+\n\d+ pixels are worth a look\n$/,
+    'Why a pixel has its label',
+    /^label \d wins by [\d.]+; the costs are [\d.,]+\n\d+ ranges of frames to check\n$/,
   );
   prints(folder, 'Many single pictures', /^(\d+\n){8}$/);
   prints(folder, 'Uncompressed video from a stream', /^[1-9] objects\n$/);

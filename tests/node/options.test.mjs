@@ -27,79 +27,63 @@ const map = new Float32Array(64 * 48);
 /** Takes the first item of a generator, which checks its options when it starts. */
 const first = (generator) => generator.next();
 
-/** Calls with options, a misspelt option, and the option that is meant; null if the options resemble nothing. */
+/** A call of every public function that takes options, with these. */
 const CALLS = {
-  adjustMask: [(o) => edit.adjustMask({ ...masks, labels: clip.mask(0) }, o), 'fether', 'feather'],
-  boundaries: [(o) => stages.boundaries(frame, o), 'countour', 'contour'],
-  clipsZip: [(o) => files.clipsZip([{ name: 'a', masks }], o), 'onprogress', 'onProgress'],
-  cocoRle: [(o) => files.cocoRle(masks, o), 'Objects', 'objects'],
-  configure: [(o) => node.configure(o), 'wams', 'wasm'],
-  createImageEngine: [(o) => stages.createImageEngine(o), 'wroker', 'worker'],
-  createSession: [(o) => node.createSession(o), 'wroker', 'worker'],
-  drawBoundaries: [(o) => draw.drawBoundaries(context, { ...grid, pb: map, thin: map }, o), 'whit', 'white'],
-  drawCells: [(o) => draw.drawCells(context, trajectories, 0, { color: () => null, ...o }), 'raech', 'reach'],
-  drawCutout: [(o) => draw.drawCutout(context, frame, { ...masks, alpha: clip.mask(0) }, o), 'backgroud', 'background'],
-  drawDiscontinuities: [(o) => draw.drawDiscontinuities(context, edges, 0, o), 'treshold', 'threshold'],
-  drawFlow: [(o) => draw.drawFlow(context, clip.flow(0), o), 'scal', 'scale'],
-  drawLabels: [
-    (o) => draw.drawLabels?.(context, masks, 0, o) ?? node.drawLabels(context, masks, 0, o),
-    'opactiy',
-    'opacity',
-  ],
-  drawSuperpixels: [(o) => draw.drawSuperpixels(context, regions, o), 'imgae', 'image'],
-  drawTrajectories: [(o) => draw.drawTrajectories(context, trajectories, 0, o), 'tial', 'tail'],
-  editMasks: [(o) => edit.editMasks(masks, o), 'sesion', 'session'],
-  encodeImages: [(o) => files.encodeImages(masks, frames, o), 'Format', 'format'],
-  'encodeImages: sound': [
-    (o) => files.encodeImages(masks, frames, { sound: { source: new Blob(), ...o } }),
-    'strat',
-    'sound.start',
-  ],
-  encodeVideo: [(o) => node.encodeVideo(masks, frames, o), 'qualty', 'quality'],
-  enlargeMask: [(o) => edit.enlargeMask({ ...masks, labels: clip.mask(0) }, frame, o), 'decodr', 'decoder'],
-  estimateVideoSize: [
-    (o) => files.estimateVideoSize({ width: 64, height: 48, numFrames: 2, ...o }),
-    'qualty',
-    'quality',
-  ],
-  flow: [(o) => stages.flow(frame, frame, o), 'flwo', 'flow'],
-  framesOfRaw: [
-    (o) => first(node.framesOfRaw([], { width: 8, height: 8, format: 'gray', ...o })),
-    'framerate',
-    'frameRate',
-  ],
-  framesOfVideo: [(o) => first(node.framesOfVideo('none.mp4', o)), 'ffmpge', 'ffmpeg'],
-  fromCocoRle: [(o) => files.fromCocoRle({ size: [1, 1], counts: '1' }, o), 'decodr', 'decoder'],
-  imageDiscontinuities: [(o) => stages.imageDiscontinuities(frame, o), 'stil', 'still'],
-  'ImageEngine.superpixels': [(o) => engine.superpixels(frame, o), 'cuont', 'count'],
-  labelMaps: [(o) => files.labelMaps(masks, o), 'framerate', 'frameRate'],
-  'MaskEditor.carry': [(o) => editor.carry(editor.edits[0], o), 'lsat', 'last'],
-  'MaskEditor.interpolate': [(o) => editor.interpolate({ from: 1, to: 2 }, o), 'side', 'sides'],
-  'MaskEditor.paint': [(o) => editor.paint({ label: 1, t: 0, region, ...o }), 'labl', 'label'],
-  maskPng: [(o) => node.maskPng(masks, 0, o), 'objects', 'object'],
-  masksAtSize: [(o) => edit.masksAtSize(masks, frames, o), 'edge', 'edges'],
-  masksZip: [(o) => node.masksZip(masks, o), 'perobject', 'perObject'],
-  objectTable: [(o) => files.objectTable(masks, o), 'trajectory', 'trajectories'],
-  objectTableCsv: [(o) => files.objectTableCsv([], o), 'decodr', 'decoder'],
-  previewMasks: [(o) => node.previewMasks(frames, o), 'sise', 'size'],
-  prompts: [(o) => files.prompts(masks, o), 'object', 'objects'],
-  saveProject: [(o) => edit.saveProject(masks, o), 'file', 'files'],
-  segmentEach: [(o) => first(node.segmentEach([{ name: 'a', source: frames }], o)), 'windw', 'window'],
-  segmentVideo: [(o) => node.segmentVideo(frames, o), 'Size', 'size'],
-  selftest: [(o) => selftest(o), 'oncheck', 'onCheck'],
-  'Session.apart': [(o) => session.apart([stroke, stroke], o), 'sginal', 'signal'],
-  'Session.merge': [(o) => session.merge(1, 2, o), 'sginal', 'signal'],
-  'Session.run': [(o) => session.run(o), 'onprogress', 'onProgress'],
-  'Session.split': [(o) => session.split(1, undefined, o), 'sginal', 'signal'],
-  'Session.together': [(o) => session.together([stroke], o), 'sginal', 'signal'],
-  'Session.undo': [(o) => session.undo(o), 'sginal', 'signal'],
-  smoothMasks: [(o) => edit.smoothMasks(masks, { picture: () => frame, ...o }), 'raech', 'reach'],
-  superpixels: [(o) => stages.superpixels(frame, o), 'cuont', 'count'],
-  synthClip: [(o) => node.synthClip(o), 'widht', 'width'],
-  trajectories: [(o) => stages.trajectories(frames, o), 'maxframes', 'maxFrames'],
-  videoFrames: [(o) => node.videoFrames(frames, o), 'sise', 'size'],
-  videoInfo: [(o) => node.videoInfo(frames, o), 'ondamage', 'onDamage'],
-  videoStrip: [(o) => first(node.videoStrip(frames, o)), 'cuont', 'count'],
+  adjustMask: (o) => edit.adjustMask({ ...masks, labels: clip.mask(0) }, o),
+  boundaries: (o) => stages.boundaries(frame, o),
+  clipsZip: (o) => files.clipsZip([{ name: 'a', masks }], o),
+  cocoRle: (o) => files.cocoRle(masks, o),
+  configure: (o) => node.configure(o),
+  createImageEngine: (o) => stages.createImageEngine(o),
+  createSession: (o) => node.createSession(o),
+  drawBoundaries: (o) => draw.drawBoundaries(context, { ...grid, pb: map, thin: map }, o),
+  drawCells: (o) => draw.drawCells(context, trajectories, 0, { color: () => null, ...o }),
+  drawCutout: (o) => draw.drawCutout(context, frame, { ...masks, alpha: clip.mask(0) }, o),
+  drawDiscontinuities: (o) => draw.drawDiscontinuities(context, edges, 0, o),
+  drawFlow: (o) => draw.drawFlow(context, clip.flow(0), o),
+  drawLabels: (o) => draw.drawLabels?.(context, masks, 0, o) ?? node.drawLabels(context, masks, 0, o),
+  drawSuperpixels: (o) => draw.drawSuperpixels(context, regions, o),
+  drawTrajectories: (o) => draw.drawTrajectories(context, trajectories, 0, o),
+  editMasks: (o) => edit.editMasks(masks, o),
+  encodeImages: (o) => files.encodeImages(masks, frames, o),
+  'encodeImages: sound': (o) => files.encodeImages(masks, frames, { sound: { source: new Blob(), ...o } }),
+  encodeVideo: (o) => node.encodeVideo(masks, frames, o),
+  enlargeMask: (o) => edit.enlargeMask({ ...masks, labels: clip.mask(0) }, frame, o),
+  estimateVideoSize: (o) => files.estimateVideoSize({ width: 64, height: 48, numFrames: 2, ...o }),
+  flow: (o) => stages.flow(frame, frame, o),
+  framesOfRaw: (o) => first(node.framesOfRaw([], { width: 8, height: 8, format: 'gray', ...o })),
+  framesOfVideo: (o) => first(node.framesOfVideo('none.mp4', o)),
+  fromCocoRle: (o) => files.fromCocoRle({ size: [1, 1], counts: '1' }, o),
+  imageDiscontinuities: (o) => stages.imageDiscontinuities(frame, o),
+  'ImageEngine.superpixels': (o) => engine.superpixels(frame, o),
+  labelMaps: (o) => files.labelMaps(masks, o),
+  'MaskEditor.carry': (o) => editor.carry(editor.edits[0], o),
+  'MaskEditor.interpolate': (o) => editor.interpolate({ from: 1, to: 2 }, o),
+  'MaskEditor.paint': (o) => editor.paint({ label: 1, t: 0, region, ...o }),
+  maskPng: (o) => node.maskPng(masks, 0, o),
+  masksAtSize: (o) => edit.masksAtSize(masks, frames, o),
+  masksZip: (o) => node.masksZip(masks, o),
+  objectTable: (o) => files.objectTable(masks, o),
+  objectTableCsv: (o) => files.objectTableCsv([], o),
+  previewMasks: (o) => node.previewMasks(frames, o),
+  prompts: (o) => files.prompts(masks, o),
+  saveProject: (o) => edit.saveProject(masks, o),
+  segmentEach: (o) => first(node.segmentEach([{ name: 'a', source: frames }], o)),
+  segmentVideo: (o) => node.segmentVideo(frames, o),
+  selftest: (o) => selftest(o),
+  'Session.apart': (o) => session.apart([stroke, stroke], o),
+  'Session.merge': (o) => session.merge(1, 2, o),
+  'Session.run': (o) => session.run(o),
+  'Session.split': (o) => session.split(1, undefined, o),
+  'Session.together': (o) => session.together([stroke], o),
+  'Session.undo': (o) => session.undo(o),
+  smoothMasks: (o) => edit.smoothMasks(masks, { picture: () => frame, ...o }),
+  superpixels: (o) => stages.superpixels(frame, o),
+  synthClip: (o) => node.synthClip(o),
+  trajectories: (o) => stages.trajectories(frames, o),
+  videoFrames: (o) => node.videoFrames(frames, o),
+  videoInfo: (o) => node.videoInfo(frames, o),
+  videoStrip: (o) => first(node.videoStrip(frames, o)),
 };
 
 /** Public functions without an object of options. */
@@ -157,14 +141,24 @@ test('every public function has a line in the table', () => {
   );
 });
 
-for (const [name, [call, typo, meant]] of Object.entries(CALLS))
-  test(`${name} refuses ${typo} and suggests ${meant}`, async () => {
-    const words = await messageOf(() => call({ [typo]: 5 }));
-    assert.match(words, new RegExp(`${typo} = 5 \\(expected a known option, such as ${meant.replace('.', '\\.')};`));
-    const last = meant.split('.').at(-1);
-    assert.match(words, new RegExp(`the options are .*\\b${last}\\b`));
-    assert.match(await messageOf(() => call({ qqqqqq: 1 })), /^(sound\.)?qqqqqq = 1 \(expected a known option; /);
-  });
+test('every public function refuses an unknown option, lists its own and suggests the one that is meant', async () => {
+  for (const [name, call] of Object.entries(CALLS)) {
+    const message = await messageOf(() => call({ qqqqqq: 1 }));
+    const [, group = '', list] =
+      /^(sound\.)?qqqqqq = 1 \(expected a known option; the options are (.*)\)$/.exec(message) ?? [];
+    assert.ok(list, `${name}: ${message}`);
+    const option = list
+      .split(', ')
+      .find((known) => /^\w{4,}$/.test(known.replace(group, '')))
+      .replace(group, '');
+    const misspelt = `${option}${option.at(-1)}`;
+    assert.match(
+      await messageOf(() => call({ [misspelt]: 5 })),
+      new RegExp(`${misspelt} = 5 \\(expected a known option, such as ${group}${option};`),
+      name,
+    );
+  }
+});
 
 test('parameters are suggested with their group, and only those of the call', async () => {
   for (const [options, words] of [
@@ -177,19 +171,16 @@ test('parameters are suggested with their group, and only those of the call', as
     [{ clip: 7 }, /^clip = 7 \(expected an object with maxSide, /],
   ])
     assert.match(await messageOf(() => node.createSession(options)), words);
-  const ofSuperpixels = await messageOf(() => stages.superpixels(frame, { Size: 4 }));
+  const message = await messageOf(() => stages.superpixels(frame, { Size: 4 }));
   assert.equal(
-    ofSuperpixels,
+    message,
     'Size = 4 (expected a known option; the options are count, wasm, decoder, worker, contour, superpixel)',
   );
 });
 
 test('a queue refuses the options that only a single video has', async () => {
   for (const name of ['onDamage', 'keep'])
-    assert.match(
-      await messageOf(() => CALLS.segmentEach[0]({ [name]: true })),
-      /it is an option of segmentVideo alone/,
-    );
+    assert.match(await messageOf(() => CALLS.segmentEach({ [name]: true })), /it is an option of segmentVideo alone/);
 });
 
 /** Returns the message of the TraceCutError that a call throws or rejects with. */

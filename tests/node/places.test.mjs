@@ -91,7 +91,7 @@ test('what a worker of sessions alone refuses to do aside is done in this thread
   const worker = {
     addEventListener: (type, listener) => (listeners[type] = listener),
     postMessage: ({ id }) =>
-      setTimeout(() => listeners.message({ data: { id, type: 'failed', data: { code: 'state' } } })),
+      queueMicrotask(() => listeners.message({ data: { id, type: 'failed', data: { code: 'state' } } })),
     terminate() {},
   };
   const task = { kind: 'zip', files: { a: new Uint8Array([1]) }, stored: [] };

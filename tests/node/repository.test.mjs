@@ -1,15 +1,14 @@
-// The repository's files agree: versions, links, the words for ffmpeg, and what SECURITY.md promises.
+// Release, packing and audit: what their scripts refuse. And files that must agree: versions, links, arguments for ffmpeg.
 
 import assert from 'node:assert/strict';
-import { execFileSync, spawnSync } from 'node:child_process';
+import { spawnSync } from 'node:child_process';
 import { existsSync, readFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { test } from 'node:test';
-import * as words from '../../dist/node/ffmpeg.js';
+import * as ffmpegArguments from '../../dist/node/ffmpeg.js';
 import { crateAnswer, packageAnswer } from '../../scripts/audit.mjs';
-import { absentFrom, targetsOf } from '../../scripts/pack.mjs';
-import { IS_PUBLISHED, notesOf, obstacles, versionOf } from '../../scripts/release.mjs';
-import { PARTS } from '../../scripts/release/local.mjs';
+import { absentFrom } from '../../scripts/pack.mjs';
+import { notesOf, obstacles, versionOf } from '../../scripts/release.mjs';
 import { output, root } from '../../scripts/tools.mjs';
 
 const read = (file) => readFileSync(join(root, file), 'utf8');
@@ -48,7 +47,6 @@ test('npm packs the whole package, and refuses one with only what the page of `n
     absentFrom(manifest, () => true),
     [],
   );
-  assert.ok(targetsOf(manifest).includes('dist/node/program.js'));
 });
 
 test('only the workflow publishes: at the tag of this version, of this repository, with a token to sign with', () => {
@@ -74,128 +72,6 @@ test('only the workflow publishes: at the tag of this version, of this repositor
   assert.equal(status, 1);
   assert.match(stderr, /Publishing is for the workflow release\.yml/);
 });
-
-test('the workflow runs this script at tags alone, and keeps no secret', () => {
-  const workflow = read(join('.github', 'workflows', 'release.yml'));
-  assert.match(workflow, /^on:\n {2}push:\n {4}tags: \['v\[0-9\]\*'\]\n\n/m);
-  assert.match(workflow, /run: npm run release -- --publish$/m);
-  assert.doesNotMatch(workflow, /secrets\./);
-});
-
-test('the workflow builds a wheel and the program for each system, and publishes only when all are built', () => {
-  const workflow = read(join('.github', 'workflows', 'release.yml'));
-  const targets = [...workflow.matchAll(/target: (\S+?)[ ,]/g)].map(([, target]) => target);
-  assert.deepEqual(targets.filter((target) => !target.startsWith('$')).sort(), [
-    'aarch64-apple-darwin',
-    'aarch64-unknown-linux-gnu',
-    'x86_64-apple-darwin',
-    'x86_64-pc-windows-msvc',
-    'x86_64-unknown-linux-gnu',
-  ]);
-  assert.match(workflow, /PyO3\/maturin-action@v\d\n[^]*manylinux: '2014'\n/);
-  assert.match(workflow, /\n {2}publish:\n {4}needs: build\n/);
-  const [, readmes] = /HERE \/ "tests" \/ "(\w+\.py)", PYTHONPATH=""/.exec(read('python/run_tests.py'));
-  const checks = ['twine check --strict', 'abi3audit --strict', `python/tests/${readmes}`, 'npm run --silent docs'];
-  for (const check of checks) assert.ok(workflow.includes(check), check);
-  const [, oldest] = /"abi3-py(\d+)"/.exec(read('python/Cargo.toml'));
-  assert.equal(/requires-python = ">=(.*)"/.exec(read('python/pyproject.toml'))[1].replace('.', ''), oldest);
-});
-
-const tracked = (...patterns) => output('git', ['ls-files', '--', ...patterns]).split('\n');
-
-test('documents name packages where they are: in `out` until a version is published', () => {
-  const readme = read('README.md');
-  const install = readme.split(/^## /m).find((section) => section.startsWith('Install\n'));
-  const says = ['README.md', 'python/README.md', 'cli/README.md', 'examples/README.md'].filter((file) =>
-    /[Nn]o version is published yet/.test(read(file)),
-  );
-  // Names in a registry. (`pip install 'tracecut[video]'` in error messages finds the installed package.)
-  const names = /\b(npm (install|i)|pip install|cargo (install|add)) (--locked )?["']?tracecut(-cli)?\b(?! --path)/;
-  const naming = tracked('*.md', ':!CHANGELOG.md').filter((file) => names.test(read(file)));
-  if (IS_PUBLISHED) {
-    assert.deepEqual(says, []);
-    for (const command of ['npm install tracecut', 'pip install tracecut', 'cargo install --locked tracecut-cli'])
-      assert.ok(install.includes(command), command);
-    return;
-  }
-  assert.deepEqual([says.length, naming], [4, []]);
-  assert.ok(install.includes('npm run release -- --local'));
-  const rows = [...install.matchAll(/^\| `(\w+)` \|/gm)].map(([, part]) => part);
-  assert.deepEqual(rows, Object.keys(PARTS));
-  const files = new RegExp(`tracecut-${manifest.version.replaceAll('.', '\\.')}[-.](tgz|cp39-abi3|crate)`, 'g');
-  assert.ok([...install.matchAll(files)].length >= 3);
-});
-
-test('Cargo takes the versions of Cargo.lock, in documents and scripts', () => {
-  const isUnlocked = (line) => !line.includes('--locked');
-  const linesWith = (pattern, ...files) =>
-    tracked(...files)
-      .filter((file) => existsSync(join(root, file)))
-      .flatMap((file) =>
-        read(file)
-          .split('\n')
-          .map((line) => ({ file, line })),
-      )
-      .filter(({ line }) => pattern.test(line));
-  const installs = linesWith(/cargo (install|package|publish) \S/, ':!CHANGELOG.md', ':!tests', ':!*.mjs');
-  assert.ok(installs.length > 4, `${installs.length} lines`);
-  assert.deepEqual(
-    installs.filter(({ line }) => isUnlocked(line)),
-    [],
-  );
-  const users = linesWith(
-    /cargo (build|run) (?!.*tracecut-bench)/,
-    'README.md',
-    'docs',
-    'examples',
-    'deploy',
-    '*/README.md',
-  );
-  assert.deepEqual(
-    users.filter(({ line }) => isUnlocked(line)),
-    [],
-  );
-  const automatic = linesWith(/^[^#]*\bcargo (build|clippy|doc|run|test) /, '.ci', '.github');
-  assert.ok(automatic.length > 3, `${automatic.length} lines`);
-  assert.deepEqual(
-    automatic.filter(({ line }) => isUnlocked(line)),
-    [],
-  );
-  const called = linesWith(/'cargo'.*'(build|test|rustc|rustdoc|package|publish)'/, 'scripts', 'tests/*.mjs');
-  assert.ok(called.length > 5, `${called.length} lines`);
-  assert.deepEqual(
-    called.filter(({ file, line }) => isUnlocked(line) && !line.includes("'fuzz'") && file),
-    [],
-  );
-});
-
-const textOf = (name) => readFileSync(join(root, name), 'utf8').replaceAll('\r', '');
-
-/** The code of a Rust file without its comments and texts. */
-const codeOf = (name) => textOf(name).replace(/\/\/.*|"(\\.|[^"\\])*"/g, '');
-
-test(
-  'every package of the workspace forbids unsafe code, and no file has any',
-  { skip: !existsSync(join(root, '.git')) },
-  () => {
-    const forbids = (manifest) => /\n\[lints(?:\.rust)?\]\n(workspace = true|unsafe_code = "forbid")\n/.test(manifest);
-    const main = textOf('Cargo.toml');
-    assert.match(main, /\n\[workspace\.lints\.rust\]\nunsafe_code = "forbid"\n/);
-    const [, members] = /\nmembers = \[(.*?)\]/s.exec(`\n${main}`);
-    const folders = ['.', ...[...members.matchAll(/"(.*?)"/g)].map(([, folder]) => folder)];
-    assert.ok(folders.length >= 5, `${folders}`);
-    assert.deepEqual(
-      folders.filter((folder) => !forbids(textOf(join(folder, 'Cargo.toml')))),
-      [],
-    );
-    const files = execFileSync('git', ['ls-files', '*.rs'], { cwd: root, encoding: 'utf8' }).trim().split('\n');
-    assert.ok(files.length > 200, `${files.length} files`);
-    assert.deepEqual(
-      files.filter((name) => existsSync(join(root, name)) && /\bunsafe\b/.test(codeOf(name))),
-      [],
-    );
-  },
-);
 
 test('cargo-deny’s output is clean, found, or could not be checked', () => {
   assert.equal(crateAnswer(0, 'advisories ok').state, 'clean');
@@ -259,13 +135,5 @@ function constant(name) {
 
 test('the arguments for ffmpeg equal the command line’s', () => {
   for (const name of ['GENERAL', 'LIST', 'DECODE', 'FILTERS', 'WRITE'])
-    assert.deepEqual(words[name], constant(name), name);
-});
-
-test('all files are formatted', () => {
-  const { status, stderr } = spawnSync(process.execPath, ['scripts/format.mjs', '--check'], {
-    cwd: root,
-    encoding: 'utf8',
-  });
-  assert.equal(status, 0, stderr);
+    assert.deepEqual(ffmpegArguments[name], constant(name), name);
 });

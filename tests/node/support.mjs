@@ -30,7 +30,7 @@ export const STAGES = [
   'masks',
 ];
 
-/** The frames of a synthetic clip. */
+/** Returns the frames of a synthetic clip. */
 export async function framesOf(options = SMALL) {
   const clip = await synthClip(options);
   return Array.from({ length: clip.numFrames }, (_, t) => clip.frame(t));
@@ -148,13 +148,13 @@ export function standIn(answer = serve) {
 }
 
 /**
- * Collects garbage until `gone` says so: in a task of its own, for a task keeps what it asks a `WeakRef` for, and
- * finalizers come later.
+ * Collects garbage until `gone` is true. No event says that an object is collected, so this asks after each collection, in a
+ * task of its own: a task keeps what it asks a `WeakRef` for, and finalizers come later.
  */
 export async function untilCollected(gone, rounds = 30) {
   setFlagsFromString('--expose-gc');
   const collectGarbage = runInNewContext('gc');
-  const task = () => new Promise((resolve) => setTimeout(resolve, 5));
+  const task = () => new Promise(setImmediate);
   for (let i = 0; i < rounds && !gone(); i += 1) {
     await task();
     collectGarbage();

@@ -365,24 +365,19 @@ test('leaving the loop, and an abort, end ffmpeg', { skip: noScripts }, async ()
       return false;
     }
   };
-  const ended = async (pids) => {
-    for (let k = 0; k < 100 && pids.some(isAlive); k += 1) await new Promise((resolve) => setTimeout(resolve, 20));
-    return !pids.some(isAlive);
-  };
   const messages = [0, 4, 8].map((time, k) => [`${shown(k, time)}\n`, k]);
   const made = { list: listOf(packet(0), packet(4), packet(8)), messages, forever: true };
   const left = standIn('left', made);
   for await (const { index } of framesOfVideo('a', { ffmpeg: left.path })) if (index === 1) break;
-  assert.ok(await ended(left.pids()));
+  assert.ok(!left.pids().some(isAlive));
   const aborted = standIn('aborted', made);
   const stop = new AbortController();
   const reading = framesOfVideo('a', { ffmpeg: aborted.path, signal: stop.signal });
   await reading.next();
-  const waiting = assert.rejects(all(reading), /enough/);
-  await new Promise((resolve) => setTimeout(resolve, 50));
-  stop.abort(new Error('enough'));
-  await waiting;
-  assert.ok(await ended(aborted.pids()));
+  await reading.next();
+  setImmediate(() => stop.abort(new Error('enough')));
+  await assert.rejects(all(reading), /enough/);
+  assert.ok(!aborted.pids().some(isAlive));
 });
 
 test('an ffmpeg that is too old says so', { skip: noScripts }, async () => {

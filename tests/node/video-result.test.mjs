@@ -169,7 +169,7 @@ test('onFrame is given each frame before it is segmented, at its size, and is wa
   const frames = (await framesOf({ width: 96, height: 64, frames: 6 })).map((frame) => png(frame));
   const seen = [];
   const onFrame = async ({ width, height, index, time, pixels }) => {
-    await new Promise((done) => setTimeout(done));
+    await new Promise(setImmediate);
     seen.push([width, height, index, time, (await pixels()).data.length]);
   };
   const told = await segmentVideo(frames, { frameRate: 10, step: 2, size: 48, onFrame }).collect();

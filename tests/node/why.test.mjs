@@ -1,4 +1,4 @@
-// Why pixels have their labels, and how sure that is.
+// Explanations of the labels of pixels, and the agreement of masks.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -70,39 +70,17 @@ test('of a reduced clip, places are in input pixels, maps at the working size', 
     });
     assert.equal(why.nearest, away.indexOf(Math.min(...away)));
   }
-  const { confidence, width, height, scaleX } = await result.confidence(0);
-  assert.deepEqual([confidence.length, width, height, scaleX], [120 * 67, 120, 67, 200 / 120]);
 });
 
-test('confidences are probabilities, surer within than at the borders, and objects have their means', async (t) => {
+test('frames whose masks disagree with nearby frames are doubts', async (t) => {
   const session = await ready(t, {}, await framesOf(SCENE));
   const result = await session.run();
-  const sums = Array.from({ length: Math.max(...result.clusters.object) + 1 }, () => [0, 0]);
-  const border = [0, 0];
-  for (let frame = 0; frame < 8; frame += 1) {
-    const { confidence, width, scaleX } = await result.confidence(frame);
-    assert.deepEqual([confidence.length, width, scaleX], [200 * 112, 200, 1]);
-    const labels = result.labels(frame);
-    confidence.forEach((p, k) => {
-      assert.ok(p >= 0.3 && p < 1);
-      sums[labels[k]][0] += p;
-      sums[labels[k]][1] += 1;
-      if (k % 200 < 199 && labels[k] === 0 && labels[k + 1] !== 0) {
-        border[0] += p;
-        border[1] += 1;
-      }
-    });
-  }
-  const means = await result.objectConfidence();
-  assert.equal(means.length, sums.length);
   const { clip, frames, objects } = await result.agreement();
   assert.ok(clip > 0 && clip <= 1 && frames.length === result.numFrames, `${clip}`);
   assert.ok(objects.every((values) => values.length === frames.length));
   const median = [...frames].sort((a, b) => a - b)[frames.length >> 1];
   const isDoubtful = (t) => result.doubts.some(({ from, to }) => from <= t && t < to);
   frames.forEach((value, t) => assert.ok(!(value < 0.7 * median) || isDoubtful(t), `frame ${t}: ${value}`));
-  sums.forEach(([sum, count], label) => assert.ok(Math.abs(means[label] - sum / Math.max(1, count)) < 1e-5));
-  assert.ok(border[0] / border[1] < means[0] - 0.05, `${border[0] / border[1]} at borders, ${means[0]} in all`);
 });
 
 test('trajectories from outside and a closed session have no reasons', async (t) => {
@@ -113,22 +91,21 @@ test('trajectories from outside and a closed session have no reasons', async (t)
   const result = await dense.run();
   dense.close();
   await rejects(result.explain(0, 0, 0), 'closed', /explanations/);
-  await rejects(result.confidence(0), 'closed', /confidences/);
+  await rejects(result.agreement(), 'closed', /agreements/);
 });
 
 test('a worker and the last window of a clip explain the same as a session in this thread', async (t) => {
   const frames = await framesOf(SCENE);
   const plain = await (await ready(t, {}, frames)).run();
   const result = await (await ready(t, { worker: true }, frames)).run();
-  const [why, sure] = [await plain.explain(3, 90, 50), await plain.confidence(3)];
+  const [why, agreement] = [await plain.explain(3, 90, 50), await plain.agreement()];
   assert.deepEqual(await result.explain(3, 90, 50), why);
-  assert.deepEqual(await result.confidence(3), sure);
+  assert.deepEqual(await result.agreement(), agreement);
   const windows = [];
   for await (const window of segmentVideo(frames, { window: 6, overlap: 3 })) {
     windows.push(window);
     if (windows.length < 2) continue;
     assert.equal((await window.explain(2, 90, 50)).label, window.labels(2)[50 * 200 + 90]);
-    assert.equal((await window.confidence(2)).confidence.length, 200 * 112);
     await rejects(windows[0].explain(2, 90, 50), 'state', /explanations of this window are gone/);
   }
   assert.equal(windows.length, 2);
@@ -142,9 +119,8 @@ test('after a correction the newest result answers, and says what a stroke forbi
   const place = [2, at % 200, Math.floor(at / 200)];
   const second = await session.merge(0, label);
   await rejects(first.explain(...place), 'state', /explanations of a result .* corrected since/);
-  await rejects(first.confidence(2), 'state', /confidences of a result .* corrected since/);
+  await rejects(first.agreement(), 'state', /agreements of a result .* corrected since/);
   assert.equal((await second.explain(...place)).label, 0);
-  assert.equal((await second.objectConfidence())[label] ?? 0, 0);
   const third = await session.undo();
   assert.equal((await third.explain(...place)).label, label);
   assert.equal((await first.superpixels(2)).width, 200, 'superpixels do not depend on corrections');

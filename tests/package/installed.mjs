@@ -1,5 +1,4 @@
-// The packed tarball in a project of its own, outside of this one, as a user has it; and a server for what such
-// projects build.
+// The packed tarball in a project outside of this one, as a user has it, and a server for such projects.
 
 import { execFileSync } from 'node:child_process';
 import { createHash } from 'node:crypto';
@@ -31,7 +30,8 @@ const types = {
 };
 
 /**
- * Copies `source` (or starts from nothing) into a new folder and installs the tarball there, without network.
+ * Copies `source`, if given, into a new folder and installs the tarball there, without network.
+ *
  * @param {{after: (clean: () => void) => void}} t
  * @param {string} [source] a folder of this project
  * @returns {string} the folder
@@ -40,15 +40,18 @@ export function installed(t, source) {
   const folder = realpathSync(mkdtempSync(join(tmpdir(), 'tracecut-')));
   t.after(() => rmSync(folder, { recursive: true, force: true }));
   if (source) cpSync(join(root, source), folder, { recursive: true });
-  // What else an example's package.json names, such as a bundler, is this project's own: the tarball alone is installed.
+  // Only the tarball is installed: other dependencies of an example, such as a bundler, are those of this project.
   const manifest = JSON.parse(source ? readOr(join(folder, 'package.json'), '{}') : '{}');
   cpSync(packedAndInstalled(), folder, { recursive: true, verbatimSymlinks: true });
-  const own = JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8'));
-  writeFileSync(join(folder, 'package.json'), JSON.stringify({ ...own, type: manifest.type ?? 'module' }));
+  const installedManifest = JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8'));
+  writeFileSync(
+    join(folder, 'package.json'),
+    JSON.stringify({ ...installedManifest, type: manifest.type ?? 'module' }),
+  );
   return folder;
 }
 
-/** A folder in which npm has installed the tarball: made once of every build, for the tests of all files. */
+/** Returns a folder in which npm has installed the tarball, shared by all tests of a build. */
 function packedAndInstalled() {
   const built = readdirSync(join(root, 'dist'), { recursive: true }).map((name) => join(root, 'dist', name));
   const shipped = ['package.json', 'README.md', 'CHANGELOG.md'].map((name) => join(root, name));
@@ -60,27 +63,28 @@ function packedAndInstalled() {
   const folder = join(root, 'out', 'installed', hash.digest('hex').slice(0, 16));
   if (existsSync(folder)) return folder;
   mkdirSync(join(root, 'out', 'installed'), { recursive: true });
-  const making = mkdtempSync(join(root, 'out', 'installed', 'making-'));
-  npm(root, 'pack', '--silent', '--ignore-scripts', '--pack-destination', making);
-  const [tarball] = readdirSync(making).filter((name) => name.endsWith('.tgz'));
-  writeFileSync(join(making, 'package.json'), JSON.stringify({ private: true }));
-  npm(making, 'install', '--offline', '--no-audit', '--no-fund', `./${tarball}`);
+  const draft = mkdtempSync(join(root, 'out', 'installed', 'draft-'));
+  npm(root, 'pack', '--silent', '--ignore-scripts', '--pack-destination', draft);
+  const [tarball] = readdirSync(draft).filter((name) => name.endsWith('.tgz'));
+  writeFileSync(join(draft, 'package.json'), JSON.stringify({ private: true }));
+  npm(draft, 'install', '--offline', '--no-audit', '--no-fund', `./${tarball}`);
   try {
-    renameSync(making, folder);
+    renameSync(draft, folder);
   } catch {
-    rmSync(making, { recursive: true }); // Another process was first.
+    rmSync(draft, { recursive: true }); // Another process was first.
   }
   return folder;
 }
 
 /**
- * Serves a folder. `edit` may change a file's text on its way, `headers` are added to each answer.
+ * Serves a folder.
+ *
  * @param {{after: (clean: () => void) => void}} t
  * @param {string} folder
- * @param {{headers?: Record<string, string>, edit?: (text: string) => string}} [options]
+ * @param {{headers?: Record<string, string>}} [options] headers of each response
  * @returns {Promise<string>} the server's address
  */
-export async function served(t, folder, { headers = {}, edit = (text) => text } = {}) {
+export async function served(t, folder, { headers = {} } = {}) {
   const server = createServer((request, response) => {
     const path = decodeURIComponent(request.url.split('?')[0]);
     const file = resolve(folder, `.${path.endsWith('/') ? `${path}index.html` : path}`);
@@ -88,9 +92,9 @@ export async function served(t, folder, { headers = {}, edit = (text) => text } 
       return response.writeHead(404).end();
     const type = types[extname(file)] ?? 'application/octet-stream';
     response.writeHead(200, { 'Content-Type': type, ...headers });
-    response.end(extname(file) === '.js' ? edit(readFileSync(file, 'utf8')) : readFileSync(file));
+    response.end(readFileSync(file));
   });
-  await new Promise((done) => server.listen(0, '127.0.0.1', done));
+  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
   t.after(() => {
     server.close();
     server.closeAllConnections();

@@ -1,4 +1,4 @@
-// A project of its own with the packed tarball, tools at pinned versions, and a recipe of docs/recipes as it stands.
+// A project with the packed tarball, tools at pinned versions, and an unchanged recipe of docs/recipes.
 
 import { execFile } from 'node:child_process';
 import { chmodSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
@@ -10,7 +10,8 @@ import { installed } from './installed.mjs';
 const run = promisify(execFile);
 
 /**
- * The blocks of a recipe that name a file after their language, by this name.
+ * Returns the blocks of a recipe that name a file after their language, by this name.
+ *
  * @param {string} name of the page in docs/recipes
  * @returns {Map<string, string>}
  */
@@ -20,16 +21,17 @@ export function recipe(name) {
 }
 
 /**
- * A folder with the application of tests/package, the tarball, tools, and files over it.
+ * Creates a folder with the application of tests/package, the tarball, tools, and more files.
+ *
  * @param {{after: (clean: () => void) => void}} t
  * @param {{tools?: Record<string, string>, recipe?: string, files?: Record<string, string>}} options
  * @returns {Promise<string>} the folder
  */
 export async function project(t, { tools = {}, recipe: name, files = {} }) {
   const folder = installed(t, 'tests/package/app');
-  const wanted = Object.entries(tools).map(([tool, version]) => `${tool}@${version}`);
-  if (wanted.length > 0)
-    await execute(folder, 'npm', ['install', '--no-audit', '--no-fund', '--prefer-offline', ...wanted]);
+  const versions = Object.entries(tools).map(([tool, version]) => `${tool}@${version}`);
+  if (versions.length > 0)
+    await execute(folder, 'npm', ['install', '--no-audit', '--no-fund', '--prefer-offline', ...versions]);
   for (const [file, text] of [...(name ? recipe(name) : []), ...Object.entries(files)]) {
     mkdirSync(dirname(join(folder, file)), { recursive: true });
     writeFileSync(join(folder, file), text);
@@ -37,7 +39,7 @@ export async function project(t, { tools = {}, recipe: name, files = {} }) {
   return folder;
 }
 
-/** Runs a program in a folder; gives what it printed. What it printed on the way to a failure is in the error. */
+/** Runs a program in a folder and returns its output; the error of a failure has the output too. */
 export async function execute(folder, program, args, env = {}) {
   const options = { cwd: folder, maxBuffer: 2 ** 26, env: { ...process.env, CI: '1', NO_COLOR: '1', ...env } };
   try {
@@ -48,7 +50,7 @@ export async function execute(folder, program, args, env = {}) {
   }
 }
 
-/** Another version of Node, from the registry, where there is one for this machine. */
+/** Installs another version of Node for this machine and returns its path. */
 export async function nodeOf(t, version) {
   const name = `node-${process.platform}-${process.arch}`;
   const folder = await project(t, { tools: { [name]: version } });
@@ -57,7 +59,7 @@ export async function nodeOf(t, version) {
   return program;
 }
 
-/** An entry that runs what a recipe says first. */
+/** An entry of the application that imports the setup of a recipe first. */
 export const MAIN = `import './setup.js';
 import { outcome, throughVideo } from './segment.js';
 

@@ -1,4 +1,4 @@
-//! The crates as crates.io would get them.
+//! The files of the published crates.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -36,36 +36,18 @@ fn wanted(folder: &Path, others: &[&str]) -> BTreeSet<String> {
 }
 
 #[test]
-fn each_crate_holds_its_sources_and_words_and_nothing_else() {
-    let words = ["CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT", "README.md"];
+fn each_crate_has_its_sources_and_texts_and_nothing_else() {
+    let texts = ["CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT", "README.md"];
     let examples = ["examples/masks.rs", "examples/method.rs"];
-    assert_eq!(packed("tracecut"), wanted(root(), &[&words[..], &examples].concat()));
-    assert_eq!(packed("tracecut-cli"), wanted(&root().join("cli"), &words[1..]));
+    assert_eq!(packed("tracecut"), wanted(root(), &[&texts[..], &examples].concat()));
+    assert_eq!(packed("tracecut-cli"), wanted(&root().join("cli"), &texts[1..]));
 }
 
 #[test]
 fn the_licences_of_the_command_line_are_those_of_the_library() {
     for name in ["LICENSE-APACHE", "LICENSE-MIT"] {
-        let texts = [root().join(name), root().join("cli").join(name), root().join("python").join(name)];
-        let [ours, cli, python] = texts.map(|path| fs::read_to_string(path).unwrap());
+        let files = [root().join(name), root().join("cli").join(name), root().join("python").join(name)];
+        let [ours, cli, python] = files.map(|path| fs::read_to_string(path).unwrap());
         assert!(ours == cli && ours == python, "{name}");
-    }
-}
-
-/// A registry takes no dependency that is known by its path alone, and one of another version is another library.
-#[test]
-fn the_command_line_names_the_version_of_the_library() {
-    let manifest = fs::read_to_string(root().join("cli/Cargo.toml")).unwrap();
-    let expected = format!(r#"tracecut = {{ path = "..", version = "{}","#, env!("CARGO_PKG_VERSION"));
-    assert!(manifest.lines().any(|line| line.starts_with(&expected)), "expected {expected}");
-}
-
-/// What the project measures itself with is for nobody who uses it.
-#[test]
-fn nothing_that_is_published_carries_the_benchmarks() {
-    let read = |name: &str| fs::read_to_string(root().join(name)).unwrap();
-    assert!(read("bench/Cargo.toml").lines().any(|line| line == "publish = false"));
-    for manifest in ["Cargo.toml", "cli/Cargo.toml", "python/Cargo.toml", "decoder/Cargo.toml"] {
-        assert!(!read(manifest).contains("tracecut-bench"), "{manifest}");
     }
 }

@@ -3,11 +3,10 @@
 mod cost;
 mod crate_files;
 mod examples;
-mod golden;
-mod imports;
-mod limits;
 #[allow(unreachable_pub, dead_code, reason = "fuzz targets, of another crate, call the same modules")]
-mod made;
+mod generators;
+mod golden;
+mod limits;
 mod mirror;
 mod pipeline;
 mod plain_ground;

@@ -1,126 +1,76 @@
-//! The library's files, rooms and groups of rooms: imports lead down only, and no files import each other in a circle,
-//! nor do those of the programs and of the Python module.
-//!
-//! A room is an entry of a group of `src`, or of `src` itself. A path is followed through `use` to the file that has what
-//! it names; a file that declares modules imports their files.
+//! Rooms import only from the rooms above them in the table of ARCHITECTURE.md. A room is an entry of a group of `src`, or of
+//! `src` itself; paths name it after `crate::`, those of `session` after `crate::session::`.
 
-use crate::imports::Sources;
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::fs;
+use std::path::{Path, PathBuf};
 
-/// The entries of `src` that are groups of rooms.
 const GROUPS: [&str; 5] = ["base", "motion", "dense", "figure", "session"];
 
-/// The entries of `src`. What is in one imports only from it and from those before.
-const ORDER: [&str; 11] =
-    ["base", "motion", "dense", "still", "figure", "mask", "correction", "session", "synth", "tracks", "wasm"];
-
-/// Which name imports which others.
-type Imports = BTreeMap<String, BTreeSet<String>>;
-
-fn library() -> Imports {
-    let imports = Sources::of(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src")).imports();
-    assert!(imports.len() > 130 && imports.values().map(BTreeSet::len).sum::<usize>() > 600, "{imports:?}");
-    imports
-}
-
-/// The first `depth` names of a file's path.
-fn upper(file: &str, depth: usize) -> String {
-    let names: Vec<&str> = file.trim_end_matches(".rs").split('/').take(depth).collect();
-    names.join("/")
-}
-
-fn room_of(file: &str) -> String {
-    upper(file, if GROUPS.contains(&upper(file, 1).as_str()) { 2 } else { 1 })
-}
-
-/// The same between what `name` makes of files, without those files that declare modules alone.
-fn between(files: &Imports, name: impl Fn(&str) -> String) -> Imports {
-    let declares = |file: &str| file == "lib.rs" || GROUPS.iter().any(|group| file == format!("{group}/mod.rs"));
-    let mut found = Imports::new();
-    for (from, to) in files.iter().filter(|(from, _)| !declares(from)) {
-        let from = name(from);
-        let to: Vec<String> = to.iter().map(|to| name(to)).filter(|to| *to != from).collect();
-        found.entry(from).or_default().extend(to);
+/// Returns the rooms of the table from top to bottom, those of `session` as `session::NAME`.
+fn rooms() -> Vec<String> {
+    let text = include_str!("../../ARCHITECTURE.md").replace('\r', "");
+    let (_, table) = text.split_once("| group | room | content |\n").unwrap();
+    let (mut rooms, mut is_session) = (Vec::new(), false);
+    for row in table.lines().skip(1).take_while(|line| line.starts_with('|')) {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        is_session = if cells[1].is_empty() { is_session } else { cells[1] == "`session`" };
+        let names = cells[2].split('`').skip(1).step_by(2);
+        rooms.extend(names.map(|name| if is_session { format!("session::{name}") } else { name.to_owned() }));
     }
-    found
+    rooms
 }
 
-/// What `from` imports, what these import, and so on.
-fn reached(imports: &Imports, from: &str) -> BTreeSet<String> {
-    let mut found = BTreeSet::new();
-    let mut open = vec![from];
-    while let Some(next) = open.pop() {
-        open.extend(
-            imports.get(next).into_iter().flatten().filter(|to| found.insert((*to).clone())).map(String::as_str),
-        );
-    }
-    found
-}
-
-/// The imports that lead back to where they come from.
-fn circles(imports: &Imports) -> Imports {
-    let reached: BTreeMap<&String, _> = imports.keys().map(|from| (from, reached(imports, from))).collect();
-    let leads_back = |from: &String, to: &String| reached.get(to).is_some_and(|found| found.contains(from));
-    let back = |from: &String, to: &BTreeSet<String>| to.iter().filter(|to| leads_back(from, to)).cloned().collect();
-    let all = imports.iter().map(|(from, to)| (from.clone(), back(from, to)));
-    all.filter(|(_, to): &(String, BTreeSet<String>)| !to.is_empty()).collect()
-}
-
-#[test]
-fn imports_between_groups_lead_down_only() {
-    let groups = between(&library(), |file| upper(file, 1));
-    assert_eq!(groups.keys().cloned().collect::<BTreeSet<_>>(), BTreeSet::from(ORDER.map(String::from)));
-    let place = |name: &str| ORDER.iter().position(|entry| *entry == name);
-    for (from, to) in &groups {
-        let up: Vec<_> = to.iter().filter(|to| place(to) >= place(from)).collect();
-        assert!(up.is_empty(), "{from} imports {up:?}");
+fn add_files(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() { add_files(&path, files) } else { files.push(path) }
     }
 }
 
-#[test]
-fn imports_between_rooms_lead_down_only() {
-    let rooms = between(&library(), room_of);
-    assert!(rooms.len() > 20 && rooms["session/run"].contains("dense/cut"), "{rooms:?}");
-    assert!(rooms["dense/cut"].contains("base/params"));
-    let circles = circles(&rooms);
-    assert!(circles.is_empty(), "imports in a circle: {circles:#?}");
-}
-
-#[test]
-fn no_files_import_each_other_in_a_circle() {
-    let circles = circles(&library());
-    assert!(circles.is_empty(), "imports in a circle: {circles:#?}");
-}
-
-#[test]
-fn no_files_of_the_programs_or_the_python_module_import_each_other_in_a_circle() {
-    for (folder, num_imports) in [("bench/src", 50), ("cli/src", 80), ("python/src", 30)] {
-        let imports = Sources::of(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder)).imports();
-        assert!(imports.values().map(BTreeSet::len).sum::<usize>() > num_imports, "{folder}: {imports:?}");
-        let circles = circles(&imports);
-        assert!(circles.is_empty(), "{folder}: imports in a circle: {circles:#?}");
+/// Returns the room of a file in `src`; `None` for files that only declare modules.
+fn room_of(file: &str) -> Option<String> {
+    let names: Vec<&str> = file.trim_end_matches(".rs").split('/').collect();
+    match names[..] {
+        ["lib"] => None,
+        [group, "mod"] if GROUPS.contains(&group) => None,
+        ["session", room, ..] => Some(format!("session::{room}")),
+        [group, room, ..] if GROUPS.contains(&group) => Some(room.to_owned()),
+        [room, ..] => Some(room.to_owned()),
+        [] => None,
     }
 }
 
-#[test]
-fn a_circle_is_seen_through_what_passes_names_on() {
-    let imports = |deep: &str| {
-        let files = [
-            ("lib.rs", "mod group;\npub use group::{low, high};"),
-            ("group/mod.rs", "//! use crate::high::Top;\npub mod low;\npub mod high;"),
-            ("group/low/mod.rs", "mod deep;\npub use deep::Deep;\npub struct Own;"),
-            ("group/low/deep.rs", deep),
-            ("group/high.rs", "use crate::low::{self, Deep as Base};\npub struct Top(Base, low::Own);"),
-        ];
-        Sources::from_texts(files.map(|(file, text)| (file.to_owned(), text.to_owned()))).imports()
+/// Returns the rooms named in the paths of a file, without comments and unit tests.
+fn imports_of(text: &str) -> Vec<String> {
+    let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    let code: String = code.lines().map(|line| line.split("//").next().unwrap_or_default()).collect();
+    let is_name = |name: &str| name.starts_with(|c: char| c.is_ascii_lowercase());
+    let name_at = |path: &str| path.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or("").to_owned();
+    // Public names of `session` count as of its last room; `choices` is a macro.
+    let in_session = |name: String| if is_name(&name) { name } else { "read".to_owned() };
+    let room = |path: &str| match name_at(path).as_str() {
+        "choices" => "params".to_owned(),
+        "session" => format!("session::{}", in_session(name_at(path.split_once("::").map_or("", |(_, rest)| rest)))),
+        name => name.to_owned(),
     };
-    let found = imports("#[cfg(test)]\nmod tests {\n    use crate::high::Top;\n}\n");
-    assert_eq!(found["group/high.rs"], BTreeSet::from(["group/low/deep.rs", "group/low/mod.rs"].map(String::from)));
-    assert!(circles(&found).is_empty());
-    for (text, length) in [("use crate::{high::Top as Up};", 3), ("struct Deep(super::Own);", 2)] {
-        let files = circles(&imports(text));
-        assert_eq!(files.len(), length, "{text}: {files:?}");
-        assert!(files.contains_key("group/low/deep.rs"));
+    code.split("crate::").skip(1).map(room).filter(|name| is_name(name)).collect()
+}
+
+#[test]
+fn rooms_import_only_from_rooms_above_them() {
+    let (rooms, src) = (rooms(), Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
+    let place = |name: &String| rooms.iter().position(|room| room == name);
+    let (mut files, mut num_imports) = (Vec::new(), 0);
+    add_files(&src, &mut files);
+    for path in files {
+        let file = path.strip_prefix(&src).unwrap().to_string_lossy().replace('\\', "/");
+        let Some(room) = room_of(&file).filter(|_| !file.ends_with("tests.rs")) else { continue };
+        let own = place(&room).unwrap_or_else(|| panic!("{file}: ARCHITECTURE.md has no row of {room}"));
+        for import in imports_of(&fs::read_to_string(path).unwrap().replace('\r', "")) {
+            let above = place(&import).unwrap_or_else(|| panic!("{file} imports crate::{import}, which is no room"));
+            assert!(above <= own, "{file} imports {import}, which is below {room}");
+            num_imports += 1;
+        }
     }
+    assert!(num_imports > 300, "{num_imports}");
 }

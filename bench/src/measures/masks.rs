@@ -18,7 +18,7 @@
 //! background; a true object is found when labels that are not false have at least half of its pixels.
 
 use super::davis::{boundary_measure, check_sizes};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::collections::BTreeMap;
 use tracecut::Error;
 use tracecut::image::Plane;
@@ -36,7 +36,7 @@ pub enum Truth {
 }
 
 /// Scores of masks, of a frame or on average; `None` if undefined.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct MaskScores {
     /// Region similarity, `0.0..=1.0`, 1 best.
@@ -69,7 +69,7 @@ impl MaskScores {
 }
 
 /// Counts of objects and labels of a clip.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Census {
     /// Labels other than 0 in the scored pixels.

@@ -1,4 +1,4 @@
-//! Readers of ground truth: any bytes are an error or a value that keeps its laws. The fuzz targets call them too.
+//! Readers of ground truth: any bytes give an error or a valid value. The fuzz targets call them too.
 
 use tracecut_bench::mat;
 use tracecut_bench::measures::definition::{Definition, parse_pgm};

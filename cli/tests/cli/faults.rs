@@ -1,7 +1,7 @@
 //! Faults of the machine around `segment`: full disks, folders that cannot be written, another run in the same folder,
 //! lists that name what is no file. A folder of results is whole or absent.
 
-use super::files::{WINDOWS, absent, assert_same, beside, long_clip, start, wait_for};
+use super::files::{Running, WINDOWS, absent, assert_same, beside, long_clip, shared_long_clip, undisturbed_results};
 use super::*;
 
 /// Runs `segment` from a shell that says first what is to be different; `$0` is the program.
@@ -23,22 +23,21 @@ fn assert_nothing_half(out: &Path) {
 
 #[cfg(unix)]
 #[test]
-fn a_file_that_finds_no_more_room_is_an_error_and_leaves_no_half_result() {
-    let (input, whole, out) = (long_clip("room-in"), absent("room-whole"), absent("room-out"));
-    assert_done(&segment(&input, &whole, &WINDOWS));
+fn a_file_that_cannot_be_completed_is_an_error_and_leaves_no_partial_results() {
+    let (input, out) = (shared_long_clip(), absent("room-out"));
     // A limit on the size of files, in blocks of 512 bytes, and its signal ignored: writing fails as on a full disk.
     for blocks in [0, 4] {
-        let output = shell(&format!("trap '' XFSZ; ulimit -f {blocks}"), &input, &out, &WINDOWS);
+        let output = shell(&format!("trap '' XFSZ; ulimit -f {blocks}"), input, &out, &WINDOWS);
         assert_refused(&output, 1, &["room-out", "cannot be written"]);
         assert_nothing_half(&out);
         let _ = fs::remove_dir_all(beside(&out, ".partial"));
     }
     // Heard, it ends the program in the middle of a file; what is left is not taken for results.
-    let output = shell("ulimit -f 4", &input, &out, &WINDOWS);
+    let output = shell("ulimit -f 4", input, &out, &WINDOWS);
     assert!(!output.status.success());
     assert!(!out.exists());
-    assert_done(&segment(&input, &out, &[&WINDOWS[..], &["--overwrite"]].concat()));
-    assert_same(&whole, &out);
+    assert_done(&segment(input, &out, &[&WINDOWS[..], &["--overwrite"]].concat()));
+    assert_same(undisturbed_results(), &out);
 }
 
 /// As `shell`, with a disk of this many kilobytes at `/mnt`, which only this program sees.
@@ -104,31 +103,27 @@ fn a_place_that_cannot_be_written_is_named_and_what_is_there_stays() {
 #[cfg(unix)]
 #[test]
 fn of_two_runs_into_one_folder_the_first_goes_on_and_the_other_is_refused() {
-    let (input, whole, out) = (long_clip("two-in"), absent("two-whole"), absent("two-out"));
-    assert_done(&segment(&input, &whole, &WINDOWS));
-    let mut first = start(&input, &out, &WINDOWS);
+    let (input, out) = (shared_long_clip(), absent("two-out"));
+    let mut first = Running::start(input, &out, &WINDOWS);
     let work = beside(&out, ".partial").join(".tracecut");
-    wait_for(&work.join("checkpoint"), &mut first);
-    let halt = |signal: &str| {
-        assert!(Command::new("kill").args([signal, &first.id().to_string()]).status().unwrap().success());
-    };
-    halt("-STOP");
-    assert_refused(&segment(&input, &out, &WINDOWS), 2, &["two-out.partial"]);
+    first.wait_for("window");
+    first.signal("-STOP");
+    assert_refused(&segment(input, &out, &WINDOWS), 2, &["two-out.partial"]);
     for more in ["--overwrite", "--resume"] {
-        let second = segment(&input, &out, &[&WINDOWS[..], &[more]].concat());
+        let second = segment(input, &out, &[&WINDOWS[..], &[more]].concat());
         assert_refused(&second, 2, &["two-out.partial", "another run"]);
     }
     // A signal to one that is refused takes nothing from the other either.
     assert!(work.join("checkpoint").is_file());
-    halt("-CONT");
-    let output = first.wait_with_output().unwrap();
+    first.signal("-CONT");
+    let output = first.finish();
     assert_done(&output);
-    assert_same(&whole, &out);
+    assert_same(undisturbed_results(), &out);
     assert!(!beside(&out, ".partial").exists());
 }
 
 #[test]
-fn what_may_work_later_has_another_code_than_what_never_does() {
+fn failures_that_may_pass_have_exit_code_1_and_bad_data_has_3() {
     let (input, out) = moving_clip("later", 4);
     let bad = input.join("bad.y4m");
     fs::write(&bad, &y4m(2)[..3000]).unwrap();
@@ -155,7 +150,7 @@ fn what_may_work_later_has_another_code_than_what_never_does() {
 
 #[cfg(unix)]
 #[test]
-fn an_ffmpeg_that_is_killed_is_no_damage_of_the_video() {
+fn a_killed_ffmpeg_is_not_reported_as_damage() {
     use std::os::unix::fs::PermissionsExt;
     let (input, out) = moving_clip("killed-ffmpeg", 8);
     let video = input.join("clip.mkv");
@@ -180,16 +175,14 @@ fn an_ffmpeg_that_is_killed_is_no_damage_of_the_video() {
 
 #[test]
 fn many_runs_begun_at_once_leave_one_whole_result() {
-    let (input, whole, out) = (long_clip("many-in"), absent("many-whole"), absent("many-out"));
-    assert_done(&segment(&input, &whole, &WINDOWS));
-    let runs: Vec<_> = (0..6).map(|_| start(&input, &out, &WINDOWS)).collect();
-    let ends: Vec<_> = runs.into_iter().map(|run| run.wait_with_output().unwrap()).collect();
-    let codes: Vec<_> = ends.iter().map(|end| end.status.code().unwrap()).collect();
+    let (input, out) = (shared_long_clip(), absent("many-out"));
+    let runs: Vec<_> = (0..6).map(|_| Running::start(input, &out, &WINDOWS)).collect();
+    let codes: Vec<_> = runs.into_iter().map(|run| run.finish().status.code().unwrap()).collect();
     assert!(
         codes.iter().filter(|&&code| code == 0).count() == 1 && codes.iter().all(|code| [0, 2].contains(code)),
         "{codes:?}"
     );
-    assert_same(&whole, &out);
+    assert_same(undisturbed_results(), &out);
 }
 
 #[cfg(unix)]
@@ -217,7 +210,7 @@ fn lists_may_name_files_anywhere_but_no_devices_and_pipes() {
 
 #[cfg(unix)]
 #[test]
-fn a_single_picture_that_finds_no_room_leaves_no_part_of_it() {
+fn a_full_disk_leaves_no_partial_picture() {
     let (input, out) = moving_clip("single", 1);
     let image = input.join("f0.png");
     for command in ["superpixels", "boundaries"] {

@@ -1,15 +1,18 @@
 //! What `segment` leaves on disk, whatever happens: long clips, runs that are ended, what lies there already.
 
 use super::*;
+use image::{Delay, RgbaImage};
+use serde_json::{Value, json as value};
 use std::collections::BTreeMap;
-use std::process::Child;
-use std::time::Duration;
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, ChildStderr};
+use std::sync::LazyLock;
 
 /// Frames of the long clip, and where it is cut.
 const LONG: i32 = 34;
 const CUT: i32 = 21;
 /// Of several windows; all forms of results.
-pub(crate) const WINDOWS: [&str; 4] = ["--window", "12", "--format", "png,rle,npz,tracks,overlay"];
+pub(crate) const WINDOWS: [&str; 4] = ["--window", "14", "--format", "png,rle,npz,tracks,overlay"];
 
 /// The moving clip in two shots, as Y4M.
 pub(crate) fn long_y4m() -> Vec<u8> {
@@ -27,6 +30,22 @@ pub(crate) fn long_clip(name: &str) -> PathBuf {
     let file = folder(name).join("clip.y4m");
     fs::write(&file, long_y4m()).unwrap();
     file
+}
+
+/// The long clip in a file that several tests read.
+pub(crate) fn shared_long_clip() -> &'static Path {
+    static FILE: LazyLock<PathBuf> = LazyLock::new(|| long_clip("shared-in"));
+    &FILE
+}
+
+/// The results of this clip in windows by a run that nothing disturbs.
+pub(crate) fn undisturbed_results() -> &'static Path {
+    static RESULTS: LazyLock<PathBuf> = LazyLock::new(|| {
+        let out = absent("undisturbed-out");
+        assert_done(&segment(shared_long_clip(), &out, &WINDOWS));
+        out
+    });
+    &RESULTS
 }
 
 /// All files below a folder with their bytes; of the report what depends neither on the time nor on the file of the input.
@@ -72,17 +91,40 @@ pub(crate) fn absent(name: &str) -> PathBuf {
     out
 }
 
-pub(crate) fn start(input: &Path, out: &Path, more: &[&str]) -> Child {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tracecut"));
-    command.arg("segment").arg(input).arg("--out").arg(out).args(more);
-    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+/// A run of `segment` whose events can be awaited.
+pub(crate) struct Running {
+    child: Child,
+    events: BufReader<ChildStderr>,
 }
 
-/// Waits until a run has left something.
-pub(crate) fn wait_for(file: &Path, child: &mut Child) {
-    while !file.exists() {
-        assert!(child.try_wait().unwrap().is_none(), "the run ended before {} was there", file.display());
-        std::thread::sleep(Duration::from_millis(2));
+impl Running {
+    pub(crate) fn start(input: &Path, out: &Path, more: &[&str]) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_tracecut"));
+        command.arg("segment").arg(input).arg("--out").arg(out).args(more).args(["--log", "json"]);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let events = BufReader::new(child.stderr.take().unwrap());
+        Self { child, events }
+    }
+
+    /// Waits for the next event with this name.
+    pub(crate) fn wait_for(&mut self, event: &str) {
+        let mut line = String::new();
+        while !line.contains(&format!("\"event\":\"{event}\"")) {
+            line.clear();
+            assert!(self.events.read_line(&mut line).unwrap() > 0, "the run ended before its event {event}");
+        }
+    }
+
+    #[cfg(unix)]
+    pub(crate) fn signal(&self, signal: &str) {
+        assert!(Command::new("kill").args([signal, &self.child.id().to_string()]).status().unwrap().success());
+    }
+
+    /// Waits for the end; the output has the events that nobody waited for.
+    pub(crate) fn finish(mut self) -> Output {
+        let mut stderr = Vec::new();
+        self.events.read_to_end(&mut stderr).unwrap();
+        Output { stderr, ..self.child.wait_with_output().unwrap() }
     }
 }
 
@@ -104,12 +146,12 @@ fn a_long_clip_is_taken_in_windows_with_the_labels_of_the_library() {
         tracecut::image::Frame::from_rgb(rgb(SIZE.0, SIZE.1, &of), SIZE.0 as usize, SIZE.1 as usize)
     };
     let windows = tracecut::Windows::new(tracecut::Params::default(), (0..LONG).map(grey)).unwrap();
-    let mut windows = windows.with_window(12, 10).unwrap();
+    let mut windows = windows.with_window(14, 10).unwrap();
     let (mut t, mut objects) = (0, std::collections::BTreeSet::new());
     while let Some(window) = windows.next_window(|_| ()) {
         let window = window.unwrap();
-        let told = &report["windows"][window.index];
-        assert_eq!((&told["shot"], &told["firstFrame"]), (&window.shot.into(), &window.first_frame.into()));
+        let reported = &report["windows"][window.index];
+        assert_eq!((&reported["shot"], &reported["firstFrame"]), (&window.shot.into(), &window.first_frame.into()));
         for settled in window.settled {
             let mask = windows.session().labels(settled).unwrap();
             assert_eq!(read_labels(&out, t), mask.data(), "frame {t}");
@@ -118,9 +160,9 @@ fn a_long_clip_is_taken_in_windows_with_the_labels_of_the_library() {
         }
     }
     assert_eq!((t, names_in(&out.join("masks")).len()), (LONG as usize, LONG as usize));
-    let told: Vec<u64> = report["objects"].as_array().unwrap().iter().map(|o| o["label"].as_u64().unwrap()).collect();
-    assert_eq!(told, objects.into_iter().map(u64::from).collect::<Vec<_>>());
-    assert!(told.len() > 1, "{told:?}");
+    let labels: Vec<u64> = report["objects"].as_array().unwrap().iter().map(|o| o["label"].as_u64().unwrap()).collect();
+    assert_eq!(labels, objects.into_iter().map(u64::from).collect::<Vec<_>>());
+    assert!(labels.len() > 1, "{labels:?}");
     assert_eq!(names_in(&out.join("tracks")).len(), report["windows"].as_array().unwrap().len());
 }
 
@@ -130,8 +172,7 @@ fn read_labels(out: &Path, t: usize) -> Vec<u8> {
 
 #[test]
 fn every_form_holds_the_same_masks() {
-    let (input, out) = (long_clip("forms-in"), absent("forms-out"));
-    assert_done(&segment(&input, &out, &WINDOWS));
+    let (input, out) = (shared_long_clip(), undisturbed_results());
     let size = (SIZE.0 * SIZE.1) as usize;
     let mut zip = zip::ZipArchive::new(fs::File::open(out.join("masks.npz")).unwrap()).unwrap();
     let mut npy = Vec::new();
@@ -159,7 +200,7 @@ fn every_form_holds_the_same_masks() {
     }
     // What is made from masks needs no pictures of them.
     let only = absent("forms-only");
-    assert_done(&segment(&input, &only, &["--window", "12", "--format", "npz"]));
+    assert_done(&segment(input, &only, &["--window", "14", "--format", "npz"]));
     assert_eq!(names_in(&only), ["masks.npz", "objects.csv", "result.json"]);
     assert_eq!(fs::read(only.join("masks.npz")).unwrap(), fs::read(out.join("masks.npz")).unwrap());
 }
@@ -196,20 +237,18 @@ fn paint(labels: &mut [u8], annotation: &serde_json::Value) {
 #[cfg(unix)]
 #[test]
 fn a_run_that_was_killed_goes_on_to_the_same_result() {
-    let (input, whole, out) = (long_clip("killed-in"), absent("killed-whole"), absent("killed-out"));
-    assert_done(&segment(&input, &whole, &WINDOWS));
-    let mut child = start(&input, &out, &WINDOWS);
-    // In the middle of the third window.
+    let (input, out) = (shared_long_clip(), absent("killed-out"));
+    let mut run = Running::start(input, &out, &WINDOWS);
     let partial = beside(&out, ".partial");
-    wait_for(&partial.join(".tracecut/parts/00001.json"), &mut child);
-    wait_for(&partial.join(".tracecut/checkpoint"), &mut child);
-    child.kill().unwrap();
-    child.wait().unwrap();
+    run.wait_for("window");
+    run.wait_for("window");
+    run.signal("-KILL");
+    run.finish();
     assert!(!out.exists() && partial.is_dir());
 
-    let left = segment(&input, &out, &WINDOWS);
+    let left = segment(input, &out, &WINDOWS);
     assert_refused(&left, 2, &["killed-out.partial", "--resume", "--overwrite"]);
-    let others = segment(&input, &out, &["--resume", "--window", "12", "--format", "png"]);
+    let others = segment(input, &out, &["--resume", "--window", "14", "--format", "png"]);
     assert_refused(&others, 2, &["checkpoint", "options.formats was [\"png\",", "is [\"png\"]", "--overwrite"]);
     let mut other = long_y4m();
     other[100] ^= 64;
@@ -218,15 +257,15 @@ fn a_run_that_was_killed_goes_on_to_the_same_result() {
     let refused = text(&resumed(&input.with_file_name("other.y4m")).stderr);
     assert!(refused.contains("\"code\":2") && refused.contains("source.firstFrameSum was"), "{refused}");
 
-    let output = resumed(&input);
+    let output = resumed(input);
     assert_done(&output);
     assert!(!text(&output.stderr).contains("\"index\":0"), "it began again: {}", text(&output.stderr));
-    assert_same(&whole, &out);
+    assert_same(undisturbed_results(), &out);
     // The times of frames that the run before it read are there too.
     assert_eq!(json(&out.join("result.json"))["times"].as_array().unwrap().len(), LONG as usize);
     assert!(!partial.exists());
     // There is nothing left to do.
-    assert_done(&resumed(&input));
+    assert_done(&resumed(input));
 }
 
 #[cfg(unix)]
@@ -234,23 +273,22 @@ fn a_run_that_was_killed_goes_on_to_the_same_result() {
 fn signals_leave_no_half_result_and_have_codes_of_their_own() {
     let (input, out) = (long_clip("signal-in"), absent("signal-out"));
     let partial = beside(&out, ".partial");
-    for (signal, code, part) in [("-TERM", 143, None), ("-INT", 130, None), ("-TERM", 143, Some("checkpoint"))] {
-        let mut child = start(&input, &out, &WINDOWS);
-        wait_for(&partial.join(".tracecut"), &mut child);
-        part.iter().for_each(|part| wait_for(&partial.join(".tracecut").join(part), &mut child));
-        let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
-        assert!(sent.success());
-        let output = child.wait_with_output().unwrap();
+    for (signal, code, event) in [("-TERM", 143, "begin"), ("-INT", 130, "begin"), ("-TERM", 143, "window")] {
+        let mut run = Running::start(&input, &out, &WINDOWS);
+        run.wait_for(event);
+        run.signal(signal);
+        let output = run.finish();
         assert_eq!(output.status.code(), Some(code), "{}", text(&output.stderr));
-        // What a run can go on with stays, beside.
         assert!(!out.exists());
-        assert_eq!(partial.exists(), part.is_some(), "{signal}");
-        assert_eq!(text(&output.stderr).contains("--resume"), part.is_some(), "{}", text(&output.stderr));
+        // A finished window stays, so that another run can continue.
+        let is_resumable = event == "window";
+        assert_eq!(partial.exists(), is_resumable, "{signal}");
+        assert_eq!(text(&output.stderr).contains("--resume"), is_resumable, "{}", text(&output.stderr));
     }
 }
 
 #[test]
-fn what_lies_there_is_replaced_only_when_asked_and_only_if_it_is_a_result() {
+fn existing_folders_are_replaced_only_with_overwrite_and_only_if_they_are_results() {
     let (input, out) = moving_clip("there", 4);
     assert_done(&segment(&input, &out, &[]));
     let before = all_files(&out);
@@ -276,7 +314,7 @@ fn what_lies_there_is_replaced_only_when_asked_and_only_if_it_is_a_result() {
 }
 
 #[test]
-fn a_failure_leaves_nothing_and_a_late_one_what_a_run_goes_on_with() {
+fn a_failure_leaves_no_results_and_after_a_window_a_resumable_run() {
     let (input, out) = moving_clip("late", 4);
     fs::write(input.join("f3.png"), "no image").unwrap();
     assert_refused(&segment(&input, &out, &[]), 3, &["f3.png"]);
@@ -344,10 +382,10 @@ fn a_clip_that_is_cut_off_gives_the_results_of_its_whole_frames() {
 fn a_run_over_a_clip_that_is_cut_off_can_be_killed_and_goes_on() {
     let (input, whole, out) = (cut_clip("cut-killed-in"), absent("cut-killed-whole"), absent("cut-killed-out"));
     assert_refused(&segment(&input, &whole, &WINDOWS), 3, &["frame 32"]);
-    let mut child = start(&input, &out, &WINDOWS);
-    wait_for(&beside(&out, ".partial").join(".tracecut/checkpoint"), &mut child);
-    child.kill().unwrap();
-    child.wait().unwrap();
+    let mut run = Running::start(&input, &out, &WINDOWS);
+    run.wait_for("window");
+    run.signal("-KILL");
+    run.finish();
     assert_refused(&segment(&input, &out, &[&WINDOWS[..], &["--resume"]].concat()), 3, &["results end after frame 32"]);
     assert_same(&whole, &out);
 }
@@ -364,11 +402,11 @@ fn stages(events: &[serde_json::Value]) -> Vec<&str> {
 }
 
 #[test]
-fn events_tell_the_progress_of_the_whole_clip_as_in_javascript() {
+fn events_report_the_progress_of_the_whole_clip_as_in_javascript() {
     let (frames, out) = (folder("progress-in"), absent("progress-out"));
     clip(&frames, LONG, SIZE, &moving);
     for (input, is_counted) in [(frames, true), (long_clip("progress-stream-in"), false)] {
-        let options = ["--window", "12", "--format", "rle", "--log", "json", "--overwrite"];
+        let options = ["--window", "14", "--format", "rle", "--log", "json", "--overwrite"];
         let output = segment(&input, &out, &options);
         assert_done(&output);
         let mut events = json_lines(&output.stderr);
@@ -396,7 +434,7 @@ fn events_tell_the_progress_of_the_whole_clip_as_in_javascript() {
 }
 
 #[test]
-fn damage_is_told_as_an_event_and_does_not_stop_other_inputs() {
+fn damage_is_reported_as_an_event_and_does_not_stop_other_inputs() {
     let (input, out) = (folder("events-in"), absent("events-out"));
     let whole = y4m(6);
     for (name, bytes) in [("a-cut", &whole[..whole.len() - 5]), ("b-one", &whole[..20_000]), ("c-whole", &whole[..])] {
@@ -408,7 +446,7 @@ fn damage_is_told_as_an_event_and_does_not_stop_other_inputs() {
     assert_eq!(output.status.code(), Some(3));
     let mut events = json_lines(&output.stderr);
     events.retain(|event| event["event"] != "progress");
-    let told: Vec<String> = events
+    let names: Vec<String> = events
         .iter()
         .map(|event| {
             let input = Path::new(event["input"].as_str().unwrap_or_default()).file_stem().unwrap_or_default();
@@ -417,7 +455,7 @@ fn damage_is_told_as_an_event_and_does_not_stop_other_inputs() {
         .collect();
     let expected = "begin a-cut,window ,done a-cut,truncated a-cut,error a-cut,begin b-one,error b-one,begin c-whole,\
         window ,done c-whole,error ";
-    assert_eq!(told.join(","), expected);
+    assert_eq!(names.join(","), expected);
     assert_eq!((&events[3]["frames"], &events[4]["code"]), (&5.into(), &3.into()));
     let reports = json_lines(&output.stdout);
     assert_eq!((reports.len(), &reports[0]["truncated"]["frames"]), (2, &5.into()));
@@ -427,7 +465,7 @@ fn damage_is_told_as_an_event_and_does_not_stop_other_inputs() {
 }
 
 #[test]
-fn a_complete_result_is_taken_for_no_other() {
+fn resume_refuses_complete_results_of_another_clip_or_other_options() {
     let (input, out) = moving_clip("complete", 4);
     let options = ["--format", "png,rle", "--set", "shot.maxUnmatched=0.5"];
     let resume = |more: &[&str]| segment(&input, &out, &[&options[..], &["--resume"], more].concat());
@@ -442,7 +480,7 @@ fn a_complete_result_is_taken_for_no_other() {
         (&["--format", "npz"][..], "options.formats was [\"png\",\"rle\"] and is [\"png\",\"rle\",\"npz\"]"),
         (&["--frames", "3"], "options.frames was null and is 3"),
         (&["--window", "12"], "options.window was 50 and is 12"),
-        (&["--confidence"], "options.confidence was false and is true"),
+        (&["--background"], "options.background was false and is true"),
         (&["--set", "shot.maxUnmatched=0.25"], "params.shot.maxUnmatched was 0.5 and is 0.25"),
     ] {
         assert_refused(&resume(more), 2, &["complete-out: was not made", difference, "--overwrite"]);
@@ -466,7 +504,7 @@ fn a_complete_result_is_taken_for_no_other() {
 }
 
 #[test]
-fn seconds_are_those_on_the_wall_with_writing() {
+fn seconds_are_wall_seconds_and_include_writing() {
     let (input, out) = (long_clip("seconds-in"), absent("seconds-out"));
     let begin = std::time::Instant::now();
     let output = segment(&input, &out, &[&WINDOWS[..], &["--background", "--dump"]].concat());
@@ -520,17 +558,17 @@ fn several_inputs_have_folders_of_their_own_and_a_bad_one_does_not_stop_the_othe
 }
 
 #[test]
-fn progress_is_told_as_asked() {
-    let (input, out) = moving_clip("told", 4);
+fn progress_is_printed_in_the_requested_format() {
+    let (input, out) = moving_clip("progress-format", 4);
     let quiet = segment(&input, &out, &["--quiet"]);
     assert_done(&quiet);
     assert_eq!((text(&quiet.stdout), text(&quiet.stderr)), (String::new(), String::new()));
-    let told = json_lines(&segment(&input, &out, &["--overwrite", "--log", "json"]).stderr);
-    let mut names: Vec<&str> = told.iter().map(|event| event["event"].as_str().unwrap()).collect();
+    let events = json_lines(&segment(&input, &out, &["--overwrite", "--log", "json"]).stderr);
+    let mut names: Vec<&str> = events.iter().map(|event| event["event"].as_str().unwrap()).collect();
     names.dedup();
-    assert_eq!((names, &told.last().unwrap()["frames"]), (vec!["begin", "progress", "window", "done"], &4.into()));
-    let told = json_lines(&segment(&input.join("nowhere"), &out, &["--overwrite", "--log", "json"]).stderr);
-    assert_eq!((told.len(), &told[0]["event"], &told[0]["code"]), (1, &"error".into(), &1.into()));
+    assert_eq!((names, &events.last().unwrap()["frames"]), (vec!["begin", "progress", "window", "done"], &4.into()));
+    let events = json_lines(&segment(&input.join("nowhere"), &out, &["--overwrite", "--log", "json"]).stderr);
+    assert_eq!((events.len(), &events[0]["event"], &events[0]["code"]), (1, &"error".into(), &1.into()));
 }
 
 #[test]
@@ -565,4 +603,92 @@ fn completions_and_man_pages_name_the_options() {
     assert!(page.starts_with(".ie") && page.contains("\\-\\-resume") && page.contains("masks.npz"), "{page}");
     assert!(text(&tracecut(["man"]).stdout).contains("143"));
     assert_refused(&tracecut(["man", "segmnet"]), 2, &["segmnet"]);
+}
+
+/// Milliseconds that the pictures of the test's GIF are shown, over and over.
+const DELAYS_MS: [u32; 5] = [40, 120, 50, 40, 300];
+const PICTURES: usize = 26;
+
+/// An animated GIF of the moving clip with uneven delays.
+fn uneven_gif(name: &str) -> PathBuf {
+    let file = folder(name).join("clip.gif");
+    let mut encoder = image::codecs::gif::GifEncoder::new(fs::File::create(&file).unwrap());
+    for t in 0..PICTURES {
+        let rgba = rgb(SIZE.0, SIZE.1, &|x, y| moving(x, y, t as i32 % 20));
+        let rgba = rgba.chunks(3).flat_map(|pixel| [pixel[0], pixel[1], pixel[2], 255]).collect();
+        let picture = RgbaImage::from_raw(SIZE.0, SIZE.1, rgba).unwrap();
+        let delay = Delay::from_numer_denom_ms(DELAYS_MS[t % DELAYS_MS.len()], 1);
+        encoder.encode_frame(image::Frame::from_parts(picture, 0, 0, delay)).unwrap();
+    }
+    drop(encoder);
+    file
+}
+
+/// Times and durations of the GIF's first pictures, in seconds.
+fn expected(count: usize) -> (Vec<f64>, Vec<f64>) {
+    let durations: Vec<u32> = (0..count).map(|t| DELAYS_MS[t % DELAYS_MS.len()]).collect();
+    let times = (0..count).map(|t| f64::from(durations[..t].iter().sum::<u32>()) / 1000.0).collect();
+    (times, durations.into_iter().map(|ms| f64::from(ms) / 1000.0).collect())
+}
+
+#[track_caller]
+fn assert_near(seconds: &Value, expected: &[f64]) {
+    let seconds: Vec<f64> = seconds.as_array().unwrap().iter().map(|s| s.as_f64().unwrap()).collect();
+    let is_near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-6;
+    assert!(seconds.len() == expected.len() && seconds.iter().zip(expected).all(is_near), "{seconds:?} {expected:?}");
+}
+
+/// The array of doubles in a file for NumPy.
+fn doubles(npz: &Path, name: &str) -> Option<Value> {
+    let mut zip = zip::ZipArchive::new(fs::File::open(npz).unwrap()).unwrap();
+    let mut npy = Vec::new();
+    std::io::Read::read_to_end(&mut zip.by_name(name).ok()?, &mut npy).unwrap();
+    let header = 10 + usize::from(u16::from_le_bytes([npy[8], npy[9]]));
+    let count = (npy.len() - header) / 8;
+    let words = format!("'descr': '<f8', 'fortran_order': False, 'shape': ({count},), }}");
+    assert!(text(&npy[..header]).contains(&words), "{}", text(&npy[..header]));
+    let numbers = npy[header..].chunks_exact(8).map(|bytes| f64::from_le_bytes(bytes.try_into().unwrap()));
+    Some(numbers.collect())
+}
+
+#[test]
+fn times_of_the_file_are_in_every_form() {
+    let (input, out) = (uneven_gif("times-in"), absent("times-out"));
+    for (count, more) in [(PICTURES, &WINDOWS[..2]), (20, &["--frames", "20"])] {
+        assert_done(&segment(&input, &out, &[&["--format", "rle,npz,prompts", "--overwrite"], more].concat()));
+        let (times, durations) = expected(count);
+        let report = json(&out.join("result.json"));
+        assert_near(&report["times"], &times);
+        assert_near(&report["durations"], &durations);
+        assert_near(&value!([report["frameRate"]]), &[count as f64 / durations.iter().sum::<f64>()]);
+        let coco = json(&out.join("masks.json"));
+        assert_near(&coco["videos"][0]["frame_times"], &times);
+        let stamps: Value = coco["images"].as_array().unwrap().iter().map(|image| image["timestamp"].clone()).collect();
+        assert_near(&stamps, &times);
+        assert_near(&json(&out.join("prompts.json"))["times"], &times);
+        assert_near(&doubles(&out.join("masks.npz"), "times.npy").unwrap(), &times);
+        assert_near(&doubles(&out.join("masks.npz"), "durations.npy").unwrap(), &durations);
+        let table = fs::read_to_string(out.join("objects.csv")).unwrap();
+        let rows: Vec<Vec<&str>> = table.lines().skip(1).map(|row| row.split(',').collect()).collect();
+        assert!(rows.len() >= count, "{table}");
+        for row in rows {
+            let frame: usize = row[0].parse().unwrap();
+            assert_near(&value!([row[1].parse::<f64>().unwrap()]), &times[frame..=frame]);
+        }
+    }
+}
+
+#[test]
+fn frames_without_times_get_none() {
+    let (input, out) = moving_clip("timeless", 4);
+    assert_done(&segment(&input, &out, &["--format", "rle,npz,prompts"]));
+    let report = json(&out.join("result.json"));
+    for name in ["times", "durations", "frameRate"] {
+        assert_eq!(report.get(name), None);
+    }
+    let coco = json(&out.join("masks.json"));
+    assert_eq!((coco["videos"][0].get("frame_times"), coco["images"][0].get("timestamp")), (None, None));
+    assert_eq!(json(&out.join("prompts.json")).get("times"), None);
+    assert_eq!(doubles(&out.join("masks.npz"), "times.npy"), None);
+    assert!(fs::read_to_string(out.join("objects.csv")).unwrap().contains("\n0,,1,"));
 }

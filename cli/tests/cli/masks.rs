@@ -232,16 +232,3 @@ fn explain_says_in_numbers_what_the_library_does_and_refuses_what_is_not_there()
     assert_refused(&asked("10,0,0"), 2, &["10", "0..10"]);
     assert_refused(&asked("4,x"), 2, &["three whole numbers"]);
 }
-
-#[test]
-fn confidences_are_grey_pictures_of_what_the_library_says() {
-    let (input, out) = moving_clip("sure", FRAMES);
-    assert_done(&segment(&input, &out, &["--confidence"]));
-    let session = session(FRAMES);
-    for t in 0..FRAMES as usize {
-        let picture = image::open(out.join(format!("confidence/{t:05}.png"))).unwrap();
-        assert_eq!(picture.color(), image::ColorType::L8);
-        let sure = session.confidence(t).unwrap().map(|p| (255.0 * p).round() as u8);
-        assert_eq!(picture.into_luma8().into_raw(), sure.data());
-    }
-}

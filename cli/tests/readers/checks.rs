@@ -1,4 +1,4 @@
-//! Readers of the command line: any bytes are an error or a value that keeps its laws. The fuzz targets call them too.
+//! Readers of the command line: any bytes give an error or a valid value. The fuzz targets call them too.
 
 use tracecut::image::Frame;
 use tracecut_cli::readers;

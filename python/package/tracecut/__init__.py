@@ -18,6 +18,7 @@ from ._tracecut import version as __version__
 from ._tracks import read_tracks, write_tracks
 from ._types import (
     Affinities,
+    Border,
     BoundaryMap,
     Clusters,
     Components,
@@ -25,17 +26,22 @@ from ._types import (
     EdgeKind,
     Embedding,
     EnlargedMask,
+    Evidence,
+    Explanation,
+    Flip,
     FlowField,
     ImageDiscontinuities,
+    LabelCost,
     Parameter,
     Progress,
     Saliency,
     Stroke,
+    SuperpixelLink,
     Superpixels,
     Trajectories,
+    Voter,
 )
 from ._video import VideoReader
-from ._why import Border, Evidence, Explanation, Flip, LabelCost, SuperpixelLink, Voter
 
 __all__ = [
     "Affinities",

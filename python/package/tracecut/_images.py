@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Any, Optional
 
 from . import _tracecut
-from ._errors import is_bool, whole, wrong_type
+from ._errors import Unpack, is_bool, raw_params, whole, wrong_type
 from ._frames import FrameLike, as_array
 from ._masks import check_mask
-from ._options import Unpack, raw_params
 from ._params import Params
 from ._types import U8, BoundaryMap, EnlargedMask, FlowField, ImageDiscontinuities, Parameter, Superpixels
 

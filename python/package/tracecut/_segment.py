@@ -12,9 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _masks, _progress, _tracecut
-from ._errors import FrameIndexError, TraceCutError, file_errors, index_of, whole
+from ._errors import FrameIndexError, TraceCutError, Unpack, file_errors, index_of, raw_params, whole
 from ._frames import Frames, Source, as_path, open_frames
-from ._options import Unpack, raw_params
 from ._params import Params
 from ._session import Session, SessionView, threads_of
 from ._tracks import check_trajectories

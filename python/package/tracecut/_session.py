@@ -9,21 +9,21 @@ from typing import Any, Literal, Optional, TypeVar, cast
 import numpy as np
 
 from . import _progress, _tracecut
-from ._errors import TraceCutError, WrongTypeError, index_of, is_text, real, whole, wrong_type
+from ._errors import TraceCutError, Unpack, WrongTypeError, index_of, is_text, raw_params, real, whole, wrong_type
 from ._frames import FrameLike, Frames, as_array, open_frames
-from ._options import Unpack, raw_params
 from ._params import Params
 from ._tracks import check_trajectories
 from ._types import (
     F32,
-    U8,
     U32,
+    U8,
     Affinities,
     BoundaryMap,
     Clusters,
     Components,
     Discontinuities,
     Embedding,
+    Explanation,
     FlowField,
     Progress,
     Saliency,
@@ -31,8 +31,8 @@ from ._types import (
     Stroke,
     Superpixels,
     Trajectories,
+    explanation,
 )
-from ._why import Explanation, explanation
 
 #: The ways to discretize an embedding, those of the parameter ``discretize.method``.
 Method = Literal["rotation-merge", "rotation", "k-means", "rotation-evidence"]
@@ -226,14 +226,6 @@ class SessionView:
     def cluster_labels(self, t: int) -> U32:
         """The cluster of each pixel of frame ``t``, before clusters become objects or background."""
         return self._raw.cluster_labels(self._frame(t))
-
-    def confidence(self, t: int) -> F32:
-        """The probability that the label of each pixel of frame ``t`` is right, 0 to 1, at working size."""
-        return self._raw.confidence(self._frame(t))
-
-    def object_confidence(self) -> F32:
-        """The mean confidence of each label, the background first."""
-        return self._raw.object_confidence()
 
     def agreement(self) -> tuple[F32, list[F32]]:
         """The agreement of the masks with those of nearby frames, moved along the flow, 0 to 1.

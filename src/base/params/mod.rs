@@ -16,7 +16,7 @@ use crate::error::{camel_case, shown_name};
 use value::Number;
 
 /// One parameter: name, meaning, legal range and value.
-#[doc(hidden)] // For the command line, the Python package and `bench ablate`.
+#[doc(hidden)] // For the command line and the Python package.
 pub struct ParamField<'a> {
     /// Section and name in camelCase, e.g. `flow.patchStride`.
     pub name: String,

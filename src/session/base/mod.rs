@@ -5,7 +5,7 @@ mod params;
 mod scale;
 mod stage;
 
-pub(crate) use outputs::{ConfidenceTerms, Cut, CutContext, CutRegion, Outputs, SaliencyOutputs, TrackSet};
+pub(crate) use outputs::{Cut, CutContext, CutRegion, Outputs, SaliencyOutputs, TrackSet};
 pub(crate) use params::ScaledParams;
 pub use params::{ClipParams, Params};
 pub(crate) use scale::Scale;

@@ -103,8 +103,6 @@ pub(crate) struct Cut {
     pub(crate) objects: Objects,
     /// Shared with the snapshots before corrections.
     pub(crate) context: Arc<CutContext>,
-    /// Computed on first use.
-    pub(crate) confidence_terms: OnceLock<ConfidenceTerms>,
     /// The agreement of the masks made from this cut; computed on first use.
     pub(crate) agreement: OnceLock<Agreement>,
 }
@@ -120,15 +118,6 @@ impl Cut {
     fn mask_label(&self, cluster: u32) -> u8 {
         self.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0)
     }
-}
-
-/// The terms of the masks' confidence.
-#[derive(Debug, Clone)]
-pub(crate) struct ConfidenceTerms {
-    /// Extra cost of the cheapest other mask label for each superpixel, in units of cost.
-    pub(crate) margins: Vec<f32>,
-    /// Mean background evidence for an object over each mask label.
-    pub(crate) cues: [f32; 256],
 }
 
 /// Inputs of the cut that are not kept elsewhere, to explain its result.

@@ -241,7 +241,7 @@ impl Params {
     }
 
     /// Calls `visit` for every parameter, in the order of the stages.
-    #[doc(hidden)] // For the command line, the Python package and `bench ablate`.
+    #[doc(hidden)] // For the command line and the Python package.
     pub fn for_each(&mut self, visit: &mut dyn FnMut(ParamField<'_>)) {
         self.visit("", visit);
     }

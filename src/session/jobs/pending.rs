@@ -65,11 +65,4 @@ impl PendingJobs {
     pub(crate) fn forget(&mut self, kinds: &[JobKind]) {
         kinds.iter().for_each(|&kind| self.states[kind as usize].clear());
     }
-
-    /// Drops the jobs of all other kinds.
-    #[cfg(not(target_arch = "wasm32"))] // For forks.
-    pub(crate) fn keep_only(&mut self, kinds: &[JobKind]) {
-        let others: Vec<JobKind> = JobKind::ALL.into_iter().filter(|kind| !kinds.contains(kind)).collect();
-        self.forget(&others);
-    }
 }

@@ -84,7 +84,6 @@ fn merge(outputs: &mut Outputs, into: u8, from: u8) -> Result<(), Error> {
     let mut of_cluster = std::mem::take(&mut outputs.cut.objects.of_cluster);
     of_cluster.iter_mut().for_each(rename);
     outputs.cut.objects = objects_from_labels(of_cluster);
-    outputs.cut.confidence_terms.take();
     outputs.cut.agreement.take();
     outputs.masks.iter_mut().for_each(|mask| mask.data_mut().iter_mut().for_each(rename));
     outputs.corrections.constraints.iter_mut().for_each(|constraint| rename(&mut constraint.label));

@@ -1,6 +1,5 @@
 //! The results of a session, explanations of them, and corrections.
 
-mod confidence;
 mod corrections;
 #[cfg(test)]
 mod corrections_tests;

@@ -15,10 +15,11 @@ use crate::embedding::{Embedding, embed};
 use crate::evidence::{ClusterCues, ClusterPair, EvidenceInput, UNLABELLED, cluster_pairs, motion_contrasts};
 use crate::flow::{CompactFlow, FlowField};
 use crate::image::{Frame, Plane};
+use crate::mask::{Agreement, agreement};
 use crate::objects::{Objects, cluster_cues};
 use crate::saliency::Saliency;
 use crate::session::base::{Outputs, Scale, Stage, TrackSet};
-use crate::session::run::{Phase, Session, estimate_camera, model_background};
+use crate::session::run::{Clip, Phase, Session, estimate_camera, model_background};
 use crate::sparse::SymCsr;
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
@@ -247,6 +248,18 @@ impl Session {
         let count = label.iter().filter(|&&l| l != UNLABELLED).max().map_or(0, |&l| l + 1);
         label.iter_mut().filter(|l| **l == UNLABELLED).for_each(|l| *l = count);
         Some((label, pairs))
+    }
+
+    /// Returns the agreement of the present masks with the masks of nearby frames along the flow: low where masks change
+    /// against the motion. In windows only frames of the window are compared. `None` until all masks are made, and without
+    /// masks.
+    pub fn agreement(&self) -> Option<&Agreement> {
+        let outputs = self.outputs_after(Stage::Masks).filter(|outputs| !outputs.masks.is_empty())?;
+        let Clip { flows, params, .. } = self.clip()?;
+        let [given, used] = [&self.params, &**params].map(|params| params.discretize.merge_log_odds);
+        let merge_log_odds = (used != given).then_some(used);
+        let compute = || Agreement { merge_log_odds, ..agreement(&outputs.masks, flows) };
+        Some(outputs.cut.agreement.get_or_init(compute))
     }
 
     /// Computes whether the camera is still, and the terms by which each cluster is selected as an object (`None` for the one

@@ -21,6 +21,4 @@ pub(crate) use dense::{estimate_camera, model_background};
 pub(crate) use recut::{TargetLabels, objects_from_labels};
 pub(crate) use session::Phase;
 pub use session::Session;
-#[cfg(not(target_arch = "wasm32"))]
-pub(crate) use spectral::AffinityWork;
 pub(crate) use state::{Run, State};

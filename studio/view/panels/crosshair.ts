@@ -19,7 +19,7 @@ const DIRECTIONS: Record<string, [x: number, y: number]> = {
   ArrowDown: [0, 1],
 };
 
-/** What the keys do. */
+/** Actions of the keys. */
 interface Host {
   move: (place: CanvasPlace) => void;
   apply: (place: CanvasPlace, event: KeyboardEvent) => void;
@@ -41,7 +41,7 @@ export class Crosshair {
   }
 
   press(event: KeyboardEvent) {
-    // After a click on the picture the keys are those of the page.
+    // After a click on the picture the keys belong to the page.
     if (!this.keys.tabbed || event.ctrlKey || event.metaKey) return;
     const direction = DIRECTIONS[event.key];
     if (direction) this.move(direction, event.shiftKey ? FINE_STEP_PX : STEP_PX);

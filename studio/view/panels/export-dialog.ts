@@ -1,18 +1,16 @@
 // The save dialog: files, a link with the settings, and the recipe that reproduces the result.
 
-import { type MaskSource, SCREEN_GREEN, drawCutout, version } from '../../model/library.js';
-import { PLAYS_MP4, byId, connectDialog, h } from '../dom.js';
+import { drawCutout, type MaskSource, SCREEN_GREEN, StageClock, version } from '../../model/library.js';
+import { byId, connectDialog, h, PLAYS_MP4 } from '../dom.js';
 import { maskEdges } from '../../model/view-settings.js';
-import { type Choice, type Export, type Subject, fileStem, exportSource } from '../../model/export.js';
+import { type Choice, type Export, exportSource, fileStem, type Subject } from '../../model/export.js';
 import { resizedFrames } from '../../model/export-size.js';
 import { MAIN_EXPORTS, otherExports } from '../../model/exports.js';
 import { background } from '../background-export.js';
 import { objectName } from '../../model/palette.js';
-import { settingsLink, createRecipe } from '../../model/recipe.js';
-import { download, chooseDestination } from '../save-file.js';
+import { createRecipe, settingsLink } from '../../model/recipe.js';
 import { untilAborted } from '../../model/slices.js';
-import { StageClock } from '../../model/library.js';
-import { formatBytes, formatCount, explain, formatTimeLeft } from '../../model/messages.js';
+import { explain, formatBytes, formatCount, formatTimeLeft } from '../../model/messages.js';
 import { ExportOptions } from './export-options.js';
 import { SavePreview } from './save-preview.js';
 import type { Page } from '../page.js';
@@ -329,4 +327,49 @@ function isCancel(error: unknown) {
 function describeError(error: unknown) {
   const { title, advice, detail } = explain(error, PLAYS_MP4);
   return [title, advice, detail].filter(Boolean).join('. ');
+}
+
+/** Time until the URL of a saved file is released, in milliseconds; chosen by eye. */
+const URL_LIFETIME_MS = 60_000;
+
+/** The browser's file picker, where it exists. */
+type Picker = (options: { suggestedName: string }) => Promise<{ createWritable: () => Promise<WritableStream> }>;
+
+/**
+ * Chooses the destination of a stream: a picked file, or memory. Needs a recent click.
+ * @returns saves a stream and resolves to its size in bytes
+ */
+export async function chooseDestination(
+  file: string,
+  type: string,
+): Promise<(stream: ReadableStream<Uint8Array<ArrayBuffer>>, signal: AbortSignal) => Promise<number>> {
+  const pick = (globalThis as { showSaveFilePicker?: Picker }).showSaveFilePicker;
+  if (!pick)
+    return async (stream) => {
+      // Browsers store large blobs on disk.
+      const blob = await new Response(stream, { headers: { 'Content-Type': type } }).blob();
+      download(blob, file);
+      return blob.size;
+    };
+  const handle = await pick.call(globalThis, { suggestedName: file });
+  return async (stream, signal) => {
+    let size = 0;
+    const counted = stream.pipeThrough(
+      new TransformStream({
+        transform(piece, controller) {
+          size += piece.length;
+          controller.enqueue(piece);
+        },
+      }),
+    );
+    // Unfinished files are discarded.
+    await counted.pipeTo(await handle.createWritable(), { signal });
+    return size;
+  };
+}
+
+export function download(blob: Blob, file: string) {
+  const url = URL.createObjectURL(blob);
+  h('a', { href: url, download: file }).click();
+  setTimeout(() => URL.revokeObjectURL(url), URL_LIFETIME_MS);
 }

@@ -1,6 +1,10 @@
-// The help dialog: keys and gestures.
+// The help dialog, with keys and gestures, and the about dialog, with a check that this browser computes the reference
+// results. Loaded when first opened.
 
-import { TOUCH, byId, connectDialog, h } from '../dom.js';
+import { byId, connectDialog, h, TOUCH } from '../dom.js';
+import { version } from '../../model/library.js';
+import { explain } from '../../model/messages.js';
+import type { Selftest, SelftestCheck } from 'tracecut/selftest';
 
 const KEYS: [keys: string[], what: string][] = [
   [['Space'], 'play or pause'],
@@ -55,4 +59,84 @@ export class Help {
   open() {
     if (!this.dialog.open) this.dialog.showModal();
   }
+}
+
+export class AboutDialog {
+  abort: AbortController | null = null;
+  list = h('dl', { class: 'keys about-hashes' });
+  status = h('p', { class: 'export-status', id: 'about-status', role: 'status' });
+  start = h('button', { type: 'button', id: 'about-check', click: () => this.check() }, 'Check this browser');
+  dialog: HTMLDialogElement;
+
+  constructor() {
+    this.dialog = h('dialog', { class: 'dialog', id: 'about', 'aria-labelledby': 'about-title' }, ...this.content());
+    this.dialog.addEventListener('close', () => this.abort?.abort());
+    document.body.append(this.dialog);
+    connectDialog(this.dialog);
+  }
+
+  content() {
+    const close = { type: 'button', class: 'icon-button', id: 'about-close', 'aria-label': 'Close' };
+    const page = 'https://github.com/tracecut/tracecut/blob/HEAD/docs/determinism.md';
+    const more = { href: page, target: '_blank', rel: 'noopener' };
+    return [
+      h(
+        'div',
+        { class: 'dialog-head' },
+        h('h2', { id: 'about-title' }, 'About'),
+        h('button', { ...close, click: () => this.dialog.close() }, '✕'),
+      ),
+      h('p', { class: 'about' }, `TraceCut ${version}, free software under the MIT or Apache licence.`),
+      h(
+        'p',
+        { class: 'about' },
+        'The same clip gives the same result in every browser, bit for bit. The check computes test clips for a few seconds and compares the hash of each part.',
+        ' ',
+        h('a', more, 'Learn more'),
+      ),
+      h('div', { class: 'saves' }, this.start),
+      this.status,
+      this.list,
+    ];
+  }
+
+  open() {
+    if (!this.dialog.open) this.dialog.showModal();
+  }
+
+  async check() {
+    this.abort?.abort();
+    const { signal } = (this.abort = new AbortController());
+    this.list.replaceChildren();
+    this.start.disabled = true;
+    this.status.textContent = 'Checking…';
+    try {
+      const { selftest } = await import('tracecut/selftest');
+      const result = await selftest({ signal, onCheck: (check) => this.add(check) });
+      this.status.textContent = describeResult(result);
+    } catch (error) {
+      const { title, detail } = explain(error);
+      this.status.textContent = signal.aborted ? '' : `${title}: ${detail}`;
+    }
+    this.start.disabled = false;
+  }
+
+  add({ name, what, hash, expected, same }: SelftestCheck) {
+    const comparison = same ? 'same' : `differs from ${expected}`;
+    // The command line prints the same names and descriptions.
+    const term = h('dt');
+    const title = h('code');
+    title.textContent = name;
+    title.title = what;
+    term.append(title);
+    const meaning = h('dd', { class: same ? 'hash' : 'hash hash-differs' });
+    meaning.textContent = `${hash} · ${comparison}`;
+    this.list.append(term, meaning);
+  }
+}
+
+function describeResult({ same, checks }: Selftest) {
+  if (same) return `All ${checks.length} parts match.`;
+  const different = checks.filter((check) => !check.same).length;
+  return `${different} of ${checks.length} parts differ. Please report this browser, its version and this list.`;
 }

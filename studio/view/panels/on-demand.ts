@@ -1,8 +1,11 @@
 // Loads dialogs and panels when they are first opened.
 
-import { byId } from '../dom.js';
+import * as storage from '../storage.js';
+import { searchReport } from '../../model/library.js';
+import { TOUCH, byId, h } from '../dom.js';
 import type { State, Store } from '../../model/store.js';
 import type { Page } from '../page.js';
+import type { Projects } from './projects.js';
 
 /** Fetched to test the network; the service worker caches it too. */
 const PROBE = './favicon.svg';
@@ -27,10 +30,15 @@ function onDemand(
   let loading: Promise<{ open: () => void }> | undefined;
   let isOffline = false;
   const load = async () => {
-    isOffline = true;
-    await fetch(PROBE, { cache: 'no-store' });
-    isOffline = false;
-    return importDialog();
+    markLoading(1);
+    try {
+      isOffline = true;
+      await fetch(PROBE, { cache: 'no-store' });
+      isOffline = false;
+      return await importDialog();
+    } finally {
+      markLoading(-1);
+    }
   };
   const prepare = () => (loading ??= load());
   const open = async () => {
@@ -44,6 +52,15 @@ function onDemand(
     (await loading)?.open();
   };
   return Object.assign(open, { prepare: () => prepare().catch(() => void (loading = undefined)) });
+}
+
+/** Number of parts that are loading. */
+let loadingCount = 0;
+
+/** The body has `data-loading` while a part of the page loads, as the part may change the layout. */
+function markLoading(change: 1 | -1) {
+  loadingCount += change;
+  document.body.toggleAttribute('data-loading', loadingCount > 0);
 }
 
 export function correctPanel(page: Pick<Page, 'app' | 'store' | 'viewer' | 'keys' | 'selection'>) {
@@ -80,7 +97,7 @@ export function correctPanel(page: Pick<Page, 'app' | 'store' | 'viewer' | 'keys
 
 export function helpPanel(page: Pick<Page, 'store' | 'keys'>) {
   const open = onDemand(page.store, async () => new (await import('./help.js')).Help());
-  const about = onDemand(page.store, async () => new (await import('./about-dialog.js')).AboutDialog());
+  const about = onDemand(page.store, async () => new (await import('./help.js')).AboutDialog());
   byId('help-open').addEventListener('click', open);
   byId('about-open').addEventListener('click', about);
   page.keys.on('?', open);
@@ -123,8 +140,8 @@ export function nothingPanel(page: Pick<Page, 'app' | 'store'>) {
   const show = onDemand(
     store,
     async () => {
-      const { showSuggestions } = await import('./suggestions.js');
-      return { open: () => isNothing() && showSuggestions(page) };
+      const suggestions = await import('../../model/suggestions.js');
+      return { open: () => isNothing() && showSuggestions(page, suggestions) };
     },
     isNothing,
   );
@@ -138,4 +155,37 @@ export function nothingPanel(page: Pick<Page, 'app' | 'store'>) {
 function foundNothing({ phase, analysis, job, isCorrecting }: State): boolean {
   if (phase !== 'done' || isCorrecting || !analysis || !job || job.isPartial) return false;
   return !analysis.facts.some(({ object, first }) => object > 0 && first >= 0);
+}
+
+export function savedPanel(page: Pick<Page, 'store' | 'app'>) {
+  let loading: Promise<Projects> | undefined;
+  const loadProjects = () => (loading ??= import('./projects.js').then(({ startAutosave }) => startAutosave(page)));
+  page.store.watch(['source'], ({ source }) => {
+    if (source?.files) loadProjects().catch(() => (loading = undefined));
+  });
+  storage.list().then(async (records) => records.length > 0 && (await loadProjects()).offer());
+}
+
+/** Shows what a run without objects tracked, and buttons with suggestions. */
+function showSuggestions(
+  { store, app }: Pick<Page, 'store' | 'app'>,
+  { suggestChanges, describeSearch }: typeof import('../../model/suggestions.js'),
+) {
+  const { state } = store;
+  const result = state.analysis?.segmentation.result;
+  if (!result) return;
+  const report = searchReport(result);
+  byId('suggestions-report').textContent = describeSearch(report);
+  const buttons = suggestChanges(state, report).map(({ id, label, patch }) =>
+    h('button', { type: 'button', 'data-suggestion': id, click: () => (store.set(patch), app.rerun()) }, label),
+  );
+  const adds = TOUCH ? 'Tap the object to add it' : 'Click the object to add it';
+  buttons.push(h('button', { type: 'button', 'data-suggestion': 'add', click: addByClick }, adds));
+  byId('suggestions-list').replaceChildren(...buttons);
+}
+
+/** Opens the tool that adds an object by a click. */
+function addByClick() {
+  document.querySelector<HTMLInputElement>('#correct-tools [value="add"]')?.click();
+  byId('correct-open').click();
 }

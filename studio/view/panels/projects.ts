@@ -1,18 +1,20 @@
-// Saved projects: stores the current one, offers the last one, and lists all. Loaded when there is one.
+// Saved projects: stores the current one, with a thumbnail, offers the last one, and lists all. Loaded when a clip is opened
+// or projects exist.
 
-import { byId, connectDialog, h } from '../dom.js';
-import { SavedJob } from '../../model/saved-job.js';
-import { Packer, hashClip, storedFiles, reopenProject } from '../../model/project-file.js';
-import {
-  type SavedProject,
-  type ProjectVersion,
-  projectBytes,
-  saveProject,
-  listProjects,
-} from '../../model/saved-projects.js';
 import * as storage from '../storage.js';
-import { makeThumbnail } from '../thumbnail.js';
+import { byId, connectDialog, h } from '../dom.js';
+import { hashClip, Packer, reopenProject, SavedJob, storedFiles } from '../../model/project-file.js';
+import {
+  listProjects,
+  projectBytes,
+  type ProjectVersion,
+  type SavedProject,
+  saveProject,
+} from '../../model/saved-projects.js';
 import { formatBytes } from '../../model/messages.js';
+import { Autosave, rememberRuns } from '../../model/autosave.js';
+import { drawLabels, type MaskSource } from '../../model/library.js';
+import { runInSlices } from '../../model/slices.js';
 import type { InterruptedRun, RunMemory } from '../../model/interrupted-runs.js';
 import type { Source } from '../../model/source.js';
 import type { State } from '../../model/store.js';
@@ -253,4 +255,71 @@ function confirmDelete(button: HTMLButtonElement, name: string, drop: () => void
   show(false);
   button.onclick = () => (button.hasAttribute('data-sure') ? drop() : show(true));
   button.onblur = () => show(false);
+}
+
+export function startAutosave({ store, app }: Pick<Page, 'store' | 'app'>): Projects {
+  const projects = new Projects({ store, app }, () => autosave.saveSoon());
+  const { body } = document;
+  const autosave = new Autosave(
+    store,
+    async (state) => {
+      const isSaved = await projects.save(state);
+      if (isSaved) body.dataset.saved = String(Date.now());
+      return isSaved;
+    },
+    (isPending) => body.toggleAttribute('data-unsaved', isPending),
+  );
+  addEventListener('beforeunload', (event) => autosave.hasUnsaved && event.preventDefault());
+  rememberRuns(store, runMemory);
+  return projects;
+}
+
+/** Long side in pixels: twice the displayed size. */
+const THUMBNAIL_SIDE_PX = 192;
+
+/** Number of sampled frames; chosen by eye. */
+const MAX_SAMPLED_FRAMES = 16;
+
+/**
+ * @param hidden objects to leave out
+ * @returns null if the frame is missing
+ */
+export async function makeThumbnail(
+  masks: MaskSource,
+  frame: (t: number) => Promise<CanvasImageSource | ImageData | null>,
+  hidden: readonly number[] = [],
+): Promise<Blob | null> {
+  const t = await findFullestFrame(masks, hidden);
+  const image = await frame(t).catch(() => null);
+  if (!image) return null;
+  const picture = image instanceof ImageData ? await createImageBitmap(image) : image;
+  const { width, height } = masks;
+  const scale = Math.min(1, THUMBNAIL_SIDE_PX / Math.max(width, height));
+  const canvas = new OffscreenCanvas(Math.max(1, Math.round(scale * width)), Math.max(1, Math.round(scale * height)));
+  const ctx = canvas.getContext('2d')!;
+  ctx.imageSmoothingQuality = 'high';
+  ctx.scale(canvas.width / width, canvas.height / height);
+  ctx.drawImage(picture, 0, 0, width, height);
+  if (picture !== image && picture instanceof ImageBitmap) picture.close();
+  const objects = (object: number) => object > 0 && !hidden.includes(object);
+  drawLabels(ctx, masks, t, { outlineWidth: 2 / scale, objects });
+  return canvas.convertToBlob({ type: 'image/jpeg', quality: 0.85 });
+}
+
+/** Returns the sampled frame with most object pixels. */
+async function findFullestFrame(masks: MaskSource, hidden: readonly number[]): Promise<number> {
+  const step = Math.max(1, Math.floor(masks.numFrames / MAX_SAMPLED_FRAMES));
+  const isCounted = Uint8Array.from({ length: 256 }, (_, label) => Number(label > 0 && !hidden.includes(label)));
+  let [best, most] = [0, -1];
+  function* countFrames() {
+    for (let t = 0; t < masks.numFrames; t += step) {
+      const labels = masks.labels(t);
+      let count = 0;
+      for (let p = 0; p < labels.length; p += 1) count += isCounted[labels[p]];
+      if (count > most) [best, most] = [t, count];
+      yield;
+    }
+  }
+  await runInSlices(countFrames());
+  return best;
 }

@@ -1,4 +1,4 @@
-// The page of a project that has installed the package: what came out, for the test to read.
+// The page of a project that has installed the package: computes the results that the test reads.
 
 import { outcome, throughVideo } from './segment.js';
 

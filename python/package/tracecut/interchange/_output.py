@@ -38,16 +38,16 @@ def json_line(value: Any) -> str:
 
 
 @contextmanager
-def new_folder(path: PathLike, parameter: str = "path", overwrite: bool = False) -> Generator[Path, None, None]:
+def new_folder(path: PathLike, parameter: str = "path") -> Generator[Path, None, None]:
     """Yields a temporary folder, which is renamed to the path on success and removed on failure.
 
     Raises
     ------
     TraceCutError
-        ``param`` if the path exists, unless ``overwrite`` is set.
+        ``param`` if the path exists.
     """
     out = as_path(parameter, path)
-    if os.path.lexists(out) and not overwrite:
+    if os.path.lexists(out):
         raise illegal(parameter, str(out), "a path where nothing is yet")
     with file_errors():
         created = _create_folders(out.parent)
@@ -58,7 +58,7 @@ def new_folder(path: PathLike, parameter: str = "path", overwrite: bool = False)
         created.append(part)
         yield part
         with file_errors():
-            _replace_folder(part, out)
+            part.rename(out)
     except BaseException:
         if part in created:
             shutil.rmtree(part, ignore_errors=True)
@@ -66,14 +66,6 @@ def new_folder(path: PathLike, parameter: str = "path", overwrite: bool = False)
             with suppress(OSError):
                 folder.rmdir()
         raise
-
-
-def _replace_folder(part: Path, out: Path) -> None:
-    old = out.with_name(f".{out.name}.{os.getpid()}.old")
-    with suppress(FileNotFoundError):
-        out.rename(old)
-    part.rename(out)
-    shutil.rmtree(old, ignore_errors=True)
 
 
 @contextmanager
