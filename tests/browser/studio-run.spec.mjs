@@ -250,9 +250,11 @@ test.describe('the trim', () => {
     await page.click('#trim-all');
     await expect(run).toHaveText('Run the whole clip');
     await openRedo(page);
+    await expect(page.locator('#clip-all'), 'the whole clip is chosen').toBeHidden();
     for (const [id, value] of Object.entries({ frames: '8', step: '2', side: '320', start: '6' }))
       await setControl(page, `#clip-${id}`, value);
     await expect(page.locator('#clip-text')).toHaveText(/^8 frames of 128 × 64, 0\.6\ss to 2\.0\ss/);
+    await expect(page.locator('#clip-all')).toBeVisible();
     await page.click('#redo-run');
     expect(await runEnd(page)).toBe('done');
     expect(await trimOf(page)).toEqual({ start: 6, frames: 8, step: 2, side: 320 });

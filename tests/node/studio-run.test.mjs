@@ -40,9 +40,11 @@ test('runs the sample, cancels a second run and continues to the same result', a
   await waitForState(store, ({ job, phase }) => phase === 'running' && job.stages[1].done >= 2);
   app.cancel();
   assert.deepEqual([store.state.phase, store.state.headline], ['stopped', 'Cancelled']);
+  const { job } = store.state;
   await running;
   await app.resume();
   assert.equal(store.state.phase, 'done');
+  assert.equal(store.state.job, job, 'the same run goes on');
   assert.equal(maskText(store.state), masks);
 });
 

@@ -103,6 +103,7 @@ test('a run stopped early keeps its windows, and continues to the same result', 
   gate.open();
   await Promise.all([running, resuming]);
   assert.equal(maskText(store.state), masks);
+  assert.equal(store.state.job, job, 'the same run goes on');
   assert.deepEqual([store.state.notice, job.isPartial, job.corrector], ['', false, job.corrections]);
 });
 
