@@ -15,7 +15,7 @@
 //! Trajectories under a stroke always get its label; those under the strokes of earlier corrections keep theirs.
 
 use super::graph::proximity_graph;
-use super::random_walk::{WalkNode, assign_to_strokes};
+use super::graph::{WalkNode, assign_to_strokes};
 use crate::Error;
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;

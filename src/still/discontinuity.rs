@@ -5,8 +5,8 @@
 //! correlation of the eigenvectors' slopes tells whether both have the same sign. Together they are a tensor `T`, and the
 //! change along a normal `n` is `sqrt(nᵀ T n)`: with one eigenvector the length of a slope, relative to the density.
 
+use super::Grouping;
 use super::graph::PixelEmbedding;
-use super::params::Grouping;
 use crate::contour::{ORIENTATIONS, mean_along_boundary, normals};
 use crate::discontinuity::discontinuity;
 use crate::image::{Plane, gaussian_blur};

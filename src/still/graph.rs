@@ -9,7 +9,7 @@
 //! As a matrix the graph would have 80 entries a pixel at `r = 5`, each with its column. As planes, one for each of the 40
 //! offsets to the right or down, it needs half of the entries and no columns, and a product is a sum of shifted rows.
 
-use super::params::StillParams;
+use super::StillParams;
 use crate::embedding::{EigenInfo, EigenParams, Eigenpairs, SymmetricOperator, largest_eigenpairs, refine_eigenpairs};
 use crate::image::Plane;
 use std::cell::RefCell;

@@ -7,7 +7,6 @@
 
 mod convert;
 mod image;
-mod panic;
 mod session;
 mod synth;
 
@@ -17,12 +16,13 @@ pub use synth::JsScene;
 use crate::Params;
 use crate::session::Window;
 use serde::Serialize;
+use std::sync::Mutex;
 use wasm_bindgen::prelude::*;
 
 /// Runs once when the module is instantiated.
 #[wasm_bindgen(start)]
 fn start() {
-    panic::install_hook();
+    install_panic_hook();
 }
 
 /// Returns the version of the crate and of the package.
@@ -34,7 +34,7 @@ pub fn version() -> String {
 /// Returns the message of the last panic; `undefined` if there was none.
 #[wasm_bindgen(js_name = panicMessage)]
 pub fn panic_message() -> Option<String> {
-    panic::message()
+    PANIC_MESSAGE.lock().ok().and_then(|message| message.clone())
 }
 
 /// Returns the default and the largest number of frames of a window, and the default overlap.
@@ -66,4 +66,18 @@ pub fn parameters() -> Result<JsValue, JsValue> {
         list.push(Parameter { name: field.name, kind, min, max, default, expert, choices });
     });
     convert::to_js(&list)
+}
+
+/// The message of the last panic, which JavaScript reports instead of "unreachable executed".
+static PANIC_MESSAGE: Mutex<Option<String>> = Mutex::new(None);
+
+/// Installs a hook that stores the message of a panic, and logs it to the console.
+fn install_panic_hook() {
+    std::panic::set_hook(Box::new(|info| {
+        let message = info.to_string();
+        web_sys::console::error_1(&message.as_str().into());
+        if let Ok(mut last_message) = PANIC_MESSAGE.lock() {
+            *last_message = Some(message);
+        }
+    }));
 }

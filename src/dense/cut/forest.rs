@@ -5,7 +5,7 @@
 //! "Extremely randomized trees", Machine Learning 2006); the probability is the mean over the trees. Cost: O(samples · depth)
 //! for each tree, and O(depth) for each tree and prediction.
 
-use super::features::{Features, NUM_FEATURES};
+use super::appearance::{Features, NUM_FEATURES};
 use crate::rng::Rng;
 
 /// Number of trees. Twice as many, on twice the samples, score no better (docs/speed.md).

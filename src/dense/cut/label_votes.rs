@@ -10,7 +10,7 @@
 //! Not in the paper, which has one set of trajectories. Cost: O(points of the labelled) + O(trajectories · neighbours). It
 //! fails where two objects are near and move alike for a while.
 
-use super::input::{OUTLIER, UNKNOWN};
+use super::{OUTLIER, UNKNOWN};
 use crate::grid::Grid;
 use crate::trajectory::Trajectories;
 

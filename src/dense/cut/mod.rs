@@ -26,12 +26,9 @@
 mod appearance;
 mod colour;
 mod expansion;
-mod features;
 mod forest;
-mod input;
 mod label_votes;
 mod maxflow;
-mod params;
 mod terms;
 #[cfg(test)]
 mod tests;
@@ -39,21 +36,19 @@ mod tests;
 #[doc(hidden)] // For `examples/method.rs`.
 pub use appearance::appearance_log_odds;
 pub(crate) use appearance::{ClipFeatures, label_kinds};
+pub(crate) use appearance::{Features, superpixel_features};
 pub(crate) use colour::{Colour, Corners, Histogram, UNSEEN_SHARE};
 #[doc(hidden)]
 pub use expansion::{Expansion, Potts};
 pub(crate) use expansion::{STEPS_PER_UNIT, minimize, to_steps};
-pub(crate) use features::{Features, superpixel_features};
-pub use input::{CutInput, CutLabels};
-pub(crate) use input::{OUTLIER, UNKNOWN};
 pub(crate) use label_votes::{VOTE_RADIUS_PX, propagate_labels};
-pub use params::CutParams;
 #[cfg(test)]
 pub(crate) use terms::UnaryCost;
 pub(crate) use terms::{Link, SuperpixelTerms, margins, pixel_index};
 
 use crate::image::Plane;
 use crate::superpixel::Superpixels;
+use crate::trajectory::Trajectories;
 use expansion::{MAX_WEIGHT, NO_PART};
 use terms::{Nodes, energy};
 
@@ -271,4 +266,86 @@ pub fn gabriel_cut(input: &CutInput, params: &CutParams) -> CutLabels {
 #[must_use]
 pub fn paint(superpixels: &Superpixels, labels: &[u32]) -> Plane<u32> {
     superpixels.runs().map(|p| labels[p as usize])
+}
+
+crate::params! {
+    /// The Gabriel cut.
+    pub struct CutParams {
+        /// Weight of a superpixel's own trajectories (λ of section 4.2, whose value the paper does not give).
+        pub unary_weight: f32 = 1.0, in 0.0..=1000.0, expert;
+        /// Weight of the border between two superpixels of a frame. Higher makes labels smoother.
+        pub spatial_weight: f32 = 2.0, in 0.0..=1000.0;
+        /// A border costs `exp(−mean Pb / this)` to cut. The paper prints the mean Pb itself, a misprint.
+        pub pb_scale: f32 = 0.03, in 0.001..=100.0, expert;
+        /// Weights borders by their length, relative to the mean and within 0.05 to 4. The paper does not.
+        pub weight_by_length: bool = true, in 0..=1, expert;
+        /// Weight of the share of common trajectories between superpixels of consecutive frames.
+        pub temporal_weight: f32 = 1.0, in 0.0..=1000.0;
+        /// Number of further cuts, each with the appearance of objects and background, as learned from the cut before. Not
+        /// in the paper; docs/choices.md.
+        pub appearance_rounds: u32 = 3, in 0..=10, expert;
+        /// Weight of the log-odds by appearance in these cuts.
+        pub appearance_weight: f32 = 0.8, in 0.0..=100.0, expert;
+        /// Factor on the weight of trajectories in these cuts, as what they told is learned.
+        pub appearance_unary_factor: f32 = 0.35, in 0.0..=1.0, expert;
+        /// A superpixel's own trajectories do not count if a larger share of it than this lies between trajectories of
+        /// different labels (section 4.2: 0.3). 1 turns the rule off.
+        pub ambiguous_share: f32 = 1.0, in 0.0..=1.0, expert;
+        /// Weight of a salient trajectory that moves unlike all around it: it counts for every object and not for the
+        /// background. Not in the paper; docs/choices.md.
+        pub outlier_weight: f32 = 1.0, in 0.0..=100.0, expert;
+    }
+}
+
+impl CutParams {
+    /// The paper's energy, with its misprints resolved: nothing by length, all weights 1, the 30 % rule for
+    /// ambiguous superpixels.
+    ///
+    /// From outside: `preset` = `paper`.
+    pub(crate) fn paper() -> Self {
+        Self {
+            spatial_weight: 1.0,
+            weight_by_length: false,
+            outlier_weight: 0.0,
+            appearance_rounds: 0,
+            ambiguous_share: 0.3,
+            ..Self::default()
+        }
+    }
+}
+
+/// Label of a trajectory without a known one.
+pub(crate) const UNKNOWN: u32 = u32::MAX;
+
+/// Label of a trajectory that moves unlike the labelled ones around it.
+pub(crate) const OUTLIER: u32 = u32::MAX - 1;
+
+/// Superpixels, labelled trajectories and evidence. Positions are in pixels of the superpixels' frames.
+#[derive(Debug, Clone, Copy)]
+pub struct CutInput<'a> {
+    /// One partition for each frame.
+    pub superpixels: &'a [Superpixels],
+    /// Trajectories; there may be more than were clustered.
+    pub tracks: &'a Trajectories,
+    /// Label of each trajectory. Those that are not below `num_labels` do not vote, but for `u32::MAX - 1` (moves unlike all
+    /// around it), which votes for all objects; their trajectories still link superpixels of consecutive frames.
+    pub label: &'a [u32],
+    /// Number of labels.
+    pub num_labels: usize,
+    /// `true` for each label that is an object, for `outlier_weight`; may be empty.
+    pub objects: &'a [bool],
+    /// Log-odds of each superpixel to be an object's, frame by frame: a cost of the background's labels where positive, of
+    /// the objects' where negative; may be empty.
+    pub evidence: &'a [f32],
+    /// The same by appearance, learned from an earlier cut; empty in the first.
+    pub appearance: &'a [f32],
+}
+
+/// Label of each superpixel of each frame.
+///
+/// Law: `labels[t].len() == superpixels[t].count`; every label is below the number of labels, or 0 if there are none.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct CutLabels {
+    /// Frame by frame, superpixel by superpixel.
+    pub labels: Vec<Vec<u32>>,
 }

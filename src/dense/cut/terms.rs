@@ -10,9 +10,9 @@
 //!
 //! Costs are computed in floating point, one at a time, and rounded to 1/65536. Cost: O(points + borders).
 
+use super::CutParams;
 use super::expansion::{MAX_WEIGHT, Potts, STEPS_PER_UNIT, to_steps};
-use super::input::{CutInput, CutLabels, OUTLIER, UNKNOWN};
-use super::params::CutParams;
+use super::{CutInput, CutLabels, OUTLIER, UNKNOWN};
 use crate::delaunay::constrained_delaunay;
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;

@@ -28,16 +28,15 @@ mod clean_plate;
 mod plate;
 mod reprojection;
 mod rigid_scene;
-mod segmented;
 
 pub(crate) use clean_plate::{CleanPlateInput, clean_plate};
 pub(crate) use plate::Picture;
+pub(crate) use reprojection::ObjectClusters;
+pub use reprojection::SegmentedTracks;
 #[cfg(any(feature = "wasm", test))]
 pub(crate) use reprojection::{ReferenceFrame, WarpGrid};
 pub(crate) use reprojection::{ReprojectionErrors, ReprojectionInput};
 pub(crate) use rigid_scene::segment_rigid_scene;
-pub(crate) use segmented::ObjectClusters;
-pub use segmented::SegmentedTracks;
 
 use crate::camera::{Camera, CameraPath, ForwardMotion};
 use crate::cut::pixel_index;

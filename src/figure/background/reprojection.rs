@@ -7,9 +7,11 @@
 //! objects' motion is badly known between trajectories.
 
 use super::plate::{Picture, max_channel_difference, sample_colour};
-use super::segmented::SegmentedTracks;
 use crate::camera::{CameraPath, Warp};
+use crate::cut::OUTLIER;
+use crate::discretize::Clusters;
 use crate::image::Plane;
+use crate::trajectory::Trajectories;
 
 /// Distances of the reference frames, before and after. Chosen by eye.
 const REFERENCE_OFFSETS_FRAMES: [usize; 3] = [3, 9, 17];
@@ -199,4 +201,31 @@ impl WarpGrid {
         row.clear();
         row.extend(line(k).iter().zip(line(k + 1)).map(|(&a, &b)| interpolate(a, b, share)));
     }
+}
+
+/// Trajectories, the label of each, and the labels that are objects. Other labels do not count.
+#[derive(Debug, Clone, Copy)]
+pub struct SegmentedTracks<'a> {
+    /// The trajectories.
+    pub tracks: &'a Trajectories,
+    /// Label of each trajectory.
+    pub label: &'a [u32],
+    /// `true` for each label that is an object.
+    pub is_object: &'a [bool],
+}
+
+impl SegmentedTracks<'_> {
+    /// Returns `true` if trajectory `i` is an object's, `None` if it has no label. [`OUTLIER`]s are objects'.
+    pub(super) fn is_object_track(&self, i: usize) -> Option<bool> {
+        let &label = self.label.get(i)?;
+        if label == OUTLIER { Some(true) } else { self.is_object.get(label as usize).copied() }
+    }
+}
+
+/// Clusters, and which of them are objects.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ObjectClusters {
+    pub(crate) clusters: Clusters,
+    /// `true` for each cluster that is an object.
+    pub(crate) is_object: Vec<bool>,
 }

@@ -13,7 +13,7 @@
 //! height of the focus. An object that moves exactly as the scene at its place counts as scene. Whatever hangs below the height of
 //! the focus counts as an object.
 
-use super::segmented::ObjectClusters;
+use super::reprojection::ObjectClusters;
 use crate::camera::{ForwardMotion, FramePair, FrameScale, RadialMotion};
 use crate::discontinuity::Neighborhoods;
 use crate::discretize::Clusters;

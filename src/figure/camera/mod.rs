@@ -14,14 +14,13 @@
 
 mod dominant;
 mod forward;
-mod homography;
 mod warp;
 
 pub use dominant::DominantMotion;
 pub(crate) use dominant::{MotionFit, RowMotion, dominant_motion};
 pub use forward::ForwardMotion;
 pub(crate) use forward::{Egomotion, FramePair, FrameScale, PointMatches, RadialMotion};
-pub(crate) use homography::Homography;
+pub(crate) use warp::Homography;
 pub(crate) use warp::Warp;
 
 use crate::image::{Frame, Plane, gaussian_blur, sample_bilinear};

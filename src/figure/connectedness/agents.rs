@@ -13,7 +13,7 @@
 //! Not in the paper, which uses the components of each frame alone. Cost: O(points + new trajectories · size of their
 //! component). It fails where agents swap sides while they touch.
 
-use super::components::Components;
+use super::Components;
 use crate::trajectory::Trajectories;
 
 /// Tracks agents through the frames in the order of `frames`. Returns the agent of each trajectory point;

@@ -1,6 +1,6 @@
 //! Median of several clusterings, which does not depend on a single decision.
 
-use super::clusters::Clusters;
+use super::Clusters;
 
 /// Returns the clustering with the least sum of distances to the others, the first of equals.
 pub(super) fn median_clustering(mut clusterings: Vec<Clusters>) -> Clusters {

@@ -1,6 +1,6 @@
 //! Saliency of trajectories, by their points and in the context of the embedding (section 3).
 
-use super::params::{Neighborhood, SaliencyParams};
+use super::{Neighborhood, SaliencyParams};
 use crate::discontinuity::Discontinuities;
 use crate::embedding::Embedding;
 use crate::image::Plane;

@@ -1,7 +1,7 @@
 //! Saliency maps of the frames of a clip: residual flow, its bins, their centre-surround contrast.
 
 use super::centre_surround::{ContrastParams, centre_surround};
-use super::params::{Compensation, SaliencyParams};
+use super::{Compensation, SaliencyParams};
 use crate::camera::{DominantMotion, MotionFit, RowMotion, dominant_motion};
 use crate::flow::{Field, FlowField};
 use crate::image::Plane;

@@ -14,9 +14,9 @@
 //! iteration", 2006. **Cost**: `degree + 2` products with each vector, and about `8 n k²` operations. **Limits**:
 //! eigenvectors that the given vectors do not contain stay missing.
 
+use super::SymmetricOperator;
 use super::dense::{add_combination, project, symmetric_eigen};
 use super::eigen::{EigenInfo, Eigenpairs, WIDTH, to_columns, to_rows};
-use super::operator::SymmetricOperator;
 
 /// Smallest eigenvalue of the Gram matrix, relative to the largest, that counts towards the rank. Far above rounding
 /// (1e-16), chosen by eye.

@@ -19,20 +19,18 @@ mod chebyshev;
 mod dense;
 mod eigen;
 mod normalize;
-mod operator;
 #[cfg(any(test, target_arch = "wasm32"))]
 mod portable;
 #[cfg(not(target_arch = "wasm32"))]
 mod with_faer;
 
-use crate::sparse::SymCsr;
 pub(crate) use chebyshev::refine_eigenpairs;
 pub use eigen::EigenInfo;
 #[doc(hidden)]
 pub use eigen::{EigenParams, Eigenpairs, largest_eigenpairs};
+
+use crate::sparse::SymCsr;
 use normalize::NormalizedGraph;
-#[doc(hidden)]
-pub use operator::SymmetricOperator;
 
 crate::params! {
     /// Spectral embedding.
@@ -177,6 +175,24 @@ fn fix_signs(vectors: &mut [f64], dimensions: usize) {
             vectors.iter_mut().skip(c).step_by(dimensions).for_each(|v| *v = -*v);
         }
     }
+}
+
+/// A symmetric linear map of `R^n`.
+#[doc(hidden)]
+pub trait SymmetricOperator {
+    /// Returns the dimension `n`.
+    fn dimension(&self) -> usize;
+
+    /// Computes `out = self · x` for a block of `columns` vectors stored row by row: entry `(i, c)` at `i * columns + c`.
+    fn apply(&self, x: &[f64], columns: usize, out: &mut [f64]);
+}
+
+/// All eigenpairs of a dense symmetric matrix.
+struct DenseEigen {
+    /// Eigenvalues, largest first.
+    values: Vec<f64>,
+    /// `n × n`; column `c`, the entries `c * n..(c + 1) * n`, belongs to `values[c]`.
+    vectors: Vec<f64>,
 }
 
 #[cfg(test)]

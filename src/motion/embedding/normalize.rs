@@ -1,6 +1,6 @@
 //! The nodes to embed, and the normalised matrix `N = D^-1/2 A D^-1/2` on them, scaled on the fly.
 
-use super::operator::SymmetricOperator;
+use super::SymmetricOperator;
 use crate::sparse::SymCsr;
 use std::cell::RefCell;
 

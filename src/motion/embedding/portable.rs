@@ -9,7 +9,7 @@
 //!
 //! **Cost**: about `9 n³` operations and `2 n²` numbers. **Limits**: meant for a few hundred rows.
 
-use super::operator::DenseEigen;
+use super::DenseEigen;
 use crate::order::{f64_key, sort_by_key};
 
 /// Largest number of sweeps per eigenvalue; two are usual. Chosen by eye (LAPACK: 30).

@@ -3,7 +3,7 @@
 //!
 //! faer chooses instructions at run time, so the last bits differ between kinds of processors, but not between runs.
 
-use super::operator::DenseEigen;
+use super::DenseEigen;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::linalg::matmul::matmul;

@@ -5,8 +5,8 @@
 //! frame and are computed once a patch (Baker and Matthews, IJCV 2004). Cost: a few hundred operations per patch and
 //! displacement tried.
 
+use super::PATCH_SIDE_PX as SIDE;
 use super::field::FlowField;
-use super::params::PATCH_SIDE_PX as SIDE;
 use super::pyramid::{Level, PAD, PaddedPlane};
 use crate::image::sample_bilinear;
 use wide::{CmpGt, f32x8};

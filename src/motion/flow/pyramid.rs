@@ -1,6 +1,6 @@
 //! Pyramid of one frame at halving sizes, with padded levels so that no kernel needs to test for the border.
 
-use super::params::PATCH_SIDE_PX;
+use super::PATCH_SIDE_PX;
 use crate::image::{Frame, Plane, fit_within, gaussian_blur};
 
 /// Pixels of replicated border around a level: twice the side of a patch and one more.

@@ -26,7 +26,7 @@
 //! **Cost**: about 100 operations per pixel and fixed-point iteration, 20 more per sweep; 32 bytes a pixel, and 80 a pixel
 //! of the wavefront's rows. **Limits**: linearised terms correct the flow by a few pixels only.
 
-use super::params::FlowParams;
+use super::FlowParams;
 use super::pyramid::{PAD, PaddedPlane};
 use crate::image::Plane;
 use std::iter;

@@ -1,6 +1,6 @@
 //! The tracker: moves live points along one flow field at a time and seeds new ones where none are near.
 
-use super::params::TrajectoryParams;
+use super::TrajectoryParams;
 use super::structure::structure;
 use super::trajectories::Trajectories;
 use crate::flow::{CompactFlow, FlowField, local_flow_variation};

@@ -8,8 +8,8 @@
 //! Jobs without a frame have the size 0 and a list of numbers. Both ends run the same version. Messages that are
 //! truncated or corrupted decode to `None`.
 
+use super::job::PairFlow;
 use super::job::{DescribedSuperpixels, Job, JobId, JobInput, JobKind, JobResult};
-use super::pair::PairFlow;
 use crate::affinity::{AffinityBlock, AffinityParams};
 use crate::background::{ReferenceFrame, ReprojectionInput, WarpGrid};
 use crate::camera::{Egomotion, PointMatches};

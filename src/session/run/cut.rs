@@ -5,7 +5,7 @@
 
 use super::clip::Clip;
 use super::recut::Recut;
-use super::work::{StageWork, StepReport};
+use super::state::{StageWork, StepReport};
 use crate::Error;
 use crate::background::{ReprojectionErrors, ReprojectionInput, SegmentedTracks};
 use crate::classify::{Observations, classify_clusters, cluster_penalties};

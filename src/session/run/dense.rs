@@ -3,7 +3,7 @@
 use super::clip::Clip;
 use super::cut::CutWork;
 use super::recut::Recut;
-use super::work::{StageWork, StepReport};
+use super::state::{StageWork, StepReport};
 use crate::Error;
 use crate::background::{Background, BackgroundParams};
 use crate::camera::{Camera, Egomotion, ForwardMotion, PointMatches};

@@ -1,7 +1,7 @@
 //! The stages of saliency (frame by frame), of the foreground's connected components, and of the clusters.
 
 use super::clip::Clip;
-use super::work::{StageWork, StepReport};
+use super::state::{StageWork, StepReport};
 use crate::Error;
 use crate::connectedness::{ConnectednessMode, Separation, components, constrain};
 use crate::discontinuity::discontinuities;

@@ -14,7 +14,6 @@ mod spectral;
 mod state;
 #[cfg(test)]
 mod tests;
-mod work;
 
 pub(crate) use clip::{Clip, Trackers};
 pub(crate) use dense::{estimate_camera, model_background};

@@ -1,7 +1,7 @@
 //! The stages of flow and tracking, which alternate: flow of a frame pair, then tracking through it.
 
 use super::clip::{Clip, Trackers};
-use super::work::{StageWork, StepReport};
+use super::state::{StageWork, StepReport};
 use crate::Error;
 use crate::flow::CompactFlow;
 use crate::image::{Plane, sample_bilinear};

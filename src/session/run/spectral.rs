@@ -1,7 +1,7 @@
 //! The stages of affinities (block by block), embedding and discontinuities.
 
 use super::clip::Clip;
-use super::work::{StageWork, StepReport};
+use super::state::{StageWork, StepReport};
 use crate::Error;
 use crate::affinity::AffinityRows;
 use crate::camera::{ForwardMotion, PointMatches};

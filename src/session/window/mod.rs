@@ -1,12 +1,11 @@
 //! The windows of long clips: where they begin and end, cuts between shots, and object labels from window to window.
 
-mod appearance;
 mod identity;
 #[cfg(any(not(target_arch = "wasm32"), feature = "wasm"))]
 mod plan;
 mod shot;
 
-pub(crate) use appearance::object_appearances;
+pub(crate) use identity::object_appearances;
 pub(crate) use identity::{Identities, NumberedTracks};
 #[cfg(any(not(target_arch = "wasm32"), feature = "wasm"))]
 pub use plan::Window;
