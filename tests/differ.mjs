@@ -17,11 +17,8 @@ import { fnv1a } from './fingerprint.mjs';
 export function recorded(t, first, last, env = {}) {
   const folder = mkdtempSync(join(tmpdir(), 'tracecut-differ-'));
   t.after(() => rmSync(folder, { recursive: true }));
-  // What `npm test` has built, where no other build is asked for.
-  const built = Object.keys(env).length === 0 && process.env.TRACECUT_BUILT;
-  const cargo = ['cargo', 'test', '--quiet', '--locked', '--package', 'tracecut', '--test', 'integration', '--'];
-  const [program, ...args] = built ? [built] : cargo;
-  const result = spawnSync(program, [...args, '--ignored', '--exact', 'random::sessions_are_recorded'], {
+  const test = ['--ignored', '--exact', 'random::sessions_are_recorded'];
+  const result = spawnSync('cargo', ['test-native', '--quiet', '--test', 'integration', '--', ...test], {
     cwd: root,
     encoding: 'utf8',
     env: { ...process.env, ...env, TRACECUT_SESSIONS: folder, TRACECUT_SEEDS: `${first}..${last}` },

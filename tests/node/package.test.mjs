@@ -143,14 +143,6 @@ test('bundlers may drop what is not used, but for the worker', async () => {
   assert.match(await bundled("import 'tracecut/worker';"), /addEventListener/);
 });
 
-// The rules are in .dependency-cruiser.cjs. In the package, only the modules for Node import anything but each other.
-test('package, studio, lab and scripts import only what the architecture allows', () => {
-  const folders = ['dist', 'build', 'studio', 'www', 'scripts'];
-  const { status, stdout } = tool('dependency-cruiser/bin/dependency-cruise.mjs', ...folders);
-  assert.equal(status, 0, stdout);
-  assert.match(stdout, /no dependency violations found \(\d{3} modules/);
-});
-
 test('publint finds no fault', () => {
   const { status, stdout } = tool('publint/src/cli.js', 'run', tarball, '--strict');
   assert.equal(status, 0, stdout);

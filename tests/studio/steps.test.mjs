@@ -11,7 +11,7 @@ import { Playback, jumpTo, stepFrames, togglePlaying } from '../../build/model/p
 import { Presence, Times } from '../../build/model/presence.js';
 import { findSimilarObjects } from '../../build/model/similar-objects.js';
 import { Store } from '../../build/model/store.js';
-import { maskAt, masksOf, pixelsOf, show, strokeOn } from './studio-editing.mjs';
+import { maskAt, masksOf, pixelsOf, show, strokeOn } from './editing.mjs';
 import { SAMPLE, openSampleWork } from './studio.mjs';
 
 test('a step says how long it took, that it was undone, or why it is not possible', async () => {

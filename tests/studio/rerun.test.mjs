@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { showCorrected } from '../../build/model/show-result.js';
 import { movingFrames } from '../moving.mjs';
-import { masksOf, regionsOf, show, strokeOn } from './studio-editing.mjs';
+import { masksOf, regionsOf, show, strokeOn } from './editing.mjs';
 import { CLIP, openModel, waitForState } from './studio.mjs';
 
 /** Opens a clip and segments it. */

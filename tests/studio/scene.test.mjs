@@ -5,7 +5,7 @@ import { test } from 'node:test';
 import { segmentVideo, synthClip } from 'tracecut';
 import { sceneMotion } from 'tracecut/stages';
 import { findSimilarObjects } from '../../build/model/similar-objects.js';
-import { framesOf, open, ready, rejects } from './support.mjs';
+import { framesOf, open, ready, rejects } from '../node/support.mjs';
 
 /** Trajectories from lists of places, each with its first frame and label. */
 function trajectoriesOf(lists) {

@@ -6,7 +6,7 @@ import { segmentVideo } from 'tracecut';
 import { editMasks, encodeRuns, openProject, saveProject } from 'tracecut/edit';
 import { clipsZip, cocoRle } from 'tracecut/export';
 import { toViewSettings, viewSettingsPatch } from '../../build/model/view-settings.js';
-import { framesOf, ready, rejects } from './support.mjs';
+import { framesOf, ready, rejects } from '../node/support.mjs';
 
 test('a result and a video are opened again as they were, with edits, words and files', async (t) => {
   const frames = await framesOf();

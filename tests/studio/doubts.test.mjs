@@ -11,7 +11,7 @@ import {
   showNextDoubt,
 } from '../../build/model/doubts.js';
 import { showCorrected } from '../../build/model/show-result.js';
-import { maskAt } from './studio-editing.mjs';
+import { maskAt } from './editing.mjs';
 import { openModel, openSampleWork } from './studio.mjs';
 
 const DOUBTS = [

@@ -9,7 +9,7 @@ import { Candidates } from '../../build/model/candidates.js';
 import { traceRegion } from '../../build/model/outline.js';
 import { Store } from '../../build/model/store.js';
 import { movingFrames } from '../moving.mjs';
-import { createBrush, maskAt, masksOf, pixelsOf, regionsOf, show } from './studio-editing.mjs';
+import { createBrush, maskAt, masksOf, pixelsOf, regionsOf, show } from './editing.mjs';
 import { CLIP, openModel, openSampleWork } from './studio.mjs';
 
 test('adds, paints, splits and erases in all windows of a clip, and undoes each step', async () => {
