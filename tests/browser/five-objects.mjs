@@ -1,7 +1,7 @@
-// A project of a synthetic clip with five objects, made in the page: opens without a run.
+// A project of a synthetic clip with five objects, created in the page: opens without a run.
 
-/** Runs in the page: the video and its project, of this size, as bytes. */
-async function makeFive({ width, height, frames, parts = 0, doubts = [] }) {
+/** Runs in the page: creates the video and its project, of this size, as bytes. */
+async function createFive({ width, height, frames, parts = 0, doubts = [], scale = 1, hasSound = false }) {
   const media = await import('/dist/vendor/media.js');
   const { saveProject } = await import('/dist/edit.js');
   const output = new media.Output({ format: new media.WebMOutputFormat(), target: new media.BufferTarget() });
@@ -16,8 +16,9 @@ async function makeFive({ width, height, frames, parts = 0, doubts = [] }) {
     Math.round((k * (height - side)) / 5 + t),
   ];
   for (let t = 0; t < frames; t += 1) {
-    const canvas = new OffscreenCanvas(width, height);
+    const canvas = new OffscreenCanvas(scale * width, scale * height);
     const context = canvas.getContext('2d');
+    context.scale(scale, scale);
     for (let y = 0; y < height; y += 8)
       for (let x = 0; x < width; x += 8) {
         context.fillStyle = `hsl(${((x * 7 + y * 3) % 80) + 60} 30% ${40 + ((x * 13 + y * 29) % 30)}%)`;
@@ -32,7 +33,23 @@ async function makeFive({ width, height, frames, parts = 0, doubts = [] }) {
     sample.close();
   }
   await output.finalize();
-  const bytes = new Uint8Array(output.target.buffer);
+  let bytes = new Uint8Array(output.target.buffer);
+  if (hasSound) {
+    const { encodeVideo, videoFrames } = await import('/dist/index.js');
+    const [rate, count] = [8000, 8000];
+    const wav = new DataView(new ArrayBuffer(44 + 2 * count));
+    const words = { 0: 'RIFF', 8: 'WAVEfmt ', 36: 'data' };
+    for (const [at, word] of Object.entries(words)) new Uint8Array(wav.buffer).set(new TextEncoder().encode(word), at);
+    const longs = { 4: 36 + 2 * count, 16: 16, 24: rate, 28: 2 * rate, 40: 2 * count };
+    for (const [at, value] of Object.entries(longs)) wav.setUint32(at, value, true);
+    for (const [at, value] of Object.entries({ 20: 1, 22: 1, 32: 2, 34: 16 })) wav.setUint16(at, value, true);
+    for (let k = 0; k < count; k += 1) wav.setInt16(44 + 2 * k, 9000 * Math.sin(k / 5), true);
+    const times = Array.from({ length: frames }, (_, t) => t / 10);
+    const none = { width: 16, height: 9, numFrames: frames, labels: () => new Uint8Array(144), times };
+    const options = { quality: 'very-high', sound: { source: wav.buffer, end: frames / 10 } };
+    const blob = await encodeVideo(none, videoFrames(new Blob([bytes])), options);
+    bytes = new Uint8Array(await blob.arrayBuffer());
+  }
   const labels = (t) => {
     const mask = new Uint8Array(width * height);
     for (let k = 0; k < 5; k += 1) {
@@ -76,18 +93,19 @@ async function makeFive({ width, height, frames, parts = 0, doubts = [] }) {
   return [[...bytes], [...project]];
 }
 
-/** What was made already, by size: it is the same in every page. */
-const made = new Map();
+/** Files by their options. */
+const cache = new Map();
 
 /**
- * @param {import('playwright-core').Page} page
- * @param {{width: number, height: number, frames: number, parts?: number, doubts?: object[]}} size `parts` of the objects touch and move alike
+ * @param {import('@playwright/test').Page} page
+ * @param {{width: number, height: number, frames: number, parts?: number, doubts?: object[], scale?: number, hasSound?: boolean}} options
+ *   size of the masks; `parts` of the objects touch and move alike; the video is larger by `scale`
  * @returns {Promise<{video: object, project: object}>} files for `setInputFiles`
  */
-export async function fiveObjects(page, size) {
-  const key = JSON.stringify(size);
-  if (!made.has(key)) made.set(key, await page.evaluate(makeFive, size));
-  const [video, project] = made.get(key);
+export async function fiveObjects(page, options) {
+  const key = JSON.stringify(options);
+  if (!cache.has(key)) cache.set(key, await page.evaluate(createFive, options));
+  const [video, project] = cache.get(key);
   return {
     video: { name: 'five.webm', mimeType: 'video/webm', buffer: Buffer.from(video) },
     project: { name: 'five.tracecut', mimeType: 'application/zip', buffer: Buffer.from(project) },
