@@ -8,6 +8,7 @@ import { spawnSync } from 'node:child_process';
 import { existsSync, readFileSync, rmSync, statSync } from 'node:fs';
 import { join } from 'node:path';
 import { parseArgs } from 'node:util';
+import { hasPython } from './native.mjs';
 import { ensureNodeModules, ensureRust, environment, fail, output, root } from './tools.mjs';
 
 const { wireit } = JSON.parse(readFileSync(join(root, 'package.json'), 'utf8'));
@@ -41,19 +42,13 @@ function partsOf(mode) {
 
 /** Returns whether the machine has what a part needs, and says what it misses. */
 function isPossible(part) {
-  const needs = {
-    python: [
-      'python3',
-      ['-c', 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 9))'],
-      'Python 3.9 or later with venv',
-    ],
-    sanitizer: ['rustc', ['+nightly', '--version'], 'the nightly compiler (rustup toolchain install nightly)'],
-  }[part === 'wheel' ? 'python' : part];
-  if (!needs) return true;
-  const [command, args, name] = needs;
-  const isThere = output(command, args) !== null;
-  if (!isThere) console.log(`!!! SKIPPED: the tests of ${part} need ${name}`);
-  return isThere;
+  const missing = {
+    python: () => (hasPython() ? null : 'Python 3.9 or later with venv'),
+    sanitizer: () =>
+      output('rustc', ['+nightly', '--version']) ? null : 'the nightly compiler (rustup toolchain install nightly)',
+  }[part === 'wheel' ? 'python' : part]?.();
+  if (missing) console.log(`!!! SKIPPED: the tests of ${part} need ${missing}`);
+  return !missing;
 }
 
 function wireitFolder(script) {

@@ -6,6 +6,7 @@ import { mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { createSession } from 'tracecut';
+import { nativeArguments } from '../scripts/native.mjs';
 import { root } from '../scripts/tools.mjs';
 import { fnv1a } from './fingerprint.mjs';
 
@@ -18,7 +19,7 @@ export function recorded(t, first, last, env = {}) {
   const folder = mkdtempSync(join(tmpdir(), 'tracecut-differ-'));
   t.after(() => rmSync(folder, { recursive: true }));
   const test = ['--ignored', '--exact', 'random::sessions_are_recorded'];
-  const result = spawnSync('cargo', ['test-native', '--quiet', '--test', 'integration', '--', ...test], {
+  const result = spawnSync('cargo', nativeArguments('test', '--quiet', '--test', 'integration', '--', ...test), {
     cwd: root,
     encoding: 'utf8',
     env: { ...process.env, ...env, TRACECUT_SESSIONS: folder, TRACECUT_SEEDS: `${first}..${last}` },

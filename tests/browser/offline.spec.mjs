@@ -31,27 +31,32 @@ async function save(page, id) {
 }
 
 for (const [place, maxBytes] of Object.entries(MAX_VISIT_BYTES))
-  test(`a first visit to /${place} loads less than ${maxBytes / 1000} kB`, async ({ ownSite, browser }) => {
-    const page = await (await browser.newContext({ serviceWorkers: 'block' })).newPage();
-    const names = new Set();
-    const failures = [];
-    page.on('pageerror', ({ message }) => failures.push(message));
-    page.on('response', (response) => {
-      if (response.ok()) names.add(decodeURIComponent(response.url().slice(ownSite.url.length)));
-      else failures.push(response.url());
-    });
-    await page.goto(ownSite.url + place);
-    expect(await runEnd(page)).toBe('done');
-    const sizes = [...names].map((name) => {
-      const bytes = readFileSync(join(ownSite.folder, name.replace(/(^|\/)$/, '$1index.html')));
-      return gzipSync(bytes, { level: 9 }).length;
-    });
-    const total = sizes.reduce((sum, size) => sum + size, 0);
-    console.log(`a first visit to /${place}: ${total} bytes, compressed, in ${sizes.length} files`);
-    expect(total).toBeLessThan(maxBytes);
-    expect(failures).toEqual([]);
-    await page.context().close();
-  });
+  // The limits are of the optimised wasm files, which the slow tests build.
+  test(
+    `a first visit to /${place} loads less than ${maxBytes / 1000} kB`,
+    { tag: '@long' },
+    async ({ ownSite, browser }) => {
+      const page = await (await browser.newContext({ serviceWorkers: 'block' })).newPage();
+      const names = new Set();
+      const failures = [];
+      page.on('pageerror', ({ message }) => failures.push(message));
+      page.on('response', (response) => {
+        if (response.ok()) names.add(decodeURIComponent(response.url().slice(ownSite.url.length)));
+        else failures.push(response.url());
+      });
+      await page.goto(ownSite.url + place);
+      expect(await runEnd(page)).toBe('done');
+      const sizes = [...names].map((name) => {
+        const bytes = readFileSync(join(ownSite.folder, name.replace(/(^|\/)$/, '$1index.html')));
+        return gzipSync(bytes, { level: 9 }).length;
+      });
+      const total = sizes.reduce((sum, size) => sum + size, 0);
+      console.log(`a first visit to /${place}: ${total} bytes, compressed, in ${sizes.length} files`);
+      expect(total).toBeLessThan(maxBytes);
+      expect(failures).toEqual([]);
+      await page.context().close();
+    },
+  );
 
 test('works offline after the first visit, with all its parts', async ({ openStudio, ownSite }) => {
   const page = await openSite(openStudio, ownSite, { serviceWorkers: 'allow' });
