@@ -1,4 +1,4 @@
-"""Reads the Python of the documents. As a program: runs each block of both READMEs by itself; needs only the package."""
+"""Reads the Python of the documents. As a program: runs each block of both READMEs, with only the package."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ Recipe = Callable[[str], "dict[str, Any]"]
 
 @pytest.fixture
 def recipe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Recipe:
-    """Runs the Python of a section of docs/interchange.md in a folder with the frames; gives the names that it leaves."""
+    """Runs the Python of a section of docs/interchange.md in a folder with the frames; returns its names."""
     write_frames(tmp_path / "coco" / "images")
     interchange.to_coco(MASKS, tmp_path / "coco" / "annotations", objects=NAMES)
     monkeypatch.chdir(tmp_path)

@@ -188,7 +188,7 @@ def test_a_pool_of_processes_segments_clips() -> None:
 
 
 @pytest.mark.parametrize("make", [copy.deepcopy, pickle.dumps])
-def test_sessions_and_readers_cannot_be_copied(make: Callable[[Any], Any], clip: list[np.ndarray], tmp_path: Path) -> None:
+def test_sessions_and_videos_are_not_copied(make: Callable[[Any], Any], clip: list[np.ndarray], tmp_path: Path) -> None:
     window = next(tracecut.windows(clip, preset="fast"))
     for thing in (window, window.session, tracecut.Session()):
         with pytest.raises(TypeError, match="a session stays in its process.*read what you need") as caught:

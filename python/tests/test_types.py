@@ -148,7 +148,8 @@ def test_type_checkers_find_every_mistake_and_accept_the_package_and_all_documen
     (tmp_path / "right.py").write_text(RIGHT)
     write_blocks(tmp_path / "blocks")
     modules = {name.split(".")[0] for block in documents.all_blocks() for name in documents.imports(block.code)}
-    (tmp_path / "mypy.ini").write_text(MYPY.format(untyped=",".join(f"{name}.*" for name in sorted(modules - {"tracecut"}))))
+    untyped = ",".join(f"{name}.*" for name in sorted(modules - {"tracecut"}))
+    (tmp_path / "mypy.ini").write_text(MYPY.format(untyped=untyped))
     # Pyright takes the Python of PATH otherwise, which may not be this one. Its first run fetches it.
     options = {"mypy": ["--config-file", tmp_path / "mypy.ini"], "pyright": ["--pythonpath", sys.executable]}[tool]
     paths = ["package/tracecut", "tests/typed.py", *(tmp_path / name for name in ("mistakes.py", "right.py", "blocks"))]

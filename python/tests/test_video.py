@@ -342,7 +342,7 @@ def test_a_recording_may_begin_between_two_key_frames(frames: list[np.ndarray], 
     assert_alike(read(path), frames[4:])
 
 
-def test_damage_at_the_beginning_drops_frames_up_to_the_next_key_frame(frames: list[np.ndarray], tmp_path: Path) -> None:
+def test_damage_at_the_beginning_drops_frames_to_the_next_key(frames: list[np.ndarray], tmp_path: Path) -> None:
     path = write_video(tmp_path / "a.mp4", [frames], container={"movflags": "faststart"}, bf="0")
     with av.open(str(path)) as container:
         start, size = next((packet.pos, packet.size) for packet in container.demux(video=0))
@@ -353,7 +353,7 @@ def test_damage_at_the_beginning_drops_frames_up_to_the_next_key_frame(frames: l
 
 
 @pytest.mark.parametrize("kind", ["gif", "png"])
-def test_an_animation_with_a_damaged_first_picture_is_refused(kind: str, frames: list[np.ndarray], tmp_path: Path) -> None:
+def test_an_animation_with_a_broken_first_picture_is_refused(kind: str, frames: list[np.ndarray], tmp_path: Path) -> None:
     from PIL import Image
 
     pictures = [Image.fromarray(frame) for frame in frames]
