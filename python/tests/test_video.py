@@ -353,7 +353,7 @@ def test_damage_at_the_beginning_drops_frames_to_the_next_key(frames: list[np.nd
 
 
 @pytest.mark.parametrize("kind", ["gif", "png"])
-def test_an_animation_with_a_broken_first_picture_is_refused(kind: str, frames: list[np.ndarray], tmp_path: Path) -> None:
+def test_an_animation_with_a_broken_first_picture_fails(kind: str, frames: list[np.ndarray], tmp_path: Path) -> None:
     from PIL import Image
 
     pictures = [Image.fromarray(frame) for frame in frames]
