@@ -22,7 +22,6 @@ pub mod log;
 #[doc(hidden)]
 pub mod masks;
 mod output;
-mod overlay;
 #[doc(hidden)]
 pub mod pictures;
 #[doc(hidden)]

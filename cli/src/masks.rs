@@ -1,8 +1,7 @@
 //! Masks as files and pictures, and their part of the report.
 
 use crate::failure::{Failure, Result};
-use crate::overlay::PALETTE;
-use crate::pictures::{Pixels, Series};
+use crate::pictures::{PALETTE, Pixels, Series};
 use crate::window::WindowResult;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;

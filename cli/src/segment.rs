@@ -9,7 +9,7 @@ use crate::input::{Input, KINDS};
 use crate::log::{Log, LogArgs};
 use crate::masks::{self, MaskFolders};
 use crate::output::{Existing, OutputFolder};
-use crate::overlay;
+use crate::pictures;
 use crate::provenance::{Options, Origin, Provenance, Recipe, SavedRun};
 use crate::report::{Report, Truncated, WindowPart, rows};
 use crate::settings::Settings;
@@ -282,7 +282,7 @@ impl ClipJob<'_> {
             write(&place.file(format!("tracks/{:05}.dat", window.index)), text)?;
         }
         if self.wants(Format::Overlay) {
-            overlay::write_window(window, place.file("overlay"))?;
+            pictures::write_points(window, place.file("overlay"))?;
         }
         if self.args.dump {
             dump::write_all(&place.file(format!("dump/{:05}", window.index)), window.session)?;

@@ -1,11 +1,9 @@
-"""The Python of all documents: type checkers accept it, and it runs, the blocks of a document one after the other."""
+"""The Python of all documents runs, the blocks of a document one after the other (test_types.py checks their types)."""
 
 from __future__ import annotations
 
-import ast
 import importlib.util
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -18,8 +16,6 @@ import pytest
 import tracecut
 from conftest import install_predictors
 
-BLOCKS = [block for document in documents.documents() for block in documents.blocks(document)]
-
 #: Blocks that need more than their package, and are run elsewhere.
 ELSEWHERE = {
     "fiftyone": "FiftyOne needs its database; test_interchange.py runs its importer",
@@ -27,52 +23,11 @@ ELSEWHERE = {
     "torch.utils.data": "test_recipes_run runs it",
 }
 
-#: Helpers in examples need no types, and packages that are not installed have none.
-STRICT = [
-    "--strict",
-    "--allow-subclassing-any",
-    "--allow-untyped-defs",
-    "--allow-untyped-calls",
-    "--allow-incomplete-defs",
-    "--ignore-missing-imports",
-]
-
-
-def imports(code: str) -> list[str]:
-    """The modules that a block imports."""
-    nodes = list(ast.walk(ast.parse(code)))
-    names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
-    return names + [node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module]
-
-
-def test_the_documents_have_their_blocks() -> None:
+def test_the_documents_have_blocks_of_python() -> None:
     counts = {document: len(documents.blocks(document)) for document in documents.documents()}
     assert counts["README.md"] == 1 and counts["python/README.md"] >= 4 and counts["docs/interchange.md"] == 7
     (first,) = documents.blocks("README.md")
     assert 5 <= len([line for line in first.code.splitlines() if line.strip()]) <= 10
-
-
-@pytest.mark.parametrize(
-    ("tool", "options"),
-    [
-        ("mypy", STRICT),
-        # It takes the Python of PATH otherwise, which may not be this one. Its first run fetches it.
-        pytest.param("pyright", ["--pythonpath", sys.executable], marks=pytest.mark.long),
-    ],
-)
-def test_type_checkers_accept_every_block(tool: str, options: list[str], tmp_path: Path) -> None:
-    pytest.importorskip(tool)
-    for document in documents.documents():
-        # Each block is in the line that it has in the document.
-        text = ""
-        for block in documents.blocks(document):
-            text += "\n" * (block.line - text.count("\n")) + block.code
-        (tmp_path / (re.sub(r"\W", "_", document) + ".py")).write_text(text)
-    (tmp_path / "pyrightconfig.json").write_text('{"reportMissingImports": false, "reportMissingModuleSource": false}')
-    command = [sys.executable, "-m", tool, *options, *([] if tool == "pyright" else ["."])]
-    search = {"PYTHONPATH": "", "MYPYPATH": ""}
-    checked = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env={**os.environ, **search})
-    assert checked.returncode == 0, checked.stdout + checked.stderr
 
 
 def write_clip(folder: Path) -> None:
@@ -115,14 +70,14 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Path, di
     return found
 
 
-@pytest.mark.parametrize("block", BLOCKS, ids=lambda block: f"{block.document}:{block.line + 1}")
+@pytest.mark.parametrize("block", documents.all_blocks(), ids=lambda block: f"{block.document}:{block.line + 1}")
 def test_a_block_runs_after_those_before_it(
     block: documents.Block, places: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder, names = places[block.document]
     monkeypatch.chdir(folder)
     built = install_predictors(monkeypatch) if "sam" in block.code else []
-    for module in imports(block.code):
+    for module in documents.imports(block.code):
         if module in ELSEWHERE:
             pytest.skip(ELSEWHERE[module])
         if module.split(".")[0] not in sys.modules and importlib.util.find_spec(module.split(".")[0]) is None:

@@ -1,4 +1,4 @@
-"""Wrong arguments: every entry point refuses them with one class of error, which names the value and what is legal."""
+"""Every entry point refuses wrong arguments with one class of error, which names the value and the legal ones."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def calls(clip: list[np.ndarray], tracks: Trajectories, tmp_path_factory: pytest
     session.push_all(clip)
     session.run()
 
-    def undone(correct: Callable[..., object]) -> Callable[..., None]:
+    def with_undo(correct: Callable[..., object]) -> Callable[..., None]:
         def call(**arguments: Any) -> None:
             correct(**arguments)
             session.undo_correction()
@@ -73,7 +73,7 @@ def calls(clip: list[np.ndarray], tracks: Trajectories, tmp_path_factory: pytest
         **{"frames": clip[:2], "window": 50, "overlap": 1},
         **{"threads": 1, "progress": None, "flow": section, "preset": "fast"},
     }
-    made: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
+    entry_points: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         "segment": (tracecut.segment, in_windows),
         "segment with trajectories": (tracecut.segment, {"frames": clip, "trajectories": tracks, "preset": "fast"}),
         "windows": (lambda **options: list(tracecut.windows(**options)), in_windows),
@@ -92,13 +92,13 @@ def calls(clip: list[np.ndarray], tracks: Trajectories, tmp_path_factory: pytest
             },
         ),
         "run": (session.run, {"threads": 1, "progress": None}),
-        "merge": (undone(session.merge), {"into": 1, "from_": 1}),
-        "split": (undone(session.split), {"label": 1, "at": (0, 10.0, 10.0)}),
-        "split at": (undone(lambda t, x, y: session.split(1, at=(t, x, y))), {"t": 0, "x": 10.0, "y": 10.0}),
-        "together": (undone(session.together), {"strokes": [Stroke(0, [(5, 5)])]}),
-        "apart": (undone(session.apart), {"strokes": [Stroke(0, [(5, 5)]), Stroke(0, [(50, 50)])]}),
+        "merge": (with_undo(session.merge), {"into": 1, "from_": 1}),
+        "split": (with_undo(session.split), {"label": 1, "at": (0, 10.0, 10.0)}),
+        "split at": (with_undo(lambda t, x, y: session.split(1, at=(t, x, y))), {"t": 0, "x": 10.0, "y": 10.0}),
+        "together": (with_undo(session.together), {"strokes": [Stroke(0, [(5, 5)])]}),
+        "apart": (with_undo(session.apart), {"strokes": [Stroke(0, [(5, 5)]), Stroke(0, [(50, 50)])]}),
         "Stroke": (
-            undone(lambda **fields: session.together([Stroke(**fields)])),
+            with_undo(lambda **fields: session.together([Stroke(**fields)])),
             {"t": 0, "points": [(5, 5)], "radius": 3.0},
         ),
         "explain": (session.explain, {"t": 0, "x": 3, "y": 4}),
@@ -160,7 +160,7 @@ def calls(clip: list[np.ndarray], tracks: Trajectories, tmp_path_factory: pytest
             {"masks": [mask], "root": folder / "vos", "name": "clip", "subset": "train", "objects": {1: "a"}},
         ),
     }
-    return made
+    return entry_points
 
 
 #: Entry points that take no argument, or whose arguments are those of another one.

@@ -1,4 +1,4 @@
-"""What is written for other tools is read by their own packages, and the masks are the same to the pixel.
+"""Packages of other tools read our exports, and get the same masks to the pixel.
 
 Each test that needs a tool is skipped where its package is not installed.
 """
@@ -21,7 +21,7 @@ SIZE = (37, 53)
 NAMES = {1: "dog & <cat>", 4: "ball"}
 
 
-def made(seed: int = 0, frames: int = 5) -> list[np.ndarray]:
+def random_masks(seed: int = 0, frames: int = 5) -> list[np.ndarray]:
     """Masks of blobs and of single pixels, with gaps in the labels; one frame is empty, one is full."""
     random = np.random.default_rng(seed)
     masks = [np.zeros(SIZE, np.uint8), np.full(SIZE, 4, np.uint8)]
@@ -33,7 +33,7 @@ def made(seed: int = 0, frames: int = 5) -> list[np.ndarray]:
     return masks[:1] + masks[2:] + masks[1:2]
 
 
-MASKS = made()
+MASKS = random_masks()
 
 
 def write_frames(folder: Path) -> None:
@@ -45,7 +45,7 @@ def write_frames(folder: Path) -> None:
         Image.new("RGB", (SIZE[1], SIZE[0])).save(folder / f"{t:05}.jpg")
 
 
-def joined(parts: dict[int, np.ndarray]) -> np.ndarray:
+def combine(parts: dict[int, np.ndarray]) -> np.ndarray:
     """A mask from those of its labels, none of which covers another."""
     mask = np.zeros(SIZE, np.uint8)
     for label, inside in parts.items():
@@ -59,7 +59,7 @@ Recipe = Callable[[str], "dict[str, Any]"]
 
 @pytest.fixture
 def recipe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Recipe:
-    """Runs the Python of a section of docs/interchange.md in a folder with the frames; gives the names that it leaves."""
+    """Runs the Python of a section of docs/interchange.md in a folder with the frames; returns its names."""
     write_frames(tmp_path / "coco" / "images")
     interchange.to_coco(MASKS, tmp_path / "coco" / "annotations", objects=NAMES)
     monkeypatch.chdir(tmp_path)
@@ -75,7 +75,7 @@ def run_recipe(tool: str) -> dict[str, Any]:
 
 
 @pytest.mark.wheel
-def test_cvats_xml_is_made_by_datumaro(recipe: Recipe) -> None:
+def test_datumaro_writes_the_xml_of_cvat(recipe: Recipe) -> None:
     datumaro = pytest.importorskip("datumaro", reason="datumaro is not installed")
     recipe("CVAT")
     data = datumaro.Dataset.import_from("cvat", "cvat")
@@ -86,11 +86,11 @@ def test_cvats_xml_is_made_by_datumaro(recipe: Recipe) -> None:
         for shape in items[f"{t:05}"].annotations:
             assert classes[shape.label] == NAMES.get(shape.group, f"object {shape.group}")
             parts[shape.group] = shape.image.astype(bool)
-        assert np.array_equal(joined(parts), mask), t
+        assert np.array_equal(combine(parts), mask), t
 
 
 @pytest.mark.wheel
-def test_label_studio_takes_the_tasks(recipe: Recipe) -> None:
+def test_label_studio_accepts_the_tasks(recipe: Recipe) -> None:
     brush = pytest.importorskip("label_studio_sdk.converter.brush", reason="label-studio-sdk is not installed")
     from label_studio_sdk.label_interface import LabelInterface
 
@@ -114,7 +114,7 @@ def test_label_studio_takes_the_tasks(recipe: Recipe) -> None:
             (name,) = region["value"]["brushlabels"]
             pixels = brush.decode_rle(region["value"]["rle"]).reshape(*SIZE, 4)
             parts[int(name.split()[1])] = pixels[..., 3] == 255
-        assert np.array_equal(joined(parts), mask)
+        assert np.array_equal(combine(parts), mask)
 
 
 def test_pycocotools_reads_the_masks(tmp_path: Path) -> None:
@@ -125,7 +125,7 @@ def test_pycocotools_reads_the_masks(tmp_path: Path) -> None:
     for t, mask in enumerate(MASKS):
         assert data.imgs[t + 1]["file_name"] == f"{t:05}.jpg"
         found = data.loadAnns(data.getAnnIds(imgIds=[t + 1]))
-        assert np.array_equal(joined({each["index"]: data.annToMask(each) == 1 for each in found}), mask)
+        assert np.array_equal(combine({each["index"]: data.annToMask(each) == 1 for each in found}), mask)
         for each in found:
             rows, columns = np.nonzero(mask == each["index"])
             assert each["area"] == rows.size
@@ -135,7 +135,7 @@ def test_pycocotools_reads_the_masks(tmp_path: Path) -> None:
             assert data.cats[each["category_id"]]["name"] == name
 
 
-def detected(label: Any) -> np.ndarray:
+def mask_of_detections(label: Any) -> np.ndarray:
     """The mask that FiftyOne's detections make."""
     parts = {}
     for detection in label.detections if label else []:
@@ -145,7 +145,7 @@ def detected(label: Any) -> np.ndarray:
         full[round(top) : round(top) + height, round(left) : round(left) + width] = detection.mask
         assert detection.label == NAMES.get(detection.index, f"object {detection.index}")
         parts[detection.index] = full
-    return joined(parts)
+    return combine(parts)
 
 
 @pytest.mark.wheel
@@ -160,10 +160,10 @@ def test_fiftyones_importer_reads_masks_and_identities(tmp_path: Path) -> None:
         assert importer.get_dataset_info()["description"] == "some clip"
         for path, metadata, label in importer:
             assert (metadata.height, metadata.width) == SIZE
-            assert np.array_equal(detected(label), MASKS[int(Path(path).stem)])
+            assert np.array_equal(mask_of_detections(label), MASKS[int(Path(path).stem)])
 
 
-def enlarged(shape: tuple[int, int]) -> list[np.ndarray]:
+def enlarge_masks(shape: tuple[int, int]) -> list[np.ndarray]:
     """The masks at another size, by repeating pixels."""
     rows, columns = (np.arange(to) * of // to for to, of in zip(shape, SIZE))
     return [mask[np.ix_(rows, columns)] for mask in MASKS]
@@ -176,7 +176,7 @@ def test_the_reader_of_davis_reads_the_masks(tmp_path: Path) -> None:
     except (ImportError, AttributeError) as error:  # it asks NumPy for what is no longer there
         pytest.skip(f"davisinteractive is not installed, or not with NumPy before 1.24: {error}")
     known = Davis.dataset["dog-agility"]
-    masks = enlarged(tuple(known["image_size"][::-1])) * 5
+    masks = enlarge_masks(tuple(known["image_size"][::-1])) * 5
     assert len(masks) == known["num_frames"]
     interchange.to_davis(masks, tmp_path, name="dog-agility", subset=known["set"])
     read = Davis(str(tmp_path)).load_annotations("dog-agility", dtype=np.uint8)
@@ -230,7 +230,7 @@ def test_the_benchmark_script_scores_the_folders(of_davis: bool, tmp_path: Path)
     assert {label for label, value in regions.items() if value < 99.9999} == {3}
 
 
-class Seen:
+class MaskSource:
     """Like a session: masks by their numbers."""
 
     num_frames = len(MASKS)
@@ -260,13 +260,13 @@ def files(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize("write", WRITERS)
-def test_results_sessions_arrays_and_iterators_are_masks(write: Writer, tmp_path: Path) -> None:
-    given = [MASKS, iter(MASKS), np.stack(MASKS), Seen(), [np.asfortranarray(mask) for mask in MASKS]]
+def test_results_sessions_arrays_and_iterators_are_exported_alike(write: Writer, tmp_path: Path) -> None:
+    given = [MASKS, iter(MASKS), np.stack(MASKS), MaskSource(), [np.asfortranarray(mask) for mask in MASKS]]
     written = [files(write(masks, tmp_path / str(i) / "out")) for i, masks in enumerate(given)]
     assert written[0] and all(each == written[0] for each in written)
 
 
-def test_a_run_is_written(tmp_path: Path, done: tracecut.Session) -> None:
+def test_a_result_is_written_as_its_session(tmp_path: Path, done: tracecut.Session) -> None:
     result = tracecut.segment(tracecut.synth.Scene("sample", 96, 64, 8, seed=3))
     assert result.objects
     of_result = files(interchange.to_coco(result, tmp_path / "result"))
@@ -274,7 +274,7 @@ def test_a_run_is_written(tmp_path: Path, done: tracecut.Session) -> None:
 
 
 @pytest.mark.parametrize("write", WRITERS)
-def test_nothing_is_written_over(write: Writer, tmp_path: Path) -> None:
+def test_existing_files_are_not_replaced(write: Writer, tmp_path: Path) -> None:
     write(MASKS, tmp_path / "out")
     before = files(tmp_path)
     with pytest.raises(tracecut.TraceCutError, match="nothing is yet|not have yet") as caught:
@@ -283,7 +283,7 @@ def test_nothing_is_written_over(write: Writer, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("write", WRITERS)
-def test_what_fails_halfway_leaves_nothing(write: Writer, tmp_path: Path) -> None:
+def test_a_failed_export_leaves_no_files(write: Writer, tmp_path: Path) -> None:
     def broken() -> Iterator[np.ndarray]:
         yield from MASKS[:2]
         raise KeyboardInterrupt
@@ -307,7 +307,7 @@ def test_what_fails_halfway_leaves_nothing(write: Writer, tmp_path: Path) -> Non
         ([MASKS[0], MASKS[0][1:]], r"mask of frame 1 has shape \(36, 53\) \(expected \(37, 53\)"),
     ],
 )
-def test_what_is_no_mask_is_refused(write: Writer, masks: Any, message: str, tmp_path: Path) -> None:
+def test_invalid_masks_are_refused(write: Writer, masks: Any, message: str, tmp_path: Path) -> None:
     with pytest.raises(tracecut.TraceCutError, match=message) as caught:
         write(masks, tmp_path / "out")
     assert caught.value.code == "data" and list(tmp_path.iterdir()) == []
@@ -323,7 +323,7 @@ def test_what_is_no_mask_is_refused(write: Writer, masks: Any, message: str, tmp
         ([b"a", "b", "c", "d", "e"], "name of frame 0 is b'a'"),
     ],
 )
-def test_names_that_do_not_fit_are_refused(names: list[str], message: str, tmp_path: Path) -> None:
+def test_invalid_names_of_frames_are_refused(names: list[str], message: str, tmp_path: Path) -> None:
     with pytest.raises(tracecut.TraceCutError, match=message) as caught:
         interchange.to_coco(MASKS, tmp_path / "out", frames=names)
     assert caught.value.code == "data" and list(tmp_path.iterdir()) == []
@@ -345,7 +345,7 @@ def test_names_that_do_not_fit_are_refused(names: list[str], message: str, tmp_p
         (youtube, {"subset": None}, "subset = None"),
     ],
 )
-def test_options_that_are_not_legal_are_refused(
+def test_illegal_options_are_refused(
     write: Writer, options: dict[str, Any], message: str, tmp_path: Path
 ) -> None:
     with pytest.raises(tracecut.TraceCutError, match=message) as caught:
@@ -354,13 +354,13 @@ def test_options_that_are_not_legal_are_refused(
 
 
 @pytest.mark.parametrize("write", [davis, youtube])
-def test_the_label_that_benchmarks_do_not_count_is_refused(write: Writer, tmp_path: Path) -> None:
+def test_the_label_that_benchmarks_ignore_is_refused(write: Writer, tmp_path: Path) -> None:
     with pytest.raises(tracecut.TraceCutError, match="frame 1 has label 255 .expected 0 to 254"):
         write([MASKS[0], np.full(SIZE, 255, np.uint8)], tmp_path / "out")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_broken_meta_json_is_named_and_left(tmp_path: Path) -> None:
+def test_a_broken_meta_json_is_refused_and_kept(tmp_path: Path) -> None:
     (tmp_path / "train").mkdir()
     path = tmp_path / "train" / "meta.json"
     path.write_text("[]")
@@ -369,7 +369,7 @@ def test_a_broken_meta_json_is_named_and_left(tmp_path: Path) -> None:
     assert caught.value.code == "data" and files(tmp_path) == {str(Path("train") / "meta.json"): b"[]"}
 
 
-def test_a_video_that_meta_json_has_is_left(tmp_path: Path) -> None:
+def test_a_video_in_meta_json_is_not_replaced(tmp_path: Path) -> None:
     (tmp_path / "train").mkdir()
     text = json.dumps({"videos": {"a": {"objects": {}}}})
     (tmp_path / "train" / "meta.json").write_text(text)
@@ -395,7 +395,7 @@ def test_frames_are_written_one_by_one(write: Writer, tmp_path: Path) -> None:
 
     alive: list[weakref.ref[np.ndarray]] = []
 
-    def given() -> Iterator[np.ndarray]:
+    def frames() -> Iterator[np.ndarray]:
         for t in range(6):
             mask = np.full(SIZE, t, np.uint8)
             alive.append(weakref.ref(mask))
@@ -403,5 +403,5 @@ def test_frames_are_written_one_by_one(write: Writer, tmp_path: Path) -> None:
             del mask
             assert sum(ref() is not None for ref in alive) <= 3
 
-    write(given(), tmp_path / "out")
+    write(frames(), tmp_path / "out")
     assert len(alive) == 6

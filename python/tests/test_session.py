@@ -6,7 +6,7 @@ import pickle
 import signal
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, Optional, get_args
 
 import numpy as np
@@ -29,7 +29,7 @@ def all_masks(session: Session) -> np.ndarray:
 
 
 def check_missing(*results: Callable[[], object]) -> None:
-    """Holds that these results are not there yet, and that the error says when they are."""
+    """Asserts that these results are missing, with an error that names their stage."""
     for result in results:
         with pytest.raises(TraceCutError, match="not available: they come with the stage") as caught:
             result()
@@ -52,7 +52,7 @@ def test_results_can_be_read_as_soon_as_their_stage_is_done(clip: list[np.ndarra
     assert np.array_equal(all_masks(session), all_masks(done))
 
 
-def test_trajectories_and_what_is_found_of_them(done: Session) -> None:
+def test_trajectories_affinities_and_embedding_fit_together(done: Session) -> None:
     tracks, affinities, embedding = done.trajectories(), done.affinities(), done.embedding()
     count = len(tracks)
     assert tracks.offset[-1] == len(tracks.x) == len(tracks.y) and len(tracks.id) == count
@@ -113,7 +113,7 @@ def test_the_table_of_objects_has_their_areas(done: Session) -> None:
     assert areas == expected
 
 
-def test_arrays_are_the_callers_own(clip: list[np.ndarray]) -> None:
+def test_changing_a_returned_array_does_not_change_the_session(clip: list[np.ndarray]) -> None:
     session = fresh(clip)
     session.run()
     tracks, mask = session.trajectories(), session.labels(0)
@@ -128,7 +128,7 @@ def test_arrays_are_the_callers_own(clip: list[np.ndarray]) -> None:
     check_missing(session.trajectories)
 
 
-def test_trajectories_go_out_and_in(clip: list[np.ndarray], done: Session, tmp_path) -> None:
+def test_trajectories_are_written_read_and_set(clip: list[np.ndarray], done: Session, tmp_path) -> None:
     tracks, clusters = done.trajectories(), done.clusters()
     alone = Session()
     alone.set_trajectories(tracks)
@@ -143,7 +143,7 @@ def test_trajectories_go_out_and_in(clip: list[np.ndarray], done: Session, tmp_p
     assert np.abs(read.x - tracks.x).max() <= 0.0006 and (read.width, read.num_frames) == (96, 8)
 
 
-def test_trajectories_that_break_their_law_are_refused(clip: list[np.ndarray]) -> None:
+def test_inconsistent_trajectories_are_refused(clip: list[np.ndarray]) -> None:
     xy = np.zeros(4, np.float32)
     offset, start = np.array([0, 4], np.uint32), np.zeros(1, np.uint32)
     session = Session()
@@ -158,7 +158,7 @@ def test_trajectories_that_break_their_law_are_refused(clip: list[np.ndarray]) -
         tracecut.segment(clip, trajectories=Trajectories(4, 96, 64, start, offset, xy, xy))
 
 
-def test_corrections_change_the_masks_and_are_taken_back(clip: list[np.ndarray]) -> None:
+def test_corrections_change_the_masks_and_are_undone(clip: list[np.ndarray]) -> None:
     session = fresh(clip)
     session.run()
     first = all_masks(session)
@@ -184,7 +184,7 @@ def test_corrections_change_the_masks_and_are_taken_back(clip: list[np.ndarray])
     assert np.array_equal(all_masks(session), first)
 
 
-def test_a_window_is_corrected_and_the_clip_goes_on_with_it() -> None:
+def test_the_correction_of_a_window_applies_to_the_next_one() -> None:
     clip = list(tracecut.synth.Scene("sample", 160, 90, 20, seed=3))
 
     def run(correct: Callable[[tracecut.SessionView], object]) -> list[np.ndarray]:
@@ -218,7 +218,7 @@ def test_a_window_is_corrected_and_the_clip_goes_on_with_it() -> None:
     assert np.array_equal(renamed[19], np.where(plain[19] == 1, 3, plain[19])) and (plain[19] == 1).any()
 
 
-def test_a_window_that_is_gone_is_not_corrected() -> None:
+def test_an_earlier_window_cannot_be_corrected() -> None:
     parts = tracecut.windows(tracecut.synth.Scene("sample", 96, 64, 20, seed=3), window=12, overlap=4)
     first = next(parts)
     with pytest.raises(TraceCutError, match="there is no correction to undo"):
@@ -233,7 +233,7 @@ def test_a_window_that_is_gone_is_not_corrected() -> None:
     assert not last.labels(19).any()
 
 
-def test_an_explanation_tells_why_a_pixel_has_its_label(done: Session) -> None:
+def test_an_explanation_has_the_costs_of_the_cut(done: Session) -> None:
     label, cells = done.labels(2), done.superpixels(2).label
     clusters, objects, affinities = done.clusters(), done.objects(), done.affinities()
     sources = set()
@@ -262,7 +262,7 @@ def test_an_explanation_tells_why_a_pixel_has_its_label(done: Session) -> None:
     assert "superpixel" in sources
 
 
-def test_an_explanation_knows_strokes_and_borders_between_objects(clip: list[np.ndarray]) -> None:
+def test_an_explanation_has_strokes_and_borders_between_objects(clip: list[np.ndarray]) -> None:
     session = fresh(clip)
     session.run()
     y, x = (int(v) for v in np.argwhere(session.labels(0) == 1).mean(axis=0))
@@ -314,7 +314,7 @@ def test_other_discretizations_can_be_compared(done: Session, clip: list[np.ndar
         (lambda s: s.push(np.zeros((64, 96), np.uint8)), "state"),
     ],
 )
-def test_calls_that_are_not_legal_change_nothing(done: Session, correct, code: str) -> None:
+def test_refused_calls_change_nothing(done: Session, correct, code: str) -> None:
     before = all_masks(done)
     with pytest.raises(TraceCutError) as caught:
         correct(done)
@@ -322,7 +322,7 @@ def test_calls_that_are_not_legal_change_nothing(done: Session, correct, code: s
     assert np.array_equal(all_masks(done), before)
 
 
-def test_a_fault_in_the_library_is_an_exception_and_python_goes_on() -> None:
+def test_a_panic_of_the_library_is_raised_as_an_exception() -> None:
     with pytest.raises(BaseException, match="on purpose") as caught:
         tracecut._tracecut.panic_on_purpose()
     assert type(caught.value).__name__ == "PanicException" and not isinstance(caught.value, Exception)
@@ -334,23 +334,23 @@ def test_an_error_can_be_pickled() -> None:
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_a_callback_hears_of_each_step_and_may_raise(clip: list[np.ndarray], done: Session, threads: int) -> None:
+def test_a_callback_is_called_for_each_step_and_may_raise(clip: list[np.ndarray], done: Session, threads: int) -> None:
     class Enough(Exception):
         pass
 
-    heard: list[tracecut.Progress] = []
+    seen_progress: list[tracecut.Progress] = []
 
     def listen(progress: tracecut.Progress) -> None:
-        heard.append(progress)
-        if len(heard) == 10:
+        seen_progress.append(progress)
+        if len(seen_progress) == 10:
             raise Enough
 
     session = fresh(clip)
     with pytest.raises(Enough):
         session.run(threads=threads, progress=listen)
-    assert len(heard) == 10
+    assert len(seen_progress) == 10
     session.run(threads=threads, progress=listen)
-    assert {p.stage for p in heard} == set(STAGES)
+    assert {p.stage for p in seen_progress} == set(STAGES)
     assert np.array_equal(all_masks(session), all_masks(done))
 
 
@@ -364,20 +364,29 @@ def test_windows_end_where_a_callback_raises(clip: list[np.ndarray]) -> None:
     assert next(parts, None) is None
 
 
-def test_results_are_not_read_from_a_session_at_work(clip: list[np.ndarray]) -> None:
+def test_results_cannot_be_read_during_a_run(clip: list[np.ndarray]) -> None:
     session = fresh(clip)
-    heard: list[str] = []
+    seen_progress: list[str] = []
 
     def listen(_: tracecut.Progress) -> None:
         with pytest.raises(TraceCutError, match="the session is at work") as caught:
             session.labels(0)
-        heard.append(caught.value.code)
+        seen_progress.append(caught.value.code)
 
     session.run(progress=listen)
-    assert set(heard) == {"state"}
+    assert set(seen_progress) == {"state"}
 
 
-def test_a_run_can_be_interrupted_and_goes_on(done: Session, clip: list[np.ndarray]) -> None:
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Makes SIGINT raise `KeyboardInterrupt`, also in a process that a shell has started in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_an_interrupted_run_continues(done: Session, clip: list[np.ndarray]) -> None:
     session = fresh(clip)
     steps = 0
 
@@ -406,7 +415,8 @@ def is_at_work_before_its_end(session: Session) -> bool:
                 return True
 
 
-def test_a_signal_from_outside_ends_a_run_without_a_callback(clip: list[np.ndarray]) -> None:
+@pytest.mark.usefixtures("interruptible")
+def test_a_signal_from_another_thread_ends_a_run_without_a_callback(clip: list[np.ndarray]) -> None:
     session = fresh(clip)
 
     def interrupt() -> None:
@@ -425,7 +435,7 @@ def test_a_signal_from_outside_ends_a_run_without_a_callback(clip: list[np.ndarr
 def test_other_threads_run_while_a_session_computes(clip: list[np.ndarray]) -> None:
     session = fresh(clip)
     seen: list[bool] = []
-    # Nobody could see a session at work that holds the interpreter's lock.
+    # This thread could not see a session at work that holds the interpreter's lock.
     thread = threading.Thread(target=lambda: seen.append(is_at_work_before_its_end(session)))
     thread.start()
     session.run()
@@ -453,7 +463,7 @@ def test_other_threads_run_while_an_image_is_processed(clip: list[np.ndarray]) -
 
 @pytest.fixture
 def bars(monkeypatch: pytest.MonkeyPatch) -> list[list[tuple[int, Optional[int]]]]:
-    """What each bar of tqdm shows: after each change, the frames done and the total."""
+    """The states of each bar of tqdm: after each change, the frames done and the total."""
     tqdm = pytest.importorskip("tqdm.auto")
     shown: list[list[tuple[int, Optional[int]]]] = []
 
@@ -473,7 +483,7 @@ def bars(monkeypatch: pytest.MonkeyPatch) -> list[list[tuple[int, Optional[int]]
 
 
 def check_bar(bars: list[list[tuple[int, Optional[int]]]], total: int) -> None:
-    """Holds that one bar was shown, which rises to its total."""
+    """Asserts that one bar was shown and rose to its total."""
     (shown,) = bars
     done = [frames for frames, _ in shown]
     assert done == sorted(set(done)) and shown[-1] == (total, total)
@@ -481,14 +491,18 @@ def check_bar(bars: list[list[tuple[int, Optional[int]]]], total: int) -> None:
     bars.clear()
 
 
-@pytest.mark.parametrize("is_known", [True, False])
-def test_a_run_has_one_bar_whose_total_is_true(bars: list[Any], is_known: bool) -> None:
-    scene = tracecut.synth.Scene("sample", 96, 64, 20, seed=3)
-    for options in ({}, {"window": None}, {"window": 8}, {"window": 9, "overlap": 8}, {"window": 8, "overlap": 1}):
-        tracecut.segment(scene if is_known else iter(scene), progress=True, **options)
-        rises = len(bars[0])
-        check_bar(bars, 20)
-        assert rises > 10, "the bar moves within windows"
+def test_a_run_has_one_bar_that_ends_at_the_number_of_frames(bars: list[Any]) -> None:
+    clip = list(tracecut.synth.Scene("sample", 96, 64, 12, seed=3))
+    for frames, options in (
+        (clip, {"window": None}),
+        (clip, {"window": 5, "overlap": 1}),
+        (iter(clip), {}),
+        (iter(clip), {"window": 6, "overlap": 5}),
+    ):
+        tracecut.segment(frames, progress=True, **options)
+        num_changes = len(bars[0])
+        check_bar(bars, 12)
+        assert num_changes > 5, "the bar moves within windows"
 
 
 def test_a_bar_counts_the_frames_of_all_shots(bars: list[Any]) -> None:

@@ -11,6 +11,7 @@ import textwrap
 from pathlib import Path
 from typing import get_args, get_type_hints
 
+import documents
 import numpy as np
 import pytest
 import tracecut
@@ -114,20 +115,45 @@ print(result[2:4].shape, result[-1].dtype, clip[1:3].shape, result.session.clust
 """
 
 
-@pytest.mark.parametrize(
-    ("tool", "options"),
-    [
-        ("mypy", []),
-        # It takes the Python of PATH otherwise, which may not be this one. Its first run fetches it.
-        pytest.param("pyright", ["--pythonpath", sys.executable], marks=pytest.mark.long),
-    ],
-)
-def test_every_mistake_is_found_and_nothing_else(tool: str, options: list[str], tmp_path: Path) -> None:
+#: Blocks of documents need no types for their helpers, and packages that are not installed have none.
+MYPY = """\
+[mypy]
+strict = True
+[mypy-tqdm.*,av.*,{untyped}]
+ignore_missing_imports = True
+[mypy-blocks.*]
+allow_untyped_defs = True
+allow_untyped_calls = True
+allow_incomplete_defs = True
+allow_subclassing_any = True
+"""
+PYRIGHT = "\n# pyright: standard, reportMissingImports=false, reportMissingModuleSource=false\n"
+
+
+def write_blocks(folder: Path) -> None:
+    """Writes the Python of each document into a file, each block in the line that it has in the document."""
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    for document in documents.documents():
+        text = ""
+        for block in documents.blocks(document):
+            text += "\n" * (block.line - text.count("\n")) + block.code
+        (folder / (re.sub(r"\W", "_", document) + ".py")).write_text(text + PYRIGHT)
+
+
+@pytest.mark.parametrize("tool", ["mypy", pytest.param("pyright", marks=pytest.mark.long)])
+def test_type_checkers_find_every_mistake_and_accept_the_package_and_all_documents(tool: str, tmp_path: Path) -> None:
     pytest.importorskip(tool)
     (tmp_path / "mistakes.py").write_text(MISTAKES)
     (tmp_path / "right.py").write_text(RIGHT)
-    files = ["package/tracecut", "tests/typed.py", str(tmp_path / "mistakes.py"), str(tmp_path / "right.py")]
-    command = [sys.executable, "-m", tool, *options, *files]
+    write_blocks(tmp_path / "blocks")
+    modules = {name.split(".")[0] for block in documents.all_blocks() for name in documents.imports(block.code)}
+    untyped = ",".join(f"{name}.*" for name in sorted(modules - {"tracecut"}))
+    (tmp_path / "mypy.ini").write_text(MYPY.format(untyped=untyped))
+    # Pyright takes the Python of PATH otherwise, which may not be this one. Its first run fetches it.
+    options = {"mypy": ["--config-file", tmp_path / "mypy.ini"], "pyright": ["--pythonpath", sys.executable]}[tool]
+    paths = ["package/tracecut", "tests/typed.py", *(tmp_path / name for name in ("mistakes.py", "right.py", "blocks"))]
+    command = [sys.executable, "-m", tool, *map(str, [*options, *paths])]
     checked = subprocess.run(command, cwd=PYTHON, capture_output=True, text=True)
     errors = [line for line in checked.stdout.splitlines() if re.search(r":\d+.*\berror\b", line)]
     found = {re.findall(r"(\w+\.pyi?):(\d+)", line)[-1] for line in errors}

@@ -5,8 +5,8 @@ stay the same: 0 is the background, and a label is one object throughout the cli
 existing files are not overwritten.
 """
 
-from ._clip import Masks
 from ._coco import to_coco
+from ._export import Masks
 from ._vos import to_davis, to_youtube_vos
 
 __all__ = [

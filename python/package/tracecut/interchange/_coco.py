@@ -7,8 +7,18 @@ from pathlib import Path
 from typing import Any, Optional
 
 from .._masks import coco_rle
-from ._clip import Classes, Frame, Masks, box_of, check_text, frames_of
-from ._output import PathLike, append_text, json_line, new_folder
+from ._export import (
+    Classes,
+    Frame,
+    Masks,
+    PathLike,
+    append_text,
+    box_of,
+    check_text,
+    frames_of,
+    json_line,
+    new_folder,
+)
 
 
 def to_coco(

@@ -10,8 +10,18 @@ from typing import Any, Optional
 from .. import _tracecut
 from .._errors import TraceCutError, file_errors, illegal
 from .._frames import as_path
-from ._clip import Classes, Masks, check_folder_name, frames_of
-from ._output import PALETTE, PathLike, new_folder, read_text, removed_on_failure, replace_text
+from ._export import (
+    PALETTE,
+    Classes,
+    Masks,
+    PathLike,
+    check_folder_name,
+    frames_of,
+    new_folder,
+    read_text,
+    removed_on_failure,
+    replace_text,
+)
 
 #: The label of ignored pixels in both benchmarks.
 _VOID = 255
