@@ -125,9 +125,9 @@ impl Log {
         self.update(Some(stage), |clip| clip.count(Some(progress.stage), progress.done, progress.total));
     }
 
-    /// Reports a finished window, after which `num_settled` frames of the clip are finished.
-    pub(crate) fn settle(&self, num_settled: usize) {
-        self.clip.borrow_mut().iter_mut().for_each(|clip| clip.progress.settle(num_settled));
+    /// Reports a finished window, after which `num_settled` frames of the clip are finished, and whether its shot ends there.
+    pub(crate) fn settle(&self, num_settled: usize, ends_shot: bool) {
+        self.clip.borrow_mut().iter_mut().for_each(|clip| clip.progress.settle(num_settled, ends_shot));
     }
 
     /// Changes the progress of the clip, and shows each stage of each window, and each percent.
@@ -211,6 +211,8 @@ pub(crate) struct ClipProgress {
     num_read: usize,
     /// Frames that the finished windows have settled.
     num_settled: usize,
+    /// True if the present window shares no frames with the one before.
+    begins_shot: bool,
     /// Index of the present window in this run.
     window_index: usize,
     stages: BTreeMap<Step, Steps>,
@@ -228,6 +230,7 @@ impl ClipProgress {
             first,
             num_read: first,
             num_settled: first,
+            begins_shot: first == 0,
             window_index: 0,
             stages,
             share: 0.0,
@@ -264,10 +267,11 @@ impl ClipProgress {
         self.update();
     }
 
-    /// Ends a window, after which `num_settled` frames of the clip are finished.
-    pub(crate) fn settle(&mut self, num_settled: usize) {
+    /// Ends a window, after which `num_settled` frames of the clip are finished, and maybe its shot.
+    pub(crate) fn settle(&mut self, num_settled: usize, ends_shot: bool) {
         self.stages.clear();
         self.num_settled = num_settled;
+        self.begins_shot = ends_shot;
         self.window_index += 1;
         self.update();
     }
@@ -297,7 +301,7 @@ impl ClipProgress {
     /// Returns the number of frames that are expected to be settled after the present window.
     fn window_end(&self, frames: usize) -> usize {
         let overlap = Window::overlap(self.window_frames);
-        let shared = if self.num_settled == 0 { overlap / 2 } else { overlap };
+        let shared = if self.begins_shot { overlap / 2 } else { overlap };
         let end = self.num_settled.saturating_add(self.window_frames - shared);
         // The last window settles all that is left.
         if frames <= end.saturating_add(overlap / 2) { frames } else { end }
@@ -329,10 +333,10 @@ mod tests {
 
     const STAGES: [Stage; 4] = [Stage::Flow, Stage::Affinities, Stage::Cut, Stage::Masks];
 
-    /// Runs windows that settle up to these frames, and returns the share after each step.
-    fn shares(progress: &mut ClipProgress, ends: &[usize]) -> Vec<f64> {
+    /// Runs windows that settle up to these frames, where a shot may end, and returns the share after each step.
+    fn shares(progress: &mut ClipProgress, ends: &[(usize, bool)]) -> Vec<f64> {
         let mut shares = Vec::new();
-        for &end in ends {
+        for &(end, ends_shot) in ends {
             for stage in STAGES {
                 // The cut adds steps.
                 let totals = if stage == Stage::Cut { [4, 9, 9] } else { [4, 4, 4] };
@@ -341,7 +345,7 @@ mod tests {
                     shares.extend(progress.share());
                 }
             }
-            progress.settle(end);
+            progress.settle(end, ends_shot);
             shares.extend(progress.share());
         }
         shares
@@ -349,11 +353,11 @@ mod tests {
 
     #[test]
     fn the_share_of_a_clip_in_windows_never_falls_and_ends_at_one() {
-        // The second window ends early, at a new shot.
-        let mut progress = ClipProgress::new(Some(130), 50, true, 0);
-        let shares = shares(&mut progress, &[45, 60, 105, 130]);
+        // The second window ends early, at a new shot; the last one fills the clip.
+        let mut progress = ClipProgress::new(Some(110), 50, true, 0);
+        let shares = shares(&mut progress, &[(45, false), (60, true), (110, true)]);
         assert!(shares.is_sorted(), "{shares:?}");
-        assert_eq!(shares.last(), Some(&1.0));
+        assert_eq!(shares[shares.len() - 2..], [1.0, 1.0], "also before the last window is settled: {shares:?}");
         assert!(shares[0] > 0.0 && shares[0] < 0.15, "{}", shares[0]);
         assert_eq!(progress.seconds_left(10.0), Some(0.0));
     }
@@ -364,7 +368,7 @@ mod tests {
         progress.count(Some(Stage::Flow), 19, 98);
         assert!((0.45..0.5).contains(&progress.share().unwrap()), "{progress:?}");
         assert_eq!(progress.seconds_left(0.5), None);
-        progress.settle(85);
+        progress.settle(85, false);
         assert_eq!(progress.seconds_left(40.0).map(f64::round), Some(15.0));
     }
 

@@ -217,13 +217,15 @@ impl<'a> ClipRun<'a> {
             });
             let Some(window) = next.transpose()? else { return Err(too_few(self.path, 0)) };
             let num_settled = window.first_frame + window.settled.end;
+            // Other windows leave their last frames to the next one.
+            let ends_shot = window.settled.end == windows.session().num_frames();
             {
                 let buffer = &buffer.borrow();
                 let (session, first) = (windows.session(), window.first_frame);
                 let Window { index, shot, settled, .. } = window.clone();
                 uninterrupted(|| write(&WindowResult { session, index, shot, first, settled, buffer }, timing))?;
             }
-            log.settle(num_settled);
+            log.settle(num_settled, ends_shot);
             let checkpoint = windows.checkpoint()?;
             let is_last = checkpoint.is_none();
             if let Some(checkpoint) = checkpoint {
