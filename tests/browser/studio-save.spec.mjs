@@ -6,11 +6,13 @@ import { plainFrame, textureAt } from '../moving.mjs';
 import { expect, runEnd, test, useSample } from './fixtures.mjs';
 import {
   accessibilityFaults,
+  giveBytes,
   openFive,
   openFix,
   openLook,
   openRedo,
   openSave,
+  pngFile,
   saveExport,
   seek,
   waitForPreview,
@@ -49,12 +51,8 @@ function showMore(page) {
 /** Saves one export, and gives its bytes to the page, as `globalThis.saved`. */
 async function saveAndOpen(page, id) {
   const { name, bytes } = await saveExport(page, id);
-  await page.evaluate(openSaved, bytes.toString('base64'));
+  await giveBytes(page, 'saved', bytes);
   return { name, size: bytes.length };
-}
-
-async function openSaved(base64) {
-  globalThis.saved = await (await fetch(`data:application/octet-stream;base64,${base64}`)).blob();
 }
 
 /** Runs in the page: defines how pictures and the saved file are read; pixels stay in the page. */
@@ -118,8 +116,8 @@ async function defineReaders() {
   Object.assign(globalThis, { savedFrame, savedImage, readVideo, keepPreview, keepSaved, distance });
 }
 
-/** Runs in the page: shares of the saved frame that objects cover, and whose alpha differs from the mask at the size of the video. */
-async function compareAlpha(t) {
+/** Runs in the page: shares of the saved frame that objects cover, and whose alpha (or grey) differs from the mask at the size of the video. */
+async function compareAlpha([t, channel]) {
   const { app, source, trim } = globalThis.tracecutStudio;
   const { times } = app.job;
   const { data, width, height } = await savedFrame((times[t] + times[t + 1]) / 2 - times[0]);
@@ -129,7 +127,7 @@ async function compareAlpha(t) {
   let [wrong, objects] = [0, 0];
   labels.forEach((label, p) => {
     objects += label > 0;
-    wrong += label > 0 !== data[4 * p + 3] > 127;
+    wrong += label > 0 !== data[4 * p + channel] > 127;
   });
   return { wrong: wrong / labels.length, objects: objects / labels.length };
 }
@@ -175,19 +173,25 @@ test('offers four exports and others behind “More”; each is saved as its pre
 test('videos have the size, the times and the sound of the source, and sharp masks', async () => {
   const page = await openDialog();
   await showMore(page);
-  await expect(page.locator('.card:has(:checked) .value')).toHaveText(/^384 × 216, 0\.6\s+s, about [\d.]+\s[kK]?B$/);
+  await expect(page.locator('.card:has([data-export="transparent"]) .value')).toHaveText(
+    /^384 × 216, 0\.6\s+s, about [\d.]+\s[kK]?B$/,
+  );
   await expect(page.locator('#export-sound-facts')).toHaveText('Opus, unchanged.');
   await page.evaluate(() => {
     const count = document.querySelector('#export-count');
     new MutationObserver(() => (globalThis.counted ??= []).push(count.textContent)).observe(count, { childList: true });
   });
-  for (const id of ['cutout-webm', 'overlay-mp4']) {
+  for (const [id, channel] of [
+    ['cutout-webm', 3],
+    ['alpha-webm', 0],
+    ['overlay-mp4', null],
+  ]) {
     await saveAndOpen(page, id);
     const { size, times, soundEnd } = await page.evaluate(() => readVideo());
     expect([size, times], id).toEqual([VIDEO, TIMES]);
     expect(Math.abs(soundEnd - 0.6), `${id}: sound of ${soundEnd} s`).toBeLessThan(0.03);
-    if (id !== 'cutout-webm') continue;
-    const { wrong, objects } = await page.evaluate(compareAlpha, 2);
+    if (channel === null) continue;
+    const { wrong, objects } = await page.evaluate(compareAlpha, [2, channel]);
     expect(objects).toBeGreaterThan(0.01);
     expect(wrong).toBeLessThan(0.004);
   }
@@ -447,17 +451,28 @@ test('a link carries the settings to another page', async ({ openStudio }) => {
   expect(options).toEqual({ trajectory: { gridStep: 6 } });
 });
 
-test('each state has one main button: save, or finish fixing', async () => {
-  const { page } = shared;
-  await openFive(page, FIVE);
+test('each state has one main button: open, save, or finish fixing; a still image has nothing to save', async ({
+  openStudio,
+}) => {
+  const page = await openStudio({ sample: 'tiny' });
+  expect(await runEnd(page)).toBe('done');
   const mainButtons = () =>
     page.evaluate(() =>
       [...document.querySelectorAll('.primary')].filter((one) => one.checkVisibility()).map(({ id }) => id),
     );
+  expect(await mainButtons()).toEqual(['open']);
+  await expect(page.locator('#subline')).toBeHidden();
+  await page.click('#help-open');
+  await expect(page.locator('#facts'), 'numbers are in the help').toHaveText(/^4 frames of .* computed in/);
+  await page.click('#help-close');
+  await openFive(page, FIVE);
   expect(await mainButtons()).toEqual(['export-open']);
   await openFix(page);
   expect(await mainButtons()).toEqual(['correct-done']);
   await page.click('#correct-done');
+  await page.setInputFiles('#file', [pngFile('plain.png', plainFrame(40, 30))]);
+  await expect(page.locator('#headline')).toHaveText(/still image/i);
+  await expect(page.locator('#export-open')).toBeHidden();
 });
 
 test('clips of 854 × 480 and 4K are saved at their size', { tag: '@long' }, async () => {
@@ -473,7 +488,7 @@ test('clips of 854 × 480 and 4K are saved at their size', { tag: '@long' }, asy
       const video = await page.evaluate(() => readVideo());
       expect(video, id).toMatchObject({ size, times });
       expect(Math.abs(video.soundEnd - shape.frames / 10)).toBeLessThan(0.03);
-      if (id === 'cutout-webm') expect((await page.evaluate(compareAlpha, 2)).wrong).toBeLessThan(0.002);
+      if (id === 'cutout-webm') expect((await page.evaluate(compareAlpha, [2, 3])).wrong).toBeLessThan(0.002);
     }
     for (const id of ['png', 'background-png']) {
       const { bytes } = await saveExport(page, id);
