@@ -471,7 +471,7 @@ test('each state has one main button: open, save, or finish fixing', async ({ op
 
 test('clips of 854 × 480 and 4K are saved at their size', { tag: '@long' }, async () => {
   for (const [shape, size] of [
-    [{ width: 427, height: 240, frames: 12, scale: 2, hasSound: true }, [854, 480]],
+    [{ width: 427, height: 240, frames: 8, scale: 2, hasSound: true }, [854, 480]],
     [{ width: 480, height: 270, frames: 6, scale: 8, hasSound: true }, [3840, 2160]],
   ]) {
     const page = await openDialog(2, shape);
