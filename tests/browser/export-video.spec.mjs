@@ -5,7 +5,6 @@ import { writeFileSync } from 'node:fs';
 import * as packageInNode from '../entries.mjs';
 import { fnv1a } from '../fingerprint.mjs';
 import { expect, test, useEmptyPage } from './fixtures.mjs';
-import { definePlayedFrame } from './played-frame.mjs';
 import { needsFfmpeg, useFilms } from './video-clips.mjs';
 
 /** Frame `t` is `[4 x, 40 t, 128]`, with a square object. The sides are odd, and the frames do not last equally long. */
@@ -20,8 +19,37 @@ const OBJECT_1 = [0xe6, 0x9f, 0x00];
 const shared = useEmptyPage(prepare);
 
 async function prepare(page) {
-  await definePlayedFrame(page);
+  await page.evaluate(`globalThis.playedFrame = ${playedFrame}`);
   await page.evaluate(defineClip, [WIDTH, HEIGHT, TIMES]);
+}
+
+/**
+ * Runs in the page: the frame that a player shows at a time.
+ *
+ * @param {Blob} blob a video
+ * @param {number} time seconds, after the first frame
+ */
+async function playedFrame(blob, time) {
+  const video = document.createElement('video');
+  const failed = new Promise((_, reject) => (video.onerror = () => reject(new Error(video.error?.message))));
+  const presented = () => Promise.race([failed, new Promise((resolve) => video.requestVideoFrameCallback(resolve))]);
+  const first = presented();
+  Object.assign(video, { muted: true, src: URL.createObjectURL(blob) });
+  // Only a video in view is presented.
+  Object.assign(video.style, { position: 'fixed', top: 0, left: 0, zIndex: 1000 });
+  document.body.append(video);
+  await first;
+  const sought = presented();
+  video.currentTime = time;
+  await sought;
+  const { videoWidth: width, videoHeight: height, duration } = video;
+  const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
+  context.drawImage(video, 0, 0);
+  URL.revokeObjectURL(video.src);
+  video.remove();
+  const { data } = context.getImageData(0, 0, width, height);
+  const colorAt = ([x, y]) => [...data.subarray(4 * (y * width + x), 4 * (y * width + x) + 4)];
+  return { width, height, duration, data, colorAt };
 }
 
 /** Runs in the page: defines the clip, and how files are read. */

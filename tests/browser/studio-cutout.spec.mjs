@@ -1,8 +1,9 @@
 // The cut-out view: kept objects on a backdrop, with smoothed and soft edges, on screen and in saved files.
 
 import { plainFrame } from '../moving.mjs';
+import { readPng } from '../png.mjs';
 import { expect, test, useSample } from './fixtures.mjs';
-import { accessibilityFaults, openLook, openSave, pngFile, saveExport, seek } from './studio-page.mjs';
+import { accessibilityFaults, giveBytes, openLook, openSave, pngFile, saveExport, seek } from './studio-page.mjs';
 
 const FRAME = 12;
 const GREEN = [0, 0xb1, 0x40, 255];
@@ -97,16 +98,9 @@ test('smoothed masks are shown and saved', async () => {
   expect(smooth === unsmoothed).toBe(false);
   await openSave(page);
   const { bytes } = await saveExport(page, 'png');
-  const saved = await page.evaluate(
-    async (file) => {
-      const bitmap = await createImageBitmap(new Blob([Uint8Array.from(file)]));
-      const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
-      context.drawImage(bitmap, 0, 0);
-      const pixels = new Uint32Array(context.getImageData(0, 0, bitmap.width, bitmap.height).data.buffer);
-      return Array.from(pixels, (pixel) => Number((pixel & 0xffffff) !== 0)).join('');
-    },
-    [...bytes],
-  );
+  const saved = readPng(bytes)
+    .pixels.map((value) => Number(value > 0))
+    .join('');
   expect(saved === smooth.replace(/[1-9]/g, '1')).toBe(true);
   await page.click('#export-close');
   await page.fill('#edge-smooth', '0');
@@ -140,7 +134,8 @@ test('edges grow, shrink and fade, and small pieces go; videos have the same edg
   await openSave(page);
   const { bytes } = await saveExport(page, 'cutout-webm');
   await page.click('#export-close');
-  const differing = await page.evaluate(compareWithScreen, { bytes: [...bytes], frame: FRAME });
+  await giveBytes(page, 'video', bytes);
+  const differing = await page.evaluate(compareWithScreen, FRAME);
   expect(differing).toBeLessThan(0.02);
   // No piece of the sample is as small as the end of the slider.
   await page.evaluate(() => (document.querySelector('#edge-smallest').max = 5));
@@ -153,10 +148,10 @@ test('edges grow, shrink and fade, and small pieces go; videos have the same edg
 });
 
 /** Runs in the page: the share of pixels of a video's frame that differ from the canvas. */
-async function compareWithScreen({ bytes, frame }) {
+async function compareWithScreen(frame) {
   const { videoFrames } = await import('/dist/index.js');
   const { viewer } = globalThis.tracecutStudio.app;
-  for await (const { index, width, height, pixels } of videoFrames(new Blob([Uint8Array.from(bytes)]))) {
+  for await (const { index, width, height, pixels } of videoFrames(video)) {
     if (index < frame) continue;
     const { data } = await pixels();
     const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
@@ -195,9 +190,9 @@ test('the background is saved without the objects', async () => {
   expect(name).toBe('sample-clip-background-0013.png');
   const zip = await saveExport(page, 'background-zip');
   expect(zip.name).toBe('sample-clip-background.zip');
-  const { files, changed, unchanged } = await page.evaluate(compareBackground, {
-    ...{ png: [...bytes], zip: [...zip.bytes], frame: FRAME },
-  });
+  await giveBytes(page, 'png', bytes);
+  await giveBytes(page, 'zip', zip.bytes);
+  const { files, changed, unchanged } = await page.evaluate(compareBackground, FRAME);
   expect(files).toEqual([16, true]);
   expect(changed).toBeGreaterThan(0.9);
   expect(unchanged).toBeGreaterThan(0.9);
@@ -205,11 +200,11 @@ test('the background is saved without the objects', async () => {
 });
 
 /** Runs in the page: number of files of the ZIP and if the frame is in it; changed share of objects, unchanged share of the rest. */
-async function compareBackground({ png, zip, frame }) {
+async function compareBackground(frame) {
   const { unzipSync } = await import('/dist/vendor/zip.js');
-  const files = unzipSync(Uint8Array.from(zip));
+  const files = unzipSync(new Uint8Array(await zip.arrayBuffer()));
   const { job, segmentation } = globalThis.tracecutStudio.app;
-  const bitmap = await createImageBitmap(new Blob([Uint8Array.from(png)]));
+  const bitmap = await createImageBitmap(png);
   const pixelsOf = (image) => {
     const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d', { willReadFrequently: true });
     context.drawImage(image, 0, 0);
@@ -224,7 +219,7 @@ async function compareBackground({ png, zip, frame }) {
   });
   const name = `${String(frame + 1).padStart(4, '0')}.png`;
   return {
-    files: [Object.keys(files).length, files[name].join() === png.join()],
+    files: [Object.keys(files).length, files[name].join() === new Uint8Array(await png.arrayBuffer()).join()],
     changed: counts.changed / counts.objects,
     unchanged: counts.unchanged / counts.rest,
   };

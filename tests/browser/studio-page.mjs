@@ -188,6 +188,12 @@ export async function saveExport(page, id) {
   return { name: download.suggestedFilename(), bytes: await downloadBytes(download) };
 }
 
+/** Gives bytes to the page, as the blob `globalThis[name]`: as text, as arrays of numbers take seconds. */
+export async function giveBytes(page, name, bytes) {
+  const url = `data:application/octet-stream;base64,${bytes.toString('base64')}`;
+  await page.evaluate(async ([key, data]) => (globalThis[key] = await (await fetch(data)).blob()) && null, [name, url]);
+}
+
 /** Waits for the preview of an export in the dialog. */
 export async function waitForPreview(page, id) {
   const preview = page.locator('#export-preview');

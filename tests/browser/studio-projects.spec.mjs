@@ -1,6 +1,6 @@
 // Projects in the browser's storage: offered after a closed tab, listed, deleted; project files; interrupted runs.
 
-import { plainFrame } from '../moving.mjs';
+import { plainFrame, textureAt } from '../moving.mjs';
 import { expect, runEnd, test } from './fixtures.mjs';
 import {
   accessibilityFaults,
@@ -16,15 +16,10 @@ import {
 
 /** A textured square that moves over a textured background, as files. */
 function clipFiles(count) {
-  const noise = (x, y, salt) => {
-    const h = Math.imul((x >> 1) + 7, 374761393) ^ Math.imul((y >> 1) + 3, 668265263) ^ Math.imul(salt, 2246822519);
-    const mixed = Math.imul(h ^ (h >>> 13), 1274126177);
-    return 60 + (((mixed ^ (mixed >>> 16)) >>> 0) % 160);
-  };
   return Array.from({ length: count }, (_, t) => {
     const isInside = (x, y) => x >= 10 + 2 * t && x < 38 + 2 * t && y >= 16 && y < 48;
     const frame = plainFrame(96, 64, (x, y) => {
-      const value = isInside(x, y) ? noise(x - 2 * t, y, 2) : noise(x, y, 1);
+      const value = isInside(x, y) ? textureAt(x - 2 * t, y, 2) : textureAt(x, y, 1);
       return [value, value, isInside(x, y) ? 255 - value : value];
     });
     return pngFile(`frame${String(t).padStart(3, '0')}.png`, frame);

@@ -1,9 +1,12 @@
 // The save dialog: its preview, and what it saves of a clip larger than its masks, with sound.
 
+import { createHash } from 'node:crypto';
+import { gifFile } from '../gif.mjs';
+import { plainFrame, textureAt } from '../moving.mjs';
 import { expect, runEnd, test, useSample } from './fixtures.mjs';
-import { definePlayedFrame } from './played-frame.mjs';
 import {
   accessibilityFaults,
+  giveBytes,
   openFive,
   openFix,
   openLook,
@@ -15,76 +18,121 @@ import {
 } from './studio-page.mjs';
 
 /** Masks of the project, and its video, which is twice as large. */
-const FIVE = { width: 240, height: 136, frames: 6, scale: 2, hasSound: true };
-const VIDEO = { width: 480, height: 272 };
+const FIVE = { width: 192, height: 108, frames: 6, scale: 2, hasSound: true };
+const VIDEO = [384, 216];
+const TIMES = [0, 0.1, 0.2, 0.3, 0.4, 0.5];
 
 const CHOICES = ['transparent', 'green', 'blurred', 'zip'];
 
 const shared = useSample({ sample: 'tiny', bypassCSP: true });
 
-/** Opens the project, and the dialog at a frame. */
-async function openDialog(page, frame, shape = FIVE) {
+test.beforeAll(() => shared.page.evaluate(defineReaders));
+
+/** Each test opens its clip and dialog itself. */
+test.afterEach(() => shared.page.evaluate(() => document.querySelector('#export').close()));
+
+/** Opens the project, and the dialog at a frame with the main choices alone. */
+async function openDialog(frame = 2, shape = FIVE) {
+  const { page } = shared;
   await openFive(page, shape);
   await seek(page, frame);
+  await page.evaluate(() => (document.querySelector('#export-more').open = false));
   await page.click('#export-open');
   await page.waitForSelector('#export[open]');
+  return page;
 }
 
-/** Runs in the page: keeps the pixels of the preview in `globalThis.pictures`, and returns its size. */
-function keepPreview(name) {
-  const [element] = document.querySelector('#export-preview').children;
-  const [width, height] = [element.videoWidth ?? element.naturalWidth, element.videoHeight ?? element.naturalHeight];
-  const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
-  context.drawImage(element, 0, 0);
-  (globalThis.pictures ??= {})[name] = context.getImageData(0, 0, width, height);
-  return [width, height];
+/** Shows the other choices and the options. */
+function showMore(page) {
+  return page.evaluate(() => (document.querySelector('#export-more').open = true));
 }
 
-/** Runs in the page: keeps the pixels of a frame of a saved file, and returns the colour near its lower left corner. */
-async function keepSaved({ name, bytes, frame, isZip }) {
-  let picture;
-  if (isZip) {
+/** Saves one export, and gives its bytes to the page, as `globalThis.saved`. */
+async function saveAndOpen(page, id) {
+  const { name, bytes } = await saveExport(page, id);
+  await giveBytes(page, 'saved', bytes);
+  return { name, size: bytes.length };
+}
+
+/** Runs in the page: defines how pictures and the saved file are read; pixels stay in the page. */
+async function defineReaders() {
+  const media = await import('/dist/vendor/media.js');
+  const pictures = {};
+  const pixelsOf = (width, height, draw) => {
+    const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
+    draw(context);
+    return context.getImageData(0, 0, width, height);
+  };
+  const videoTrack = () => new media.Input({ source: new media.BlobSource(saved), formats: media.ALL_FORMATS });
+  /** Returns the pixels of the saved video at a time, in seconds. */
+  const savedFrame = async (time) => {
+    const sink = new media.VideoSampleSink(await videoTrack().getPrimaryVideoTrack());
+    const sample = await sink.getSample(time);
+    const { displayWidth, displayHeight } = sample;
+    const picture = pixelsOf(displayWidth, displayHeight, (context) => sample.draw(context, 0, 0));
+    sample.close();
+    return picture;
+  };
+  /** Returns the pixels of an image of the saved ZIP. */
+  const savedImage = async (frame) => {
     const { unzipSync } = await import('/dist/vendor/zip.js');
-    const files = unzipSync(new Uint8Array(bytes));
+    const files = unzipSync(new Uint8Array(await saved.arrayBuffer()));
     const names = Object.keys(files).filter((file) => file.endsWith('.png'));
     const image = await createImageBitmap(new Blob([files[names.sort()[frame]]], { type: 'image/png' }));
-    const context = new OffscreenCanvas(image.width, image.height).getContext('2d', { willReadFrequently: true });
-    context.drawImage(image, 0, 0);
-    picture = context.getImageData(0, 0, image.width, image.height);
-  } else picture = await playedFrame(new Blob([new Uint8Array(bytes)]), (frame + 0.5) / 10);
-  globalThis.pictures[name] = picture;
-  const at = 4 * (picture.width * (picture.height - 5) + 4);
-  return [...picture.data.subarray(at, at + 4)];
-}
-
-/** Runs in the page: the mean difference of two kept pictures over all bytes; infinite if their sizes differ. */
-function distance([first, second]) {
-  const [a, b] = [globalThis.pictures[first], globalThis.pictures[second]];
-  if (a.data.length !== b.data.length) return Infinity;
-  return a.data.reduce((sum, value, k) => sum + Math.abs(value - b.data[k]), 0) / a.data.length;
-}
-
-/** Runs in the page: size, frame times and sound of a saved video. */
-async function readVideo(bytes) {
-  const media = await import('/dist/vendor/media.js');
-  const source = new media.BlobSource(new Blob([new Uint8Array(bytes)]));
-  const input = new media.Input({ source, formats: media.ALL_FORMATS });
-  const [video, audio] = [await input.getPrimaryVideoTrack(), await input.getPrimaryAudioTrack()];
-  const times = [];
-  for await (const { timestamp } of new media.EncodedPacketSink(video).packets()) times.push(timestamp);
-  return {
-    size: [await video.getDisplayWidth(), await video.getDisplayHeight()],
-    times: times.sort((a, b) => a - b).map((time) => Number(time.toFixed(3))),
-    soundEnd: audio ? await audio.computeDuration() : 0,
+    return pixelsOf(image.width, image.height, (context) => context.drawImage(image, 0, 0));
   };
+  /** Returns size, frame times and sound of the saved video. */
+  const readVideo = async () => {
+    const [video, audio] = [await videoTrack().getPrimaryVideoTrack(), await videoTrack().getPrimaryAudioTrack()];
+    const times = [];
+    for await (const { timestamp } of new media.EncodedPacketSink(video).packets()) times.push(timestamp);
+    return {
+      size: [await video.getDisplayWidth(), await video.getDisplayHeight()],
+      times: times.sort((a, b) => a - b).map((time) => Number(time.toFixed(3))),
+      soundEnd: audio ? await audio.computeDuration() : 0,
+    };
+  };
+  /** Keeps the pixels of the preview, and returns its size. */
+  const keepPreview = (name) => {
+    const [element] = document.querySelector('#export-preview').children;
+    const size = [element.videoWidth ?? element.naturalWidth, element.videoHeight ?? element.naturalHeight];
+    pictures[name] = pixelsOf(...size, (context) => context.drawImage(element, 0, 0));
+    return size;
+  };
+  /** Keeps the pixels of a saved frame, and returns the colour near its lower left corner. */
+  const keepSaved = async (name, picture) => {
+    pictures[name] = await picture;
+    const { data, width, height } = pictures[name];
+    const at = 4 * (width * (height - 5) + 4);
+    return [...data.subarray(at, at + 4)];
+  };
+  /** Returns the mean difference of two kept pictures over all bytes; infinite if their sizes differ. */
+  const distance = (first, second) => {
+    const [a, b] = [pictures[first].data, pictures[second].data];
+    if (a.length !== b.length) return Infinity;
+    return a.reduce((sum, value, k) => sum + Math.abs(value - b[k]), 0) / a.length;
+  };
+  Object.assign(globalThis, { savedFrame, savedImage, readVideo, keepPreview, keepSaved, distance });
 }
 
-const times = Array.from({ length: FIVE.frames }, (_, t) => t / 10);
+/** Runs in the page: shares of the saved frame that objects cover, and whose alpha (or grey) differs from the mask at the size of the video. */
+async function compareAlpha([t, channel]) {
+  const { app, source, trim } = globalThis.tracecutStudio;
+  const { times } = app.job;
+  const { data, width, height } = await savedFrame((times[t] + times[t + 1]) / 2 - times[0]);
+  const { enlargeMask } = await import('/model/library.js');
+  const picture = await source.preview(trim.start + t, Math.max(width, height), times[t]);
+  const { labels } = await enlargeMask(app.viewer.view.mask(), picture);
+  let [wrong, objects] = [0, 0];
+  labels.forEach((label, p) => {
+    objects += label > 0;
+    wrong += label > 0 !== data[4 * p + channel] > 127;
+  });
+  return { wrong: wrong / labels.length, objects: objects / labels.length };
+}
 
 test('offers four exports and others behind “More”; each is saved as its preview shows', async () => {
-  const { page } = shared;
-  await definePlayedFrame(page);
-  await openDialog(page, 3);
+  const page = await openDialog(3);
   expect(await page.locator('#export .primary:visible').count()).toBe(1);
   const offered = () =>
     page.locator('[data-export]:visible').evaluateAll((all) => all.map((one) => one.dataset.export));
@@ -92,105 +140,113 @@ test('offers four exports and others behind “More”; each is saved as its pre
   for (const id of CHOICES) {
     await page.check(`[data-export="${id}"]`);
     await waitForPreview(page, id);
-    expect(await page.evaluate(keepPreview, id)).toEqual([VIDEO.width, VIDEO.height]);
+    expect(await page.evaluate((name) => keepPreview(name), id)).toEqual(VIDEO);
   }
-  await expect(page.locator('#export-preview-text')).toHaveText('Output: 480 × 272');
+  await expect(page.locator('#export-preview-text')).toHaveText('Output: 384 × 216');
   await expect(page.locator('#export-status'), 'choosing saves nothing').toHaveText('');
   expect(await accessibilityFaults(page)).toEqual([]);
   const names = ['five-cutout.webm', 'five-green.mp4', 'five-blur.mp4', 'five-masks.zip'];
   const corners = {};
   for (const [k, id] of CHOICES.entries()) {
-    const { name, bytes } = await saveExport(page, id);
-    expect(name).toBe(names[k]);
-    const saved = { name: 'saved', bytes: [...bytes], frame: 3, isZip: id === 'zip' };
-    corners[id] = await page.evaluate(keepSaved, saved);
-    const own = await page.evaluate(distance, [id, 'saved']);
-    const other = await page.evaluate(distance, [CHOICES[(k + 1) % 4], 'saved']);
-    expect(own, id).toBeLessThan(3);
+    expect((await saveAndOpen(page, id)).name).toBe(names[k]);
+    const [corner, own, other] = await page.evaluate(
+      async ([preview, next]) => [
+        await keepSaved('saved', preview === 'zip' ? savedImage(3) : savedFrame(0.35)),
+        distance(preview, 'saved'),
+        distance(next, 'saved'),
+      ],
+      [id, CHOICES[(k + 1) % 4]],
+    );
+    corners[id] = corner;
+    expect(own, id).toBeLessThan(5);
     expect(own, id).toBeLessThan(other / 4);
   }
   expect(corners.transparent[3]).toBeLessThan(8);
   const [red, green, blue] = corners.green;
   expect(red < 60 && green > 140 && blue < 110, `green is ${corners.green}`).toBe(true);
   expect(corners.blurred[0]).toBeGreaterThan(60);
-  await page.evaluate(() => (document.querySelector('#export-more').open = true));
+  await showMore(page);
   expect((await offered()).length).toBeGreaterThan(12);
 });
 
 test('videos have the size, the times and the sound of the source, and sharp masks', async () => {
-  const { page } = shared;
-  await expect(page.locator('.card:has(:checked) .value')).toHaveText(/^480 × 272, 6 frames$/);
+  const page = await openDialog();
+  await showMore(page);
+  await expect(page.locator('.card:has([data-export="transparent"]) .value')).toHaveText(
+    /^384 × 216, 0\.6\s+s, about [\d.]+\s[kK]?B$/,
+  );
   await expect(page.locator('#export-sound-facts')).toHaveText('Opus, unchanged.');
-  for (const id of ['cutout-webm', 'overlay-mp4']) {
-    const { bytes } = await saveExport(page, id);
-    const { soundEnd, ...video } = await page.evaluate(readVideo, [...bytes]);
-    expect(video, id).toEqual({ size: [VIDEO.width, VIDEO.height], times });
+  await page.evaluate(() => {
+    const count = document.querySelector('#export-count');
+    new MutationObserver(() => (globalThis.counted ??= []).push(count.textContent)).observe(count, { childList: true });
+  });
+  for (const [id, channel] of [
+    ['cutout-webm', 3],
+    ['alpha-webm', 0],
+    ['overlay-mp4', null],
+  ]) {
+    await saveAndOpen(page, id);
+    const { size, times, soundEnd } = await page.evaluate(() => readVideo());
+    expect([size, times], id).toEqual([VIDEO, TIMES]);
     expect(Math.abs(soundEnd - 0.6), `${id}: sound of ${soundEnd} s`).toBeLessThan(0.03);
-    if (id !== 'cutout-webm') continue;
-    const { wrong, objects } = await page.evaluate(compareAlpha, { bytes: [...bytes], t: 2 });
+    if (channel === null) continue;
+    const { wrong, objects } = await page.evaluate(compareAlpha, [2, channel]);
     expect(objects).toBeGreaterThan(0.01);
     expect(wrong).toBeLessThan(0.004);
   }
+  expect(await page.evaluate(() => globalThis.counted)).toContain('6 of 6 frames');
 });
 
-/** Runs in the page: shares of the frame that objects cover, and whose alpha differs from the mask at the size of the video. */
-async function compareAlpha({ bytes, t }) {
-  const { data, width, height } = await playedFrame(new Blob([new Uint8Array(bytes)]), (t + 0.5) / 10);
-  const { enlargeMask } = await import('/model/library.js');
-  const { app, source } = globalThis.tracecutStudio;
-  const { labels } = await enlargeMask(
-    { labels: app.segmentation.mask(t), width: width / 2, height: height / 2 },
-    await source.preview(t, Math.max(width, height), app.job.times[t]),
-  );
-  let [wrong, objects] = [0, 0];
-  labels.forEach((label, p) => {
-    objects += label > 0;
-    wrong += label > 0 !== data[4 * p + 3] > 127;
-  });
-  return { wrong: wrong / labels.length, objects: objects / labels.length };
-}
-
-// Not run to the end yet: until then save, save-preview, export-size and export-images.test.mjs stay.
-test.fixme('size, sound, quality and mask style are those that are chosen', async () => {
-  const { page } = shared;
+test('videos have the chosen size and quality, and no sound if it is switched off', async () => {
+  const page = await openDialog();
+  await showMore(page);
   await page.selectOption('#export-size', 'own');
   await page.fill('#export-side', '200');
   await expect(page.locator('.card:has([data-export="zip"]) .value')).toHaveText('200 × 113, 6 frames');
   await page.uncheck('#export-sound');
   await page.selectOption('#export-quality', 'low');
-  const small = await saveExport(page, 'overlay-webm');
-  const { size, soundEnd } = await page.evaluate(readVideo, [...small.bytes]);
-  expect([size, soundEnd]).toEqual([[200, 113], 0]);
+  const { size } = await saveAndOpen(page, 'overlay-webm');
+  expect(await page.evaluate(() => readVideo())).toMatchObject({ size: [200, 113], soundEnd: 0 });
   await page.selectOption('#export-quality', 'very-high');
-  expect((await saveExport(page, 'overlay-webm')).bytes.length).toBeGreaterThan(small.bytes.length);
-  await page.selectOption('#export-size', 'working');
-  await page.click('#export-close');
-  const colorDistance = async (settings) => {
+  expect((await saveExport(page, 'overlay-webm')).bytes.length).toBeGreaterThan(size);
+  await page.selectOption('#export-quality', 'high');
+  await page.check('#export-sound');
+});
+
+test('overlays have the mask style on screen', async () => {
+  const page = await openDialog();
+  const setStyle = async (settings) => {
+    await page.click('#export-close');
     await openLook(page);
     for (const [name, value] of Object.entries(settings)) await page.fill(`[data-setting="masks.${name}"]`, value);
     await openSave(page);
-    const { bytes } = await saveExport(page, 'overlay-webm');
-    const result = await page.evaluate(distanceFromObjectColor, { bytes: [...bytes], t: 2 });
-    await page.click('#export-close');
-    return result;
+  };
+  const colorDistance = async (settings) => {
+    await setStyle(settings);
+    // The size of the masks.
+    await page.selectOption('#export-size', 'half');
+    await saveAndOpen(page, 'overlay-webm');
+    return page.evaluate(distanceFromObjectColor, 2);
   };
   expect(await colorDistance({ fill: '1' })).toBeLessThan(20);
   expect(await colorDistance({ opacity: '0' })).toBeGreaterThan(30);
-  await page.fill('[data-setting="masks.opacity"]', '1');
+  await setStyle({ opacity: '1', fill: '0' });
 });
 
-/** Runs in the page: the largest difference between the colour of object 1 and the video deep inside it, at the size of the masks. */
-async function distanceFromObjectColor({ bytes, t }) {
-  const { data, width } = await playedFrame(new Blob([new Uint8Array(bytes)]), (t + 0.5) / 10);
-  const mask = globalThis.tracecutStudio.app.segmentation.mask(t);
-  const inside = mask.findIndex((label, p) => label === 1 && mask[p + 16] === 1 && mask[p + 16 * width] === 1);
-  const at = inside + 8 * width + 8;
-  const rgb = Number.parseInt(globalThis.tracecutStudio.objectColor(1).slice(1), 16);
-  return Math.max(...[16, 8, 0].map((shift, c) => Math.abs(((rgb >> shift) & 255) - data[4 * at + c])));
+/** Runs in the page: the largest difference between the colour of object 1 and the saved video inside it, at the size of the masks. */
+async function distanceFromObjectColor(t) {
+  const { data, width } = await savedFrame((t + 0.5) / 10);
+  const { objectColor, app } = globalThis.tracecutStudio;
+  const mask = app.segmentation.mask(t);
+  const corner = mask.findIndex((label, p) => label === 1 && mask[p + 12] === 1 && mask[p + 12 * width] === 1);
+  const at = 4 * (corner + 6 * width + 6);
+  const rgb = Number.parseInt(objectColor(1).slice(1), 16);
+  return Math.max(...[16, 8, 0].map((shift, c) => Math.abs(((rgb >> shift) & 255) - data[at + c])));
 }
 
-test.fixme('the sound of a clip plays with its result, unless it is muted', async () => {
+test('the sound of a clip plays with its result, unless it is muted', async () => {
   const { page } = shared;
+  await openFive(page, FIVE);
   await expect(page.locator('#mute')).toHaveAttribute('aria-label', 'Mute');
   await page.evaluate(() => {
     const { play } = HTMLMediaElement.prototype;
@@ -212,8 +268,9 @@ test.fixme('the sound of a clip plays with its result, unless it is muted', asyn
   expect(await isPaused()).toBe(true);
 });
 
-test.fixme('the preview is never empty, and the dialog does not move from opening to the saved file', async () => {
-  const { page } = shared;
+test('the preview is never empty, and the dialog does not move from opening to the saved file', async () => {
+  const page = await openDialog();
+  await page.click('#export-close');
   await page.evaluate(() => {
     globalThis.frames = [];
     const preview = document.querySelector('#export-preview');
@@ -223,6 +280,7 @@ test.fixme('the preview is never empty, and the dialog does not move from openin
       return context.getImageData(0, 0, 240, 136).data.filter((value, at) => at % 4 < 3 && value > 60).length;
     };
     const look = () => {
+      if (!globalThis.frames) return;
       requestAnimationFrame(look);
       if (!document.querySelector('#export').open) return;
       globalThis.firstBright ??= countBright(preview.lastElementChild);
@@ -234,39 +292,42 @@ test.fixme('the preview is never empty, and the dialog does not move from openin
     };
     look();
   });
-  await page.evaluate(() => (document.querySelector('#export-more').open = false));
   await page.click('#export-open');
-  await waitForPreview(page, 'zip');
-  for (const id of ['green', 'transparent']) {
+  for (const id of ['blurred', 'green', 'transparent']) {
     await page.check(`[data-export="${id}"]`);
     await waitForPreview(page, id);
   }
   await saveExport(page, 'transparent');
-  const { frames, firstBright } = await page.evaluate(() => ({ frames, firstBright }));
+  const { frames, firstBright } = await page.evaluate(() => {
+    const { frames, firstBright } = globalThis;
+    globalThis.frames = null;
+    return { frames, firstBright };
+  });
   expect(firstBright).toBeGreaterThan(500);
   expect(frames.some(({ isEmpty }) => isEmpty)).toBe(false);
   expect([...new Set(frames.map(({ places }) => places))]).toHaveLength(1);
-  await page.click('#export-close');
 });
 
-test.fixme('the preview follows frame and size, and shows actual pixels that can be dragged', async () => {
-  const { page } = shared;
-  await openDialog(page, 0);
+test('the preview follows frame and size', async () => {
+  const page = await openDialog(0);
+  await page.check('[data-export="transparent"]');
   await waitForPreview(page, 'transparent');
-  await page.evaluate(keepPreview, 'first');
+  await page.evaluate(() => keepPreview('first'));
   await page.keyboard.press('Escape');
   await seek(page, 5);
   await openSave(page);
   await waitForPreview(page, 'transparent');
-  await page.evaluate(keepPreview, 'last');
-  expect(await page.evaluate(distance, ['first', 'last'])).toBeGreaterThan(0.5);
+  await page.evaluate(() => keepPreview('last'));
+  expect(await page.evaluate(() => distance('first', 'last'))).toBeGreaterThan(0.5);
   await page.selectOption('#export-size', 'half');
-  await expect(page.locator('#export-preview-text')).toHaveText('Output: 240 × 136');
-  await page.click('#export-close');
+  await expect(page.locator('#export-preview-text')).toHaveText('Output: 192 × 108');
+});
 
-  await openDialog(page, 2, { width: 320, height: 180, frames: 4, scale: 4 });
-  await page.evaluate(() => (document.querySelector('#export-more').open = false));
-  await waitForPreview(page, 'transparent');
+test('the preview shows actual pixels, which can be dragged', async () => {
+  const page = await openDialog(0, { width: 320, height: 180, frames: 2, scale: 4 });
+  // An image, which browsers would drag as a whole.
+  await page.check('[data-export="zip"]');
+  await waitForPreview(page, 'zip');
   const place = await page.locator('#export-preview').boundingBox();
   expect(place.width).toBeLessThan(800);
   await page.mouse.click(place.x + place.width / 4, place.y + place.height / 4);
@@ -283,18 +344,21 @@ test.fixme('the preview follows frame and size, and shows actual pixels that can
   await page.mouse.down();
   await page.mouse.move(place.x + 150, place.y + 160, { steps: 5 });
   await page.mouse.up();
-  const after = await look();
-  const moved = [after.width, after.left - before.left, after.top - before.top].map(Math.round);
-  expect(moved).toEqual([1280, 50, 40]);
+  await expect
+    .poll(async () => {
+      const { width, left, top } = await look();
+      return [width, left - before.left, top - before.top].map(Math.round);
+    })
+    .toEqual([1280, 50, 40]);
   await page.focus('#export-preview');
   await page.keyboard.press('ArrowRight');
-  await page.waitForFunction((left) => document.querySelector('#export-preview').scrollLeft > left, after.left);
+  await page.waitForFunction((left) => document.querySelector('#export-preview').scrollLeft > left, before.left + 51);
   await page.click('#export-actual-size');
   await expect(page.locator('#export-actual-size')).toHaveAttribute('aria-pressed', 'false');
 });
 
-test.fixme('a cancelled export downloads nothing', async () => {
-  const { page } = shared;
+test('a cancelled export downloads nothing', async () => {
+  const page = await openDialog();
   let downloads = 0;
   page.on('download', () => (downloads += 1));
   await page.evaluate(() => {
@@ -306,26 +370,30 @@ test.fixme('a cancelled export downloads nothing', async () => {
   expect(downloads).toBe(0);
 });
 
-test.fixme('images are streamed to a chosen file if the browser allows it', async () => {
-  const { page } = shared;
+test('images are streamed to a chosen file if the browser allows it', async () => {
+  const page = await openDialog();
+  await showMore(page);
   const { name, bytes } = await saveExport(page, 'cutout-zip');
   expect(name).toBe('five-cutout.zip');
   // A file of the page's own folder stands in for the user's choice.
   await page.evaluate(() => {
+    document.querySelector('#export-status').textContent = '';
     globalThis.showSaveFilePicker = async ({ suggestedName }) => {
-      globalThis.suggestedName = suggestedName;
       const folder = await navigator.storage.getDirectory();
-      return (globalThis.handle = await folder.getFileHandle('saved.zip', { create: true }));
+      return (globalThis.handle = await folder.getFileHandle(suggestedName, { create: true }));
     };
   });
-  await page.evaluate(() => (document.querySelector('#export-status').textContent = ''));
   await page.click('[data-export="cutout-zip"]');
   await expect(page.locator('#export-status')).toHaveText(/^Saved five-cutout.zip/);
-  const written = await page.evaluate(async () => [
-    ...new Uint8Array(await (await globalThis.handle.getFile()).arrayBuffer()),
-  ]);
-  expect(await page.evaluate(() => globalThis.suggestedName)).toBe('five-cutout.zip');
-  expect(Buffer.from(written).equals(bytes)).toBe(true);
+  const [file, hash] = await page.evaluate(async () => {
+    const written = await globalThis.handle.getFile();
+    const digest = new Uint8Array(await crypto.subtle.digest('SHA-256', await written.arrayBuffer()));
+    return [
+      written.name,
+      digest.toHex?.() ?? Array.from(digest, (byte) => byte.toString(16).padStart(2, '0')).join(''),
+    ];
+  });
+  expect([file, hash]).toEqual([name, createHash('sha256').update(bytes).digest('hex')]);
   await page.evaluate(() => {
     globalThis.showSaveFilePicker = async () => {
       throw new DOMException('no file was chosen', 'AbortError');
@@ -333,11 +401,38 @@ test.fixme('images are streamed to a chosen file if the browser allows it', asyn
   });
   await page.click('[data-export="cutout-apng"]');
   await expect(page.locator('#export-status')).toHaveText('Cancelled.');
-  await page.click('#export-close');
+  await page.evaluate(() => (globalThis.showSaveFilePicker = undefined));
 });
 
-test.fixme('a link carries the settings to another page', async ({ openStudio }) => {
+test('saved videos have the delays of a GIF', async () => {
   const { page } = shared;
+  const delays = [5, 30, 5, 60, 5, 25];
+  const frames = delays.map((_, t) =>
+    plainFrame(96, 64, (x, y) => {
+      const isInside = x >= 12 + 2 * t && x < 40 + 2 * t && y >= 16 && y < 48;
+      return Array(3).fill(isInside ? textureAt(x - 2 * t, y, 1) : textureAt(x, y));
+    }),
+  );
+  await page.setInputFiles('#file', [gifFile('uneven.gif', frames, delays)]);
+  await page.waitForFunction(() => globalThis.tracecutStudio.source?.name === 'uneven.gif');
+  expect(await runEnd(page)).toBe('done');
+  await openSave(page);
+  await saveAndOpen(page, 'overlay-webm');
+  expect((await page.evaluate(() => readVideo())).times).toEqual([0, 0.05, 0.35, 0.4, 1, 1.05]);
+  const end = await page.evaluate(async () => {
+    const player = document.createElement('video');
+    const loaded = new Promise((resolve) => (player.onloadedmetadata = resolve));
+    player.src = URL.createObjectURL(saved);
+    await loaded;
+    return player.duration;
+  });
+  // The last frame lasts as long as in the GIF.
+  expect(end).toBeCloseTo(1.3, 2);
+});
+
+test('a link carries the settings to another page', async ({ openStudio }) => {
+  const page = await openDialog();
+  await page.click('#export-close');
   await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
   await openRedo(page);
   await page.check('[name="trajectory.gridStep"][value="6"]', { force: true });
@@ -349,21 +444,50 @@ test.fixme('a link carries the settings to another page', async ({ openStudio })
   await expect(page.locator('#export-status')).toHaveText('Link copied.');
   const link = await page.evaluate(() => navigator.clipboard.readText());
   expect(link).toMatch(/#trajectory\.gridStep=6$/);
-  await page.click('#export-close');
   const other = await openStudio({ sample: 'tiny', query: new URL(link).hash });
   expect(await runEnd(other)).toBe('done');
   const options = await other.evaluate(() => globalThis.tracecutStudio.app.job.options);
   expect(options).toEqual({ trajectory: { gridStep: 6 } });
 });
 
-test.fixme('each state has one main button: open, save, or finish fixing', async () => {
-  const { page } = shared;
+test('each state has one main button: open, save, or finish fixing', async ({ openStudio }) => {
+  const page = await openStudio({ sample: 'tiny' });
+  expect(await runEnd(page)).toBe('done');
   const mainButtons = () =>
     page.evaluate(() =>
       [...document.querySelectorAll('.primary')].filter((one) => one.checkVisibility()).map(({ id }) => id),
     );
+  expect(await mainButtons()).toEqual(['open']);
+  await expect(page.locator('#subline')).toBeHidden();
+  await page.click('#help-open');
+  await expect(page.locator('#facts'), 'numbers are in the help').toHaveText(/^4 frames of .* computed in/);
+  await page.click('#help-close');
+  await openFive(page, FIVE);
   expect(await mainButtons()).toEqual(['export-open']);
   await openFix(page);
   expect(await mainButtons()).toEqual(['correct-done']);
   await page.click('#correct-done');
+});
+
+test('clips of 854 × 480 and 4K are saved at their size', { tag: '@long' }, async () => {
+  for (const [shape, size] of [
+    [{ width: 427, height: 240, frames: 8, scale: 2, hasSound: true }, [854, 480]],
+    [{ width: 480, height: 270, frames: 6, scale: 8, hasSound: true }, [3840, 2160]],
+  ]) {
+    const page = await openDialog(2, shape);
+    await showMore(page);
+    const times = Array.from({ length: shape.frames }, (_, t) => t / 10);
+    for (const id of ['cutout-webm', 'overlay-mp4']) {
+      await saveAndOpen(page, id);
+      const video = await page.evaluate(() => readVideo());
+      expect(video, id).toMatchObject({ size, times });
+      expect(Math.abs(video.soundEnd - shape.frames / 10)).toBeLessThan(0.03);
+      if (id === 'cutout-webm') expect((await page.evaluate(compareAlpha, [2, 3])).wrong).toBeLessThan(0.002);
+    }
+    for (const id of ['png', 'background-png']) {
+      const { bytes } = await saveExport(page, id);
+      expect([bytes.readUInt32BE(16), bytes.readUInt32BE(20)], id).toEqual(size);
+    }
+    await page.click('#export-close');
+  }
 });

@@ -8,12 +8,18 @@ import { after, before, describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
 import { serve } from '../../scripts/serve.mjs';
 import { root } from '../../scripts/tools.mjs';
-import { gifFile, movingClip, plainFrame } from '../browser/support.mjs';
+import { gifFile } from '../gif.mjs';
+import { movingFrames, plainFrame } from '../moving.mjs';
+import { pngBytes } from '../png.mjs';
 import { ENGINES } from './engines.mjs';
 import { ended, faults, inPhase, maskHash, open, press, save, until, visit, textOf } from './page.mjs';
 
 const expected = JSON.parse(readFileSync(join(root, 'cli', 'src', 'selftest', 'expected.json'), 'utf8'));
-const clip = movingClip(8, [96, 64]);
+const clip = movingFrames(8, [96, 64]).map((frame, t) => ({
+  name: `frame${t}.png`,
+  mimeType: 'image/png',
+  buffer: pngBytes(frame, { channels: 4 }),
+}));
 /** Videos of a made clip, by their codecs, as Chromium encodes them; null where it does not. */
 const videos = { vp8: null, avc: null };
 

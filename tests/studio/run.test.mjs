@@ -11,7 +11,8 @@ import { describeFrame } from '../../build/model/describe.js';
 import { exportSource } from '../../build/model/export.js';
 import { resizedFrames } from '../../build/model/export-size.js';
 import { MAIN_EXPORTS, otherExports } from '../../build/model/exports.js';
-import { PageError, explain } from '../../build/model/messages.js';
+import { CLIP_STAGES } from '../../build/model/library.js';
+import { PageError, explain, stageName } from '../../build/model/messages.js';
 import { createRecipe } from '../../build/model/recipe.js';
 import { showCorrected } from '../../build/model/show-result.js';
 import { describeSearch, suggestChanges } from '../../build/model/suggestions.js';
@@ -34,6 +35,10 @@ test('runs the sample, cancels a second run and continues to the same result', a
   assert.match(store.state.subline, /^16 frames of 192 × 108 · computed in \d/);
   for (const headline of ['Reading frames', 'Tracking motion', 'Drawing outlines'])
     assert.ok(headlines.has(headline), [...headlines].join());
+  assert.equal(stageName('embedding'), 'Grouping motion');
+  // Names of the method's steps are for those who know it.
+  for (const headline of [...headlines, ...CLIP_STAGES.map(({ id }) => stageName(id))])
+    assert.doesNotMatch(headline, /window|flow|trajector|affinit|embedding|discontin|saliency|superpixel|cut/i);
   const masks = maskText(store.state);
 
   const running = app.rerun();

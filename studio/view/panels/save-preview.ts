@@ -176,6 +176,8 @@ async function createElement(file: Blob): Promise<PreviewElement> {
   if (file.type.startsWith('video/')) return createVideo(file);
   const image = new Image();
   image.alt = '';
+  // Dragging scrolls the box.
+  image.draggable = false;
   image.src = URL.createObjectURL(await extractPicture(file));
   await image.decode();
   return image;
