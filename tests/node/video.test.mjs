@@ -60,7 +60,7 @@ test('a list of frames comes out window by window, each frame once and in order,
 });
 
 test('several clips in one stream, of several sizes, are each what they are alone', async () => {
-  const clips = { a: TINY, b: { ...MOVING, frames: 8, seed: 1 }, c: { ...TINY, frames: 3, seed: 9 } };
+  const clips = { a: TINY, b: { width: 80, height: 48, frames: 8, seed: 1 }, c: { ...TINY, frames: 3, seed: 9 } };
   async function* stream() {
     for (const [clip, scene] of Object.entries(clips)) for (const frame of await framesOf(scene)) yield { frame, clip };
   }
@@ -427,7 +427,7 @@ test('a damaged frame ends the clip: the masks equal those of the frames before 
   async function* stream(list) {
     yield* list;
   }
-  for (let place = 2; place <= 8; place += 1) {
+  for (const place of [2, 5, 8]) {
     const damaged = () => stream(frames.with(place, broken));
     const alone = await segmentVideo(stream(frames.slice(0, place)), given).collect();
     const error = await segmentVideo(damaged(), given)
@@ -502,11 +502,11 @@ test('a cut begins a new shot at its frame, with new labels', async () => {
 });
 
 test('an object keeps its label from window to window', async () => {
-  const clip = await synthClip({ ...MOVING, frames: 40, seed: 0 });
-  const frames = numbers(40).map((t) => clip.frame(t));
-  const result = await segmentVideo(frames, { window: 16, overlap: 6 }).collect();
+  const clip = await synthClip({ ...MOVING, frames: 20, seed: 0 });
+  const frames = numbers(20).map((t) => clip.frame(t));
+  const result = await segmentVideo(frames, { window: 10, overlap: 5 }).collect();
   const votes = new Map();
-  for (let t = 0; t < 40; t += 1) {
+  for (let t = 0; t < 20; t += 1) {
     const mask = clip.mask(t);
     result.labels(t).forEach((label, p) => mask[p] === 1 && votes.set(label, (votes.get(label) ?? 0) + 1));
   }
@@ -548,7 +548,7 @@ function* flat(count) {
     yield { data: new Uint8ClampedArray(4 * 24 * 16).fill(120), width: 24, height: 16 };
 }
 
-const CLIP = { width: 160, height: 90, frames: 30, seed: 3 };
+const CLIP = { width: 96, height: 54, frames: 24, seed: 3 };
 const HALTED_WINDOWS = { window: 12, overlap: 4 };
 
 const everything = (result) => ({
@@ -588,7 +588,7 @@ for (const threads of [1, 2]) {
     assert.ok(halted.size >= 4 && halted.has('decode'), `paused in ${[...halted]}`);
     assert.deepEqual(everything(result), expected);
     assert.ok(partial instanceof VideoResult);
-    assert.ok(partial.numFrames >= 6 && partial.numFrames < 30, `${partial.numFrames} frames`);
+    assert.ok(partial.numFrames >= 6 && partial.numFrames < 24, `${partial.numFrames} frames`);
     const { labels, times } = everything(partial);
     assert.deepEqual(labels, expected.labels.slice(0, partial.numFrames));
     assert.deepEqual(times, expected.times.slice(0, partial.numFrames));
