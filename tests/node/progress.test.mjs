@@ -68,11 +68,11 @@ test('runs without masks, and trajectories without frames', async () => {
   const tracks = await trajectories(frames.slice(0, 10), options);
   checkReports(reports);
   reports.length = 0;
-  const other = await createSession();
-  await other.setTrajectories({ ...tracks });
-  await other.run(options);
+  const trackSession = await createSession();
+  await trackSession.setTrajectories({ ...tracks });
+  await trackSession.run(options);
   assert.equal(reports.at(-1).share, 1);
-  other.close();
+  trackSession.close();
 });
 
 test('a clip of many windows has one share over all of them', async () => {
