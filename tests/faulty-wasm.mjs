@@ -9,15 +9,16 @@ export function withTrap(bytes, name) {
   const broken = bytes.slice();
   const reader = new Reader(broken);
   reader.at = 8;
-  let [imported, wanted] = [0, -1];
+  let [imported, functionIndex] = [0, -1];
   while (reader.at < broken.length) {
     const section = reader.byte();
     const end = reader.number() + reader.at;
     if (section === 2) imported = reader.list(() => reader.imports()).filter((kind) => kind === 0).length;
-    if (section === 7) wanted = reader.list(() => reader.export()).find((entry) => entry.name === name)?.index ?? -1;
+    if (section === 7)
+      functionIndex = reader.list(() => reader.export()).find((entry) => entry.name === name)?.index ?? -1;
     if (section === 10) {
-      if (wanted < imported) throw new Error(`the module exports no function ${name}`);
-      reader.list((k) => reader.body(k === wanted - imported));
+      if (functionIndex < imported) throw new Error(`the module exports no function ${name}`);
+      reader.list((k) => reader.body(k === functionIndex - imported));
     }
     reader.at = end;
   }

@@ -17,11 +17,11 @@ export function textureAt(x, y, salt = 0) {
 /** A textured background that stands still, a moving square, and a resting disc: 110 frames are three windows. */
 export function movingFrames(count, [width, height]) {
   return Array.from({ length: count }, (_, t) => {
-    const left = 10 + (t % 80 < 40 ? t % 40 : 40 - (t % 40));
+    const squareX = 10 + (t % 80 < 40 ? t % 40 : 40 - (t % 40));
     return plainFrame(width, height, (x, y) => {
       if ((x - 76) ** 2 + (y - 14) ** 2 < 64) return [230, 40, 40];
-      const inside = x >= left && x < left + 26 && y >= 24 && y < 52;
-      const value = inside ? textureAt(x - left, y, 2) : textureAt(x, y, 1);
+      const inside = x >= squareX && x < squareX + 26 && y >= 24 && y < 52;
+      const value = inside ? textureAt(x - squareX, y, 2) : textureAt(x, y, 1);
       return [value, value, inside ? 255 - value : value];
     });
   });

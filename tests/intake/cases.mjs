@@ -28,7 +28,7 @@ const recorded = Array.from({ length: CLIP.numFrames }, (_, k) => recordedMs(k) 
 const delayed = DELAYS_MS.map((_, k) => DELAYS_MS.slice(0, k).reduce((sum, delay) => sum + delay, 0) / 1000);
 
 /** A file with all pictures of the clip. */
-const whole = (name, file, more = {}) => ({
+const readable = (name, file, more = {}) => ({
   name,
   file,
   numFrames: CLIP.numFrames,
@@ -40,46 +40,52 @@ const whole = (name, file, more = {}) => ({
 });
 
 /** A file that ends, or is wrong, after some pictures. */
-const damaged = (name, file, more = {}) => whole(name, file, { isTruncated: true, lastDuration: undefined, ...more });
+const damaged = (name, file, more = {}) =>
+  readable(name, file, { isTruncated: true, lastDuration: undefined, ...more });
 
 /** A file of which nothing can be had. */
-const unreadable = (name, file, error, words, more = {}) => ({ ...whole(name, file), error, words, ...more });
+const unreadable = (name, file, error, message, more = {}) => ({
+  ...readable(name, file),
+  error,
+  words: message,
+  ...more,
+});
 
 /** Pictures in a folder. */
 const folder = (name, file, numFrames, more = {}) =>
-  whole(name, file, { numFrames, times: null, lastDuration: undefined, ...more });
+  readable(name, file, { numFrames, times: null, lastDuration: undefined, ...more });
 
 /** @type {Case[]} */
 export const CASES = [
-  whole('an MP4', 'plain.mp4'),
-  whole('a transport stream of a camcorder', 'CAM0001.MTS', { times: steady(25, 16, 1.48) }),
-  whole('a file without an ending', 'no-ending', { times: steady(25, 16, 1.48) }),
-  whole('a video that is called a JPEG', 'wrong-ending.jpg'),
-  whole('five frames a second', 'fps5.mp4', { times: steady(5), lastDuration: 0.2 }),
-  whole('seven frames a second', 'fps7.mp4', { times: steady(7), lastDuration: 1 / 7 }),
-  whole('pauses', 'vfr.mp4', { times: paused, lastDuration: 1 / 30 }),
-  whole('a recording of a browser', 'recording.webm', { times: recorded, lastDuration: undefined }),
-  whole('a transparent recording, VP8', 'alpha.webm', { times: recorded, lastDuration: undefined }),
-  whole('a transparent clip, VP9', 'alpha-vp9.webm'),
-  whole('an edit list that begins at the fifth picture', 'edit-list.mp4', {
+  readable('an MP4', 'plain.mp4'),
+  readable('a transport stream of a camcorder', 'CAM0001.MTS', { times: steady(25, 16, 1.48) }),
+  readable('a file without an ending', 'no-ending', { times: steady(25, 16, 1.48) }),
+  readable('a video that is called a JPEG', 'wrong-ending.jpg'),
+  readable('five frames a second', 'fps5.mp4', { times: steady(5), lastDuration: 0.2 }),
+  readable('seven frames a second', 'fps7.mp4', { times: steady(7), lastDuration: 1 / 7 }),
+  readable('pauses', 'vfr.mp4', { times: paused, lastDuration: 1 / 30 }),
+  readable('a recording of a browser', 'recording.webm', { times: recorded, lastDuration: undefined }),
+  readable('a transparent recording, VP8', 'alpha.webm', { times: recorded, lastDuration: undefined }),
+  readable('a transparent clip, VP9', 'alpha-vp9.webm'),
+  readable('an edit list that begins at the fifth picture', 'edit-list.mp4', {
     numFrames: 12,
     times: steady(25, 12),
     first: 4,
   }),
-  whole('two sound tracks', 'two-sounds.mp4'),
-  whole('turned by 90 degrees', 'rot90.mp4'),
-  whole('turned by 180 degrees', 'rot180.mp4'),
-  whole('turned by 270 degrees', 'rot270.mp4'),
-  whole('mirrored', 'mirrored.mp4'),
-  whole('pixels of 4:3', 'sar.mp4'),
-  whole('pixels of 22:45', 'sar-high.mp4'),
-  whole('a size that changes on the way', 'size-changes.webm'),
-  whole('BT.709', 'bt709.mp4', { numFrames: NUM_FRAMES_BT709, times: steady(25, NUM_FRAMES_BT709) }),
-  whole('VP9', 'vp9.webm'),
-  whole('HEVC', 'hevc.mp4', { except: { page: 'Chromium decodes no HEVC' } }),
-  whole('a poster before the video', 'cover.mkv'),
-  whole('an attached picture', 'attached.mp4'),
-  whole('a small track before the default one', 'two-tracks.mp4'),
+  readable('two sound tracks', 'two-sounds.mp4'),
+  readable('turned by 90 degrees', 'rot90.mp4'),
+  readable('turned by 180 degrees', 'rot180.mp4'),
+  readable('turned by 270 degrees', 'rot270.mp4'),
+  readable('mirrored', 'mirrored.mp4'),
+  readable('pixels of 4:3', 'sar.mp4'),
+  readable('pixels of 22:45', 'sar-high.mp4'),
+  readable('a size that changes on the way', 'size-changes.webm'),
+  readable('BT.709', 'bt709.mp4', { numFrames: NUM_FRAMES_BT709, times: steady(25, NUM_FRAMES_BT709) }),
+  readable('VP9', 'vp9.webm'),
+  readable('HEVC', 'hevc.mp4', { except: { page: 'Chromium decodes no HEVC' } }),
+  readable('a poster before the video', 'cover.mkv'),
+  readable('an attached picture', 'attached.mp4'),
+  readable('a small track before the default one', 'two-tracks.mp4'),
   damaged('an MP4 that is cut off', 'cut-off.mp4', { numFrames: 8, times: steady(25, 8) }),
   damaged('a WebM that is cut off', 'cut-off.webm', { numFrames: 8, times: steady(25, 8) }),
   damaged('a Matroska file that is cut off', 'cut-off.mkv', { numFrames: 8, times: steady(25, 8) }),
@@ -91,9 +97,9 @@ export const CASES = [
     except: { page: 'gives one of the pictures that are shown after lost ones' },
   }),
   damaged('a hole in an MP4', 'hole.mp4', { numFrames: 8, times: steady(25, 8) }),
-  whole('an animated PNG', 'delays.png', { times: delayed, lastDuration: 0.3 }),
-  whole('an animated GIF', 'delays.gif', { times: delayed, lastDuration: undefined, masks: false }),
-  whole('an animated WebP', 'delays.webp', {
+  readable('an animated PNG', 'delays.png', { times: delayed, lastDuration: 0.3 }),
+  readable('an animated GIF', 'delays.gif', { times: delayed, lastDuration: undefined, masks: false }),
+  readable('an animated WebP', 'delays.webp', {
     times: delayed,
     lastDuration: undefined,
     except: { node: 'unsupported', python: 'unsupported' },
@@ -102,7 +108,7 @@ export const CASES = [
   folder('photos with an EXIF orientation', 'exif', 12),
   folder('hidden files beside the frames', 'copied', 4, { masks: false }),
   folder('names in the order of persons', 'order', 12),
-  whole('camouflage', 'camouflage.mp4', { masks: false }),
+  readable('camouflage', 'camouflage.mp4', { masks: false }),
   unreadable('only sound', 'only-sound.m4a', 'no-video', /no video track/),
   unreadable('words that are called a video', 'not-a-video.mp4', 'no-video', /not a video/),
   unreadable('an empty file', 'empty.mp4', 'no-video', /empty/),

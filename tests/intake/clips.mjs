@@ -217,9 +217,9 @@ function withoutDefaultDuration(bytes) {
 function withMatrix(bytes, [a, b, c, d, x, y]) {
   const fixed = [a, b, 0, c, d, 0, x, y].map((value) => value * 65536);
   const start = bytes.indexOf('tkhd') + 4 + 4 + 20 + 16;
-  const turned = Buffer.from(bytes);
-  [...fixed, 1 << 30].forEach((value, k) => turned.writeInt32BE(value, start + 4 * k));
-  return turned;
+  const rotated = Buffer.from(bytes);
+  [...fixed, 1 << 30].forEach((value, k) => rotated.writeInt32BE(value, start + 4 * k));
+  return rotated;
 }
 
 /** An MP4 whose media data has 400 wrong bytes behind its middle. */

@@ -38,8 +38,8 @@ test('masks are enlarged to the size of their frames, with their times, and can 
 });
 
 test('masks of the frames’ size stay as they are', async () => {
-  const same = await masksAtSize(masks, [plain(4, 2), plain(4, 2), plain(4, 2)]);
-  for (let t = 0; t < 3; t += 1) assert.deepEqual(same.labels(t), masks.labels(t));
+  const unscaled = await masksAtSize(masks, [plain(4, 2), plain(4, 2), plain(4, 2)]);
+  for (let t = 0; t < 3; t += 1) assert.deepEqual(unscaled.labels(t), masks.labels(t));
 });
 
 test('frames of another shape than the masks stretch them, pixel by pixel', async () => {
@@ -118,9 +118,10 @@ const share = (x, y) => Math.min(1, Math.max(0, 0.5 + (RADIUS - Math.hypot(x - 7
 /** A bright disc on a dark background, both with some texture. */
 const disc = () => plain(WIDTH, HEIGHT, (x, y) => 60 + 110 * share(x, y) + ((x * 7 + y * 13) % 9));
 /** Its mask at a part of the size; the disc has this label. */
-function maskOf(by, label = 1) {
-  const [width, height] = [WIDTH / by, HEIGHT / by];
-  const inside = (p) => share((p % width) * by + by / 2 - 0.5, Math.floor(p / width) * by + by / 2 - 0.5) >= 0.5;
+function maskOf(isInside, label = 1) {
+  const [width, height] = [WIDTH / isInside, HEIGHT / isInside];
+  const inside = (p) =>
+    share((p % width) * isInside + isInside / 2 - 0.5, Math.floor(p / width) * isInside + isInside / 2 - 0.5) >= 0.5;
   return { width, height, labels: Uint8Array.from({ length: width * height }, (_, p) => (inside(p) ? label : 0)) };
 }
 const truth = Float64Array.from({ length: WIDTH * HEIGHT }, (_, p) => share(p % WIDTH, Math.floor(p / WIDTH)));
@@ -128,16 +129,16 @@ const wrong = (labels) => labels.reduce((sum, label, p) => sum + Number(label > 
 
 test('a mask of a quarter of the size comes to the border of its picture, and is as soft', async () => {
   const mask = maskOf(4);
-  const kept = mask.labels.slice();
+  const originalLabels = mask.labels.slice();
   const { width, height, labels, alpha } = await enlargeMask(mask, disc());
   assert.deepEqual([width, height, labels.length, alpha.length], [WIDTH, HEIGHT, WIDTH * HEIGHT, WIDTH * HEIGHT]);
-  const nearest = labels.map((_, p) => kept[(Math.floor(p / WIDTH) >> 2) * mask.width + ((p % WIDTH) >> 2)]);
+  const nearest = labels.map((_, p) => originalLabels[(Math.floor(p / WIDTH) >> 2) * mask.width + ((p % WIDTH) >> 2)]);
   assert.ok(2 * wrong(labels) < wrong(nearest), `${wrong(labels)} wrong, ${wrong(nearest)} of the nearest`);
   const error = (values) => values.reduce((sum, value, p) => sum + Math.abs(value - truth[p]), 0);
   const [soft, hard] = [error(Float64Array.from(alpha, (a) => a / 255)), error(Float64Array.from(labels))];
   assert.ok(soft < 0.8 * hard, `off by ${soft} in all, ${hard} without opacity`);
   alpha.forEach((a, p) => assert.equal(a >= 128, labels[p] > 0));
-  assert.deepEqual(mask.labels, kept);
+  assert.deepEqual(mask.labels, originalLabels);
 });
 
 test('files, pixels and a worker give the same bytes as every machine', async (t) => {
@@ -168,14 +169,16 @@ const FINGERPRINT = ['2d229a87', '506ee80f'];
 
 test('only the objects asked for are opaque', async () => {
   const mask = maskOf(2, 3);
-  const all = await enlargeMask(mask, disc());
-  assert.deepEqual(await enlargeMask(mask, disc(), { objects: [3, 9] }), all);
-  assert.deepEqual(await enlargeMask(mask, disc(), { objects: (label) => label === 3 }), all);
-  const none = await enlargeMask(mask, disc(), { objects: [9] });
-  assert.deepEqual(none.labels, all.labels);
-  assert.ok(none.alpha.every((a) => a === 0));
+  const allObjects = await enlargeMask(mask, disc());
+  assert.deepEqual(await enlargeMask(mask, disc(), { objects: [3, 9] }), allObjects);
+  assert.deepEqual(await enlargeMask(mask, disc(), { objects: (label) => label === 3 }), allObjects);
+  const noObject = await enlargeMask(mask, disc(), { objects: [9] });
+  assert.deepEqual(noObject.labels, allObjects.labels);
+  assert.ok(noObject.alpha.every((a) => a === 0));
   const ground = await enlargeMask(mask, disc(), { objects: [0] });
-  ground.alpha.forEach((a, p) => assert.ok(Math.abs(a + all.alpha[p] - 255) <= 1, `${a} and ${all.alpha[p]} at ${p}`));
+  ground.alpha.forEach((a, p) =>
+    assert.ok(Math.abs(a + allObjects.alpha[p] - 255) <= 1, `${a} and ${allObjects.alpha[p]} at ${p}`),
+  );
 });
 
 test('a mask of the size of its picture keeps its labels; a flat picture moves nothing', async () => {
@@ -191,11 +194,11 @@ test('a mask of the size of its picture keeps its labels; a flat picture moves n
 
 test('what cannot be used is refused', async () => {
   const mask = maskOf(2);
-  const of = (part) => enlargeMask({ ...mask, ...part }, disc());
+  const enlargeWith = (part) => enlargeMask({ ...mask, ...part }, disc());
   await rejects(enlargeMask(null, disc()), 'data', /mask = null \(expected an object \{labels, width, height\}\)/);
-  await rejects(of({ width: 0 }), 'data', /mask\.width = 0 \(expected a whole number, 1\.\.=16384\)/);
-  await rejects(of({ labels: [1, 2] }), 'data', /mask\.labels = a list of 2 \(expected a Uint8Array/);
-  await rejects(of({ labels: new Uint8Array(3) }), 'data', /has 3 labels \(expected 3840\)/);
+  await rejects(enlargeWith({ width: 0 }), 'data', /mask\.width = 0 \(expected a whole number, 1\.\.=16384\)/);
+  await rejects(enlargeWith({ labels: [1, 2] }), 'data', /mask\.labels = a list of 2 \(expected a Uint8Array/);
+  await rejects(enlargeWith({ labels: new Uint8Array(3) }), 'data', /has 3 labels \(expected 3840\)/);
   await rejects(enlargeMask(mask, 'frame.png'), 'data', /frame = "frame\.png"/);
   await rejects(enlargeMask(mask, new Uint8Array(9)), 'decode');
   await rejects(

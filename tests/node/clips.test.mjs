@@ -18,26 +18,28 @@ import { framesOf, plain, png, rejects } from './support.mjs';
 
 const TINY = { width: 64, height: 48, frames: 5, seed: 3 };
 
-async function all(clips, options) {
-  const done = [];
-  for await (const clip of segmentEach(clips, options)) done.push(clip);
-  return done;
+async function segmentAll(clips, options) {
+  const outcomes = [];
+  for await (const clip of segmentEach(clips, options)) outcomes.push(clip);
+  return outcomes;
 }
 
 test('each clip gives what it gives alone; one that fails, or is taken out, stops no other', async () => {
   const frames = await framesOf(TINY);
   const out = new AbortController();
   out.abort(new Error('taken out'));
-  const heard = [];
+  const reports = [];
   const clips = [
     { name: 'a.mp4', source: frames },
     { name: 'empty', source: [] },
     { name: 'out', source: frames, signal: out.signal },
     { name: 'cut', source: [...frames.map((frame) => png(frame)), new Uint8Array(9)] },
   ];
-  const done = await all(clips, { onProgress: ({ index, name, stage }) => heard.push(`${index} ${name} ${stage}`) });
+  const outcomes = await segmentAll(clips, {
+    onProgress: ({ index, name, stage }) => reports.push(`${index} ${name} ${stage}`),
+  });
   assert.deepEqual(
-    done.map(({ index, name, result }) => [index, name, result?.numFrames ?? null]),
+    outcomes.map(({ index, name, result }) => [index, name, result?.numFrames ?? null]),
     [
       [0, 'a.mp4', 5],
       [1, 'empty', null],
@@ -45,34 +47,37 @@ test('each clip gives what it gives alone; one that fails, or is taken out, stop
       [3, 'cut', 5],
     ],
   );
-  const alone = await segmentVideo(frames).collect();
-  for (let t = 0; t < 5; t += 1) assert.deepEqual(done[0].result.labels(t), alone.labels(t));
-  assert.equal(done[1].error.code, 'no-frames');
-  assert.match(done[2].error.message, /taken out/);
-  assert.deepEqual([done[3].damage.frames, done[3].damage.total], [5, 6]);
-  assert.ok(heard.includes('0 a.mp4 decode') && heard.some((line) => line.startsWith('3 cut masks')), heard.join());
+  const expected = await segmentVideo(frames).collect();
+  for (let t = 0; t < 5; t += 1) assert.deepEqual(outcomes[0].result.labels(t), expected.labels(t));
+  assert.equal(outcomes[1].error.code, 'no-frames');
+  assert.match(outcomes[2].error.message, /taken out/);
+  assert.deepEqual([outcomes[3].damage.frames, outcomes[3].damage.total], [5, 6]);
+  assert.ok(
+    reports.includes('0 a.mp4 decode') && reports.some((line) => line.startsWith('3 cut masks')),
+    reports.join(),
+  );
 });
 
 test('a queue grows on the way, is left early, and ends as a whole', async () => {
   const frames = await framesOf(TINY);
-  let asked = 0;
+  let requests = 0;
   async function* growing() {
     for (;;) {
-      asked += 1;
-      yield { name: `clip ${asked}`, source: frames };
+      requests += 1;
+      yield { name: `clip ${requests}`, source: frames };
     }
   }
   for await (const { index } of segmentEach(growing())) if (index === 1) break;
-  assert.equal(asked, 2);
+  assert.equal(requests, 2);
   const stop = new AbortController();
   const onProgress = () => stop.abort(new Error('enough'));
-  await assert.rejects(all([{ name: 'a', source: frames }], { signal: stop.signal, onProgress }), /enough/);
+  await assert.rejects(segmentAll([{ name: 'a', source: frames }], { signal: stop.signal, onProgress }), /enough/);
 });
 
 test('wrong options and invalid clips are errors of the call', async () => {
-  await rejects(all([{ name: 'a', source: [] }], { window: 1 }), 'param', /window = 1/);
-  await rejects(all([{ source: [] }]), 'data', /clips\[0\]/);
-  await rejects(all([], { onProgress: 1 }), 'param', /onProgress/);
+  await rejects(segmentAll([{ name: 'a', source: [] }], { window: 1 }), 'param', /window = 1/);
+  await rejects(segmentAll([{ source: [] }]), 'data', /clips\[0\]/);
+  await rejects(segmentAll([], { onProgress: 1 }), 'param', /onProgress/);
 });
 
 test('one archive: a folder for each clip, a report that names what failed, the same bytes again', async () => {
@@ -96,8 +101,8 @@ test('one archive: a folder for each clip, a report that names what failed, the 
     'my-clip/masks.json',
     'report.json',
   ]);
-  const alone = unzipSync(await masksZip(masks));
-  for (const [name, bytes] of Object.entries(alone)) assert.deepEqual(files[`my-clip/${name}`], bytes);
+  const expected = unzipSync(await masksZip(masks));
+  for (const [name, bytes] of Object.entries(expected)) assert.deepEqual(files[`my-clip/${name}`], bytes);
   assert.deepEqual(JSON.parse(Buffer.from(files['report.json']).toString()).clips, [
     { name: 'my clip.mp4', folder: 'my-clip', width: 32, height: 24, numFrames: 3, objects: 0 },
     { name: 'my-clip.webm', folder: 'my-clip-2', width: 32, height: 24, numFrames: 3 },
@@ -125,10 +130,10 @@ function overlap(a, b) {
 
 test('eight frames, every second one, at the size of the frames, much like the true ones', async () => {
   const clip = await synthClip(MOVING);
-  let asked = 0;
+  let requests = 0;
   async function* counted() {
     for (let t = 0; t < MOVING.frames; t += 1) {
-      asked += 1;
+      requests += 1;
       yield clip.frame(t);
     }
   }
@@ -139,10 +144,10 @@ test('eight frames, every second one, at the size of the frames, much like the t
     [0, 2, 4, 6, 8, 10, 12, 14].map((t) => t / 10),
   );
   assert.deepEqual([coarse.width, coarse.height], [MOVING.width, MOVING.height]);
-  assert.equal(asked, 15, 'no frame is read that is not needed');
+  assert.equal(requests, 15, 'no frame is read that is not needed');
   masksOf(coarse).forEach((mask, k) => {
-    const same = overlap(mask, clip.mask(2 * k));
-    assert.ok(same > 0.6, `frame ${2 * k}: ${same}`);
+    const sharedPixels = overlap(mask, clip.mask(2 * k));
+    assert.ok(sharedPixels > 0.6, `frame ${2 * k}: ${sharedPixels}`);
   });
 });
 
@@ -178,13 +183,13 @@ test('bad options and sources reject as segmentVideo says, and an abort ends it'
 const numbered = (count) => Array.from({ length: count }, (_, k) => plain(64, 32, k));
 
 /** One property of each of a list. */
-const each = (list, name) => list.map((one) => one[name]);
+const each = (list, name) => list.map((item) => item[name]);
 
 async function stripOf(source, options) {
-  const seen = [];
+  const calls = [];
   for await (const { frame, index, time, duration } of videoStrip(source, options))
-    seen.push({ number: frame.data[0], index, time, duration, size: `${frame.width}x${frame.height}` });
-  return seen;
+    calls.push({ number: frame.data[0], index, time, duration, size: `${frame.width}x${frame.height}` });
+  return calls;
 }
 
 test('frames are the middles of equal parts, in order, with their times', async () => {
@@ -227,15 +232,15 @@ test('a source without a strip and an unknown option are refused by name', async
 test('with onDamage frames before a damaged picture come, in a strip, decoded and segmented; without it that is an error', async () => {
   const files = (await framesOf({ width: 48, height: 32, frames: 6 })).map((frame) => png(frame));
   files[4] = files[4].subarray(0, 70);
-  const told = [];
-  const onDamage = ({ frames, total, error }) => told.push([frames, total, error.code]);
+  const damages = [];
+  const onDamage = ({ frames, total, error }) => damages.push([frames, total, error.code]);
   let count = 0;
   for await (const { index } of videoFrames(files, { onDamage })) count = index + 1;
   assert.equal(count, 4);
   const { numFrames } = await segmentVideo(files, { window: 3, overlap: 1, onDamage }).collect();
   assert.equal(numFrames, 4);
   assert.equal((await stripOf(files, { onDamage })).length, 4);
-  assert.deepEqual(told, Array(3).fill([4, 6, 'decode']));
+  assert.deepEqual(damages, Array(3).fill([4, 6, 'decode']));
   await rejects(stripOf(files), 'decode');
   await rejects(segmentVideo(files).collect(), 'decode');
   // One frame is no clip.

@@ -21,11 +21,11 @@ function masksOf(result) {
 function isConsistent(result) {
   const { clusters, objects } = result;
   assert.equal(clusters.object.length, clusters.count);
-  const known = new Set([0, ...labelsOf(objects)]);
-  assert.deepEqual(new Set([0, ...clusters.object]), known);
-  assert.deepEqual(labelsOf(objects), Array.from(known).sort(ascending).slice(1));
+  const labels = new Set([0, ...labelsOf(objects)]);
+  assert.deepEqual(new Set([0, ...clusters.object]), labels);
+  assert.deepEqual(labelsOf(objects), Array.from(labels).sort(ascending).slice(1));
   assert.deepEqual(new Set(clusters.label).size, clusters.count);
-  const unknown = masksOf(result).find((label) => !known.has(label));
+  const unknown = masksOf(result).find((label) => !labels.has(label));
   assert.equal(unknown, undefined, 'a mask has a label that no object has');
 }
 
@@ -75,8 +75,8 @@ test('an object of one cluster parts in two, the part at the point gets the lowe
   assert.deepEqual(labelsOf(split.objects), [...labelsOf(result.objects), fresh]);
   const after = masksOf(split);
   assert.ok(after.includes(1) && after.includes(fresh));
-  const others = after.filter((label, p) => label !== before[p] && before[p] !== 1);
-  assert.equal(others.length, 0, 'only pixels of the object change');
+  const changedElsewhere = after.filter((label, p) => label !== before[p] && before[p] !== 1);
+  assert.equal(changedElsewhere.length, 0, 'only pixels of the object change');
   assert.deepEqual(masksOf(await session.undo()), before);
   assert.deepEqual(masksOf(await session.split(1, at)), after, 'the same correction gives the same masks');
 });
@@ -93,7 +93,7 @@ test('a region of the background becomes an object', async (t) => {
 
 test('a correction that is aborted stays in force until it is finished or undone', async (t) => {
   const { session, result } = await segmented(t);
-  const whole = masksOf(await session.split(1));
+  const splitMasks = masksOf(await session.split(1));
   await session.undo();
   const controller = new AbortController();
   const reason = new Error('enough');
@@ -101,7 +101,7 @@ test('a correction that is aborted stays in force until it is finished or undone
   await assert.rejects(session.split(1, undefined, stop), (error) => error === reason);
   assert.equal(session.corrections, 1);
   await rejects(session.merge(1, 2), 'state', /run the session first/);
-  assert.deepEqual(masksOf(await session.run()), whole);
+  assert.deepEqual(masksOf(await session.run()), splitMasks);
   await session.undo();
   const late = session.split(1, undefined, { ...stop, signal: AbortSignal.abort(reason) });
   await assert.rejects(late, (error) => error === reason);
@@ -150,15 +150,15 @@ test('corrections that cannot be are refused, and nothing changes', async (t) =>
 /** The labels of the pixels that the middle of a stroke goes through. */
 function labelsUnder(result, { t, points }) {
   const mask = result.labels(t);
-  const found = new Set();
+  const foundLabels = new Set();
   for (let k = 0; k + 1 < points.length; k += 2) {
     const [x0, y0, x1 = x0, y1 = y0] = [points[k], points[k + 1], points[k + 2], points[k + 3]];
     for (let step = 0; step <= 100; step += 1) {
       const [x, y] = [x0 + ((x1 - x0) * step) / 100, y0 + ((y1 - y0) * step) / 100].map(Math.round);
-      if (x >= 0 && y >= 0 && x < result.width && y < result.height) found.add(mask[y * result.width + x]);
+      if (x >= 0 && y >= 0 && x < result.width && y < result.height) foundLabels.add(mask[y * result.width + x]);
     }
   }
-  return [...found];
+  return [...foundLabels];
 }
 
 /** A place in frame `t` with the same label all around. */
@@ -167,11 +167,11 @@ function insideOf(result, t, label, radius = 8) {
   const mask = result.labels(t);
   for (let y = radius; y < height - radius; y += 1) {
     for (let x = radius; x < width - radius; x += 1) {
-      let whole = true;
-      for (let v = y - radius; whole && v <= y + radius; v += 1) {
-        for (let u = x - radius; whole && u <= x + radius; u += 1) whole = mask[v * width + u] === label;
+      let isWhole = true;
+      for (let v = y - radius; isWhole && v <= y + radius; v += 1) {
+        for (let u = x - radius; isWhole && u <= x + radius; u += 1) isWhole = mask[v * width + u] === label;
       }
-      if (whole) return { x, y };
+      if (isWhole) return { x, y };
     }
   }
   throw new Error(`label ${label} is nowhere ${2 * radius} pixels wide in frame ${t}`);
@@ -185,19 +185,19 @@ test('strokes split an object, joining strokes merge it again, and the mask foll
     { t: 6, points: [x - 6, y - 4, x - 6, y + 4], radius: 3 },
     { t: 6, points: new Float32Array([x + 6, y - 4, x + 6, y + 4]), radius: 3 },
   ];
-  const apart = await session.apart(strokes);
-  isConsistent(apart);
-  const [left, right] = strokes.map((stroke) => labelsUnder(apart, stroke));
-  assert.deepEqual([left, right].flat().sort(ascending), [1, highest(result) + 1]);
-  const others = masksOf(apart).filter((label, p) => label !== before[p] && before[p] !== 1);
-  assert.equal(others.length, 0, 'nothing but the object changes');
+  const separated = await session.apart(strokes);
+  isConsistent(separated);
+  const [leftLabels, right] = strokes.map((stroke) => labelsUnder(separated, stroke));
+  assert.deepEqual([leftLabels, right].flat().sort(ascending), [1, highest(result) + 1]);
+  const changedElsewhere = masksOf(separated).filter((label, p) => label !== before[p] && before[p] !== 1);
+  assert.equal(changedElsewhere.length, 0, 'nothing but the object changes');
 
   const together = await session.together([strokes[0], { ...strokes[1], t: 6 }]);
   isConsistent(together);
   for (const stroke of strokes) assert.deepEqual(labelsUnder(together, stroke), [1]);
   assert.deepEqual(labelsOf(together.objects), labelsOf(result.objects));
   assert.equal(session.corrections, 2);
-  assert.deepEqual(masksOf(await session.undo()), masksOf(apart));
+  assert.deepEqual(masksOf(await session.undo()), masksOf(separated));
   assert.deepEqual(masksOf(await session.undo()), before);
 });
 

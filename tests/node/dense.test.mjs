@@ -51,13 +51,13 @@ test('masks have a byte for each input pixel and hold each object, also after th
   const result = await segment(await framesOf());
   const { width, height, numFrames, objects, clusters } = result;
   assert.equal(clusters.object.length, clusters.count);
-  const seen = new Set();
+  const visited = new Set();
   for (let t = 0; t < numFrames; t += 1) {
     const mask = result.labels(t);
     assert.equal(mask.length, width * height);
-    mask.forEach((label) => seen.add(label));
+    mask.forEach((label) => visited.add(label));
   }
-  assert.ok(Math.max(...seen) <= objects.length);
+  assert.ok(Math.max(...visited) <= objects.length);
   assert.deepEqual(new Set(clusters.object), new Set(Array.from({ length: objects.length + 1 }, (_, k) => k)));
   result.labels(0).fill(77);
   assert.ok(!result.labels(0).includes(77), 'a caller may write into a mask');
@@ -116,8 +116,8 @@ test('without clip.dense a run ends with the clusters', async (t) => {
 
 test('trajectories from outside have no pixels to label', async (t) => {
   const session = await open(t);
-  const given = { startFrame: [0], offset: [0, 3], x: [1, 2, 3], y: [1, 1, 1] };
-  await session.setTrajectories({ numFrames: 3, width: 64, height: 48, ...given });
+  const tracks = { startFrame: [0], offset: [0, 3], x: [1, 2, 3], y: [1, 1, 1] };
+  await session.setTrajectories({ numFrames: 3, width: 64, height: 48, ...tracks });
   const result = await session.run();
   assert.deepEqual(result.objects, []);
   assert.throws(() => result.labels(0), { code: 'state', message: /trajectories alone/ });
@@ -262,8 +262,8 @@ test('a worker finds what this thread finds', async (t) => {
   const module = await WebAssembly.compile(await readFile(new URL('../../dist/tracecut_bg.wasm', import.meta.url)));
   const engine = await createRemoteEngine(() => worker, module, { still: { dimensions: 6 } });
   const image = () => plain(50, 40, (x, y) => (x + y < 40 ? 40 : 200));
-  const found = await engine.request('discontinuitiesOf', { ...image(), kind: 'pixels' });
-  assert.deepEqual(found, await imageDiscontinuities(image(), { still: { dimensions: 6 } }));
+  const discontinuities = await engine.request('discontinuitiesOf', { ...image(), kind: 'pixels' });
+  assert.deepEqual(discontinuities, await imageDiscontinuities(image(), { still: { dimensions: 6 } }));
 });
 
 test('what cannot be used is refused', async () => {

@@ -29,26 +29,26 @@ function overlap(a, b, label) {
 test('a brush covers the pixels within its radius of its way, and no more', async () => {
   const [width, height] = [40, 30];
   const stroke = { t: 0, points: [5, 6, 25, 16.5, 25, 40], radius: 3.5 };
-  const distance = (x, y, [ax, ay, bx, by]) => {
+  const distance = (x, y, [ax, ay, bx, endY]) => {
     const along = Math.min(
       1,
-      Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / ((bx - ax) ** 2 + (by - ay) ** 2)),
+      Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (endY - ay)) / ((bx - ax) ** 2 + (endY - ay) ** 2)),
     );
-    return Math.hypot(x - ax - along * (bx - ax), y - ay - along * (by - ay));
+    return Math.hypot(x - ax - along * (bx - ax), y - ay - along * (endY - ay));
   };
   const inside = new Uint8Array(width * height).map((_, p) => {
     const [x, y] = [p % width, Math.floor(p / width)];
     return Number(Math.min(distance(x, y, [5, 6, 25, 16.5]), distance(x, y, [25, 16.5, 25, 40])) <= 3.5);
   });
-  const painted = async (way) => {
+  const paintAlong = async (way) => {
     const editor = editMasks(blank(width, height, 1));
     await editor.paint({ label: 1, stroke: way });
     return editor.labels(0);
   };
-  assert.deepEqual(await painted(stroke), inside);
+  assert.deepEqual(await paintAlong(stroke), inside);
   const dot = new Uint8Array(width * height).fill(1, 8 * width + 7, 8 * width + 8);
-  assert.deepEqual(await painted({ t: 0, points: [7.2, 8.1], radius: 0 }), dot);
-  assert.ok((await painted({ t: 0, points: [-50, -50], radius: 9 })).every((label) => label === 0));
+  assert.deepEqual(await paintAlong({ t: 0, points: [7.2, 8.1], radius: 0 }), dot);
+  assert.ok((await paintAlong({ t: 0, points: [-50, -50], radius: 9 })).every((label) => label === 0));
   const under = await editMasks({ ...blank(width, height, 1), labels: () => inside }).labelsUnder(stroke);
   assert.deepEqual([under[0], under[1]], [0, inside.filter(Boolean).length]);
 });
@@ -92,14 +92,14 @@ test('paint on an object follows it through the clip, both ways', async () => {
   const truth = Array.from({ length: 12 }, (_, t) => clip.mask(t));
   const area = (label) => truth[6].filter((value) => value === label).length;
   const object = [1, 2, 3].reduce((best, label) => (area(label) > area(best) ? label : best));
-  const of = (t) => truth[t].map((label) => Number(label === object));
-  const edit = await editor.paint({ label: 1, t: 6, region: encodeRuns(of(6)) });
-  const heard = [];
-  const reached = await editor.carry(edit, { onFrame: ({ t }) => heard.push(t) });
-  assert.deepEqual(reached, { first: 0, last: 11 });
-  assert.deepEqual(heard, [7, 5, 8, 4, 9, 3, 10, 2, 11, 1, 0], 'outward, in turn');
+  const objectMask = (t) => truth[t].map((label) => Number(label === object));
+  const edit = await editor.paint({ label: 1, t: 6, region: encodeRuns(objectMask(6)) });
+  const reportedFrames = [];
+  const carriedFrames = await editor.carry(edit, { onFrame: ({ t }) => reportedFrames.push(t) });
+  assert.deepEqual(carriedFrames, { first: 0, last: 11 });
+  assert.deepEqual(reportedFrames, [7, 5, 8, 4, 9, 3, 10, 2, 11, 1, 0], 'outward, in turn');
   for (const t of [0, 3, 9, 11]) {
-    const share = overlap(editor.labels(t), of(t), 1);
+    const share = overlap(editor.labels(t), objectMask(t), 1);
     assert.ok(share > 0.85, `${share} of the object in frame ${t}`);
     assert.ok(edit.paints[0].parts.get(t).evidence > 0.6);
   }
@@ -117,19 +117,19 @@ test('nothing is carried where the picture changes, beyond a cut, or further tha
   const region = encodeRuns(
     new Uint8Array(96 * 64).map((_, p) => Number(p % 96 > 20 && p % 96 < 60 && p > 96 * 16 && p < 96 * 48)),
   );
-  const carried = async (masks, pictures, more) => {
+  const carryEdit = async (masks, pictures, more) => {
     const editor = editMasks(masks, { picture: (k) => pictures[k], engine: async () => engine });
     return editor.carry(await editor.paint({ label: 1, t: 1, region }), more);
   };
-  assert.deepEqual(await carried(blank(96, 64, 4), frames), { first: 0, last: 3 });
+  assert.deepEqual(await carryEdit(blank(96, 64, 4), frames), { first: 0, last: 3 });
   const shots = [
     { first: 0, last: 1 },
     { first: 2, last: 3 },
   ];
-  assert.deepEqual(await carried({ ...blank(96, 64, 4), shots }, frames), { first: 0, last: 1 });
-  assert.deepEqual(await carried(blank(96, 64, 4), frames, { first: 1, last: 2 }), { first: 1, last: 2 });
+  assert.deepEqual(await carryEdit({ ...blank(96, 64, 4), shots }, frames), { first: 0, last: 1 });
+  assert.deepEqual(await carryEdit(blank(96, 64, 4), frames, { first: 1, last: 2 }), { first: 1, last: 2 });
   const noise = plain(96, 64, (x, y) => (97 * x + 61 * y + ((x * y) % 13) * 17) % 256);
-  assert.deepEqual(await carried(blank(96, 64, 4), [frames[0], frames[1], noise, frames[3]]), { first: 0, last: 1 });
+  assert.deepEqual(await carryEdit(blank(96, 64, 4), [frames[0], frames[1], noise, frames[3]]), { first: 0, last: 1 });
 });
 
 test('an edit is trimmed to fewer frames, and carried on to more, as one step', async (t) => {
@@ -141,13 +141,13 @@ test('an edit is trimmed to fewer frames, and carried on to more, as one step', 
   await editor.carry(edit, { minEvidence: 0 });
   const frames = () => [...edit.paints[0].parts.keys()].sort((a, b) => a - b);
   assert.deepEqual(frames(), [0, 1, 2, 3, 4, 5, 6, 7]);
-  const whole = editor.labels(6);
+  const labelsBefore = editor.labels(6);
   editor.trim(edit, { first: 2, last: 4 });
   assert.deepEqual(frames(), [2, 3, 4]);
   assert.equal(editor.labels(6).some(Boolean), false);
   await editor.carry(edit, { first: 2, last: 6, minEvidence: 0 });
   assert.deepEqual(frames(), [2, 3, 4, 5, 6]);
-  assert.deepEqual(editor.labels(6), whole, 'the frames before do not matter twice');
+  assert.deepEqual(editor.labels(6), labelsBefore, 'the frames before do not matter twice');
   assert.equal(editor.undoable, 1);
   assert.throws(() => editor.trim(edit, { first: 4, last: 6 }), /first = 4 .*0\.\.=3/);
   assert.throws(() => editor.trim(edit, { first: 0, last: 8 }), /last = 8/);
@@ -192,20 +192,20 @@ test('masks of a range come from the frames beside it, moved along the flow, as 
   const open = (more) =>
     editMasks({ ...masks, ...more }, { picture: (k) => clip.frame(k), engine: async () => engine });
   const editor = open();
-  const heard = [];
-  const edit = await editor.interpolate({ from: 4, to: 8 }, { onFrame: ({ t: k }) => heard.push(k) });
+  const reports = [];
+  const edit = await editor.interpolate({ from: 4, to: 8 }, { onFrame: ({ t: k }) => reports.push(k) });
   assert.equal(edit.kind, 'interpolate');
-  assert.deepEqual(heard.sort(), [4, 5, 6, 7]);
+  assert.deepEqual(reports.sort(), [4, 5, 6, 7]);
   for (const k of [4, 5, 6, 7]) {
     const truth = clip.mask(k);
     const right = editor.labels(k).filter((label, p) => label === truth[p]).length / truth.length;
     assert.ok(right > 0.95, `${right} of the pixels of frame ${k}`);
   }
   assert.deepEqual(editor.labels(3), clip.mask(3));
-  const saved = JSON.parse(JSON.stringify(editor.toJSON()));
-  const other = open();
-  other.restore(saved);
-  assert.deepEqual(other.labels(6), editor.labels(6));
+  const json = JSON.parse(JSON.stringify(editor.toJSON()));
+  const restored = open();
+  restored.restore(json);
+  assert.deepEqual(restored.labels(6), editor.labels(6));
   await editor.undo();
   assert.deepEqual(editor.labels(6), labels(6));
   const forward = await editor.interpolate({ from: 4, to: 12 }, { sides: 'before' });
@@ -243,7 +243,7 @@ test('pieces and halves of an object become objects, and objects one, by pixels 
   });
   const editor = editMasks({ width: 20, height: 10, numFrames: 1, labels: () => labels });
   assert.equal(editor.usesSession, false);
-  const columns = (label) => [...editor.labels(0)].flatMap((one, p) => (one === label ? [p % 20] : []));
+  const columns = (label) => [...editor.labels(0)].flatMap((value, p) => (value === label ? [p % 20] : []));
   await editor.split(1, { t: 0, x: 0.2, y: 0.8 });
   assert.equal(columns(2).length, 3);
   const stroke = (x) => ({ t: 0, points: [x, 3, x, 6], radius: 1 });
@@ -279,22 +279,22 @@ test('a session decides until something is changed on its masks, and is asked to
     Array.from({ length: 8 }, (_, k) => clip.frame(k)),
   );
   const result = await session.run();
-  const other = editMasks(result);
+  const secondEditor = editMasks(result);
   const editor = editMasks(result, { session });
-  const all = (masks) => Array.from({ length: 8 }, (_, k) => masks.labels(k));
+  const allLabels = (masks) => Array.from({ length: 8 }, (_, k) => masks.labels(k));
   const [first, second] = result.objects.map(({ label }) => label);
   const { corrections } = await editor.merge(0, [first, second]);
-  await other.merge(0, [first, second]);
+  await secondEditor.merge(0, [first, second]);
   assert.equal(corrections, 2);
-  assert.deepEqual(all(editor), all(other), 'both have the same masks');
-  assert.deepEqual(editor.trajectories.label, other.trajectories.label);
+  assert.deepEqual(allLabels(editor), allLabels(secondEditor), 'both have the same masks');
+  assert.deepEqual(editor.trajectories.label, secondEditor.trajectories.label);
   await rejects(editor.merge(3, [second, 250]), 'param', /labels in use/);
   assert.equal(session.corrections, 2, 'what was refused left nothing');
   await editor.undo();
   assert.equal(session.corrections, 0);
-  assert.deepEqual(all(editor), all(result));
+  assert.deepEqual(allLabels(editor), allLabels(result));
   await editor.redo();
-  assert.deepEqual(all(editor), all(other));
+  assert.deepEqual(allLabels(editor), allLabels(secondEditor));
   assert.ok(editor.usesSession);
   assert.deepEqual(editor.toJSON().edits, [], 'its masks have them');
   await editor.paint({ label: first, stroke: { t: 2, points: [10, 10], radius: 4 } });
@@ -320,7 +320,7 @@ test('edits are saved as JSON and done again over the same masks; exports take t
     'data',
     /12 × 8 × 3 \(expected 5 × 5 × 3\)/,
   );
-  const saved = JSON.parse(JSON.stringify(editor));
+  const json = JSON.parse(JSON.stringify(editor));
   const damaged = [
     undefined,
     [{}],
@@ -328,7 +328,7 @@ test('edits are saved as JSON and done again over the same masks; exports take t
     [{ table: {}, paints: [{ label: 1, parts: [{ t: 0 }] }] }],
   ];
   const before = again.edits.length;
-  for (const edits of damaged) await rejects(async () => again.restore({ ...saved, edits }), 'data');
+  for (const edits of damaged) await rejects(async () => again.restore({ ...json, edits }), 'data');
   assert.equal(again.edits.length, before);
 });
 
@@ -352,22 +352,22 @@ test('what cannot be meant is refused, and the editor stays usable', async () =>
   await refused(() => editor.extend({ paints: [] }, 0, encodeRuns(new Uint8Array(64)), 1), 'state', /in force/);
   const edit = await editor.paint({ label: 1, stroke });
   await refused(() => editor.carry(edit), 'state', /pictures/);
-  const shown = (picture) => editMasks(blank(8, 8, 2), { picture });
-  const carried = async (one, options) => one.carry(await one.paint({ label: 1, stroke }), options);
-  await refused(() => carried(shown(() => null)), 'data', /picture\(0\)/);
+  const editorWith = (picture) => editMasks(blank(8, 8, 2), { picture });
+  const paintAndCarry = async (editor, options) => editor.carry(await editor.paint({ label: 1, stroke }), options);
+  await refused(() => paintAndCarry(editorWith(() => null)), 'data', /picture\(0\)/);
   await refused(
     () =>
-      carried(
-        shown(() => plain(8, 8)),
+      paintAndCarry(
+        editorWith(() => plain(8, 8)),
         { first: 1 },
       ),
     'param',
     /first = 1/,
   );
   await editor.undo();
-  await refused(() => shown(() => plain(8, 8)).carry(edit), 'state', /in force/);
+  await refused(() => editorWith(() => plain(8, 8)).carry(edit), 'state', /in force/);
   assert.equal(editor.labels(0).some(Boolean), false);
-  let all = 0;
-  while (all < 255) await editor.paint({ label: (all += 1), stroke });
+  let total = 0;
+  while (total < 255) await editor.paint({ label: (total += 1), stroke });
   await refused(() => editor.newLabel(), 'state', /255 labels/);
 });

@@ -51,11 +51,11 @@ describe('a mask as a PNG file', () => {
   });
 
   test('is empty where an object is in other frames only, and an error where it is in none', async () => {
-    const one = { width: 2, height: 1, numFrames: 2, labels: (t) => Uint8Array.of(3 * t, 5) };
-    assert.deepEqual([...readPng(await maskPng(one, 0, { object: 3 })).pixels], [0, 0]);
-    await assert.rejects(maskPng(one, 0, { object: 77 }), refuses('param', /object = 77 .*an object: 3, 5/));
-    const none = { ...one, labels: () => new Uint8Array(2) };
-    await assert.rejects(maskPng(none, 0, { object: 1 }), refuses('param', /object = 1 .*there are none/));
+    const twoPixels = { width: 2, height: 1, numFrames: 2, labels: (t) => Uint8Array.of(3 * t, 5) };
+    assert.deepEqual([...readPng(await maskPng(twoPixels, 0, { object: 3 })).pixels], [0, 0]);
+    await assert.rejects(maskPng(twoPixels, 0, { object: 77 }), refuses('param', /object = 77 .*an object: 3, 5/));
+    const emptyMasks = { ...twoPixels, labels: () => new Uint8Array(2) };
+    await assert.rejects(maskPng(emptyMasks, 0, { object: 1 }), refuses('param', /object = 1 .*there are none/));
   });
 
   test('is one object on nothing, alone and in archives', async () => {
@@ -266,7 +266,13 @@ describe('masks as COCO run lengths', () => {
       [1, 2, 3].map((id) => ({ id, category_id: id === 3 ? 2 : 1, video_id: 1 })),
     );
     assert.deepEqual(
-      coco.annotations.map((one) => [one.id, one.image_id, one.track_id, one.category_id, one.iscrowd]),
+      coco.annotations.map((annotation) => [
+        annotation.id,
+        annotation.image_id,
+        annotation.track_id,
+        annotation.category_id,
+        annotation.iscrowd,
+      ]),
       [
         [2, 1, 1, 1, 0],
         [3, 1, 2, 1, 0],
@@ -289,21 +295,21 @@ describe('masks as COCO run lengths', () => {
       labels: (t) => labels(first + t),
     });
     const parts = [part(0, 3, 0, 2), part(1, 4, 1, 4), clip].map((masks) => cocoRle(masks));
-    const [a, b, all] = await Promise.all(parts);
-    assert.deepEqual([...a.images, ...b.images], all.images);
-    assert.deepEqual([...a.annotations, ...b.annotations], all.annotations);
-    assert.deepEqual([...a.videos[0].frame_times, ...b.videos[0].frame_times], all.videos[0].frame_times);
-    assert.equal(new Set(all.annotations.map(({ id }) => id)).size, all.annotations.length);
+    const [a, b, everyPart] = await Promise.all(parts);
+    assert.deepEqual([...a.images, ...b.images], everyPart.images);
+    assert.deepEqual([...a.annotations, ...b.annotations], everyPart.annotations);
+    assert.deepEqual([...a.videos[0].frame_times, ...b.videos[0].frame_times], everyPart.videos[0].frame_times);
+    assert.equal(new Set(everyPart.annotations.map(({ id }) => id)).size, everyPart.annotations.length);
     await assert.rejects(cocoRle({ ...clip, firstFrame: -1 }), refuses('data', /firstFrame = -1/));
   });
 
   test('are none where there is no object, and 255 for 255 objects', async () => {
-    const none = await cocoRle(drawn(['00']));
-    assert.deepEqual([none.annotations, none.tracks, none.images.length], [[], [], 1]);
-    assert.ok(!('timestamp' in none.images[0] || 'frame_times' in none.videos[0]));
-    const all = await cocoRle(ALL_LABELS);
+    const emptyRle = await cocoRle(drawn(['00']));
+    assert.deepEqual([emptyRle.annotations, emptyRle.tracks, emptyRle.images.length], [[], [], 1]);
+    assert.ok(!('timestamp' in emptyRle.images[0] || 'frame_times' in emptyRle.videos[0]));
+    const rle = await cocoRle(ALL_LABELS);
     assert.deepEqual(
-      all.annotations.map(({ track_id, area }) => [track_id, area]),
+      rle.annotations.map(({ track_id, area }) => [track_id, area]),
       Array.from({ length: 255 }, (_, k) => [k + 1, 1]),
     );
     assert.deepEqual(
@@ -409,9 +415,9 @@ test('a real run is written and read back to the pixel', async () => {
     const again = new Uint8Array(labels.length);
     for (const { image_id, track_id, segmentation, area } of annotations) {
       if (image_id !== t + 1) continue;
-      const own = await fromCocoRle(segmentation);
-      assert.equal(sum(own), area);
-      own.forEach((inside, p) => inside && (again[p] = track_id));
+      const decoded = await fromCocoRle(segmentation);
+      assert.equal(sum(decoded), area);
+      decoded.forEach((inside, p) => inside && (again[p] = track_id));
     }
     assert.deepEqual(again, labels);
   }

@@ -34,12 +34,12 @@ test('a thread that is killed under segmentVideo ends the loop and the source', 
   const watch = (thread) => threads.push(thread);
   process.on('worker', watch);
   t.after(() => process.off('worker', watch));
-  let left = false;
+  let isClosed = false;
   const source = (async function* () {
     try {
       for (let k = 0; ; k += 1) yield frames[k % frames.length];
     } finally {
-      left = true;
+      isClosed = true;
     }
   })();
   const video = segmentVideo(source, { worker: true, window: 4, overlap: 2 });
@@ -51,7 +51,7 @@ test('a thread that is killed under segmentVideo ends the loop and the source', 
     }
   };
   await rejects(read(), 'poisoned');
-  assert.ok(left, 'the source was ended');
+  assert.ok(isClosed, 'the source was ended');
   assert.ok(windows[0].frames().next().value.labels.length > 0, 'what came before stays');
 });
 
@@ -79,21 +79,21 @@ for (const file of ['tracecut_bg.wasm', 'node/worker.js', 'decoder_bg.wasm', 'ki
   });
 
 test('a wasm file whose network goes half-way is a wasm-load error, and comes whole the next time', async (t) => {
-  const whole = readFileSync(join(root, 'dist', 'tracecut_bg.wasm'));
+  const wasmBytes = readFileSync(join(root, 'dist', 'tracecut_bg.wasm'));
   let calls = 0;
   const server = createServer((request, response) => {
     calls += 1;
-    response.writeHead(200, { 'content-type': 'application/wasm', 'content-length': whole.length });
-    if (calls > 1) return response.end(whole);
-    return response.write(whole.subarray(0, whole.length / 2), () => response.destroy());
+    response.writeHead(200, { 'content-type': 'application/wasm', 'content-length': wasmBytes.length });
+    if (calls > 1) return response.end(wasmBytes);
+    return response.write(wasmBytes.subarray(0, wasmBytes.length / 2), () => response.destroy());
   });
-  await new Promise((done) => server.listen(0, '127.0.0.1', done));
+  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
   t.after(() => server.close());
   const wasm = new URL(`http://127.0.0.1:${server.address().port}/tracecut_bg.wasm`);
   await rejects(createSession({ wasm }), 'wasm-load', /tracecut_bg\.wasm came only in part/);
-  const used = new Response(whole, { headers: { 'content-type': 'application/wasm' } });
-  await used.arrayBuffer();
-  await rejects(createSession({ wasm: used }), 'wasm-load', /the response came only in part/);
+  const consumed = new Response(wasmBytes, { headers: { 'content-type': 'application/wasm' } });
+  await consumed.arrayBuffer();
+  await rejects(createSession({ wasm: consumed }), 'wasm-load', /the response came only in part/);
   assert.equal(fingerprint(await (await ready(t, { wasm }, frames)).run()), expected);
 });
 
@@ -140,16 +140,16 @@ for (const [words, make] of Object.entries(CLOCKS))
   });
 
 test('a source without end is read no further than it is wanted', async () => {
-  let given = 0;
-  let left = false;
+  let yielded = 0;
+  let isClosed = false;
   const source = (async function* () {
     try {
       for (;;) {
-        yield frames[given % frames.length];
-        given += 1;
+        yield frames[yielded % frames.length];
+        yielded += 1;
       }
     } finally {
-      left = true;
+      isClosed = true;
     }
   })();
   let windows = 0;
@@ -162,14 +162,14 @@ test('a source without end is read no further than it is wanted', async () => {
   }
   // The source ends in a task of its own.
   await new Promise(setImmediate);
-  assert.ok(left, 'the source was ended');
+  assert.ok(isClosed, 'the source was ended');
   // Three windows of four frames that share two, and one that is computed ahead.
-  assert.ok(given <= 12, `${given} frames`);
-  const some = await segmentVideo(
+  assert.ok(yielded <= 12, `${yielded} frames`);
+  const partial = await segmentVideo(
     (async function* () {
       for (;;) yield frames[0];
     })(),
     { maxFrames: 5 },
   ).collect();
-  assert.equal(some.numFrames, 5);
+  assert.equal(partial.numFrames, 5);
 });

@@ -15,8 +15,8 @@ test('a clip of PNG files gives the same result as its pixels, however the bytes
   const files = frames.map((frame) => png(frame));
   const pixels = fingerprint(await segment(frames));
   assert.equal(fingerprint(await segment(files)), pixels);
-  const held = [files[0].buffer, new Blob([files[1]], { type: 'image/png' }), Buffer.from(files[2])];
-  assert.equal(fingerprint(await segment(held)), pixels);
+  const sources = [files[0].buffer, new Blob([files[1]], { type: 'image/png' }), Buffer.from(files[2])];
+  assert.equal(fingerprint(await segment(sources)), pixels);
 });
 
 test('frames are taken in the order of the calls, files and pixels mixed', async (t) => {
@@ -31,12 +31,12 @@ test('the caller may reuse a buffer as soon as push has returned', async (t) => 
   const frames = (await framesOf()).slice(0, 3);
   const session = await createSession();
   t.after(() => session.close());
-  const shared = { ...frames[0], data: new Uint8ClampedArray(frames[0].data.length) };
+  const reusedFrame = { ...frames[0], data: new Uint8ClampedArray(frames[0].data.length) };
   const pushed = frames.map((frame) => {
-    shared.data.set(frame.data);
-    return session.push(shared);
+    reusedFrame.data.set(frame.data);
+    return session.push(reusedFrame);
   });
-  shared.data.fill(0);
+  reusedFrame.data.fill(0);
   await Promise.all(pushed);
   assert.equal(fingerprint(await session.run()), fingerprint(await segment(frames)));
 });
@@ -106,23 +106,23 @@ test('frames come in the order of their numbers, without hidden files and other 
   const expected = ['Frame1.PNG', 'frame2.png', 'frame02b.jpg', 'frame10.png'];
   assert.deepEqual(await namesOf(readFrames(folder)), expected);
   assert.deepEqual(await namesOf(readFrames(pathToFileURL(folder))), expected);
-  const chosen = [...Object.keys(files), '.DS_Store'].map((name) => new File(['x'], name));
-  assert.deepEqual(await namesOf(pageFrames(chosen)), expected);
+  const selection = [...Object.keys(files), '.DS_Store'].map((name) => new File(['x'], name));
+  assert.deepEqual(await namesOf(pageFrames(selection)), expected);
 });
 
 test('the same number written otherwise, and numbers beyond any integer, have an order too', async () => {
   const names = ['a1.png', 'a01.png', 'a001.png', `a${'9'.repeat(30)}.png`, `a1${'0'.repeat(30)}.png`, 'a.png'];
   const files = (list) => list.map((name) => new File(['x'], name));
-  const there = await namesOf(pageFrames(files(names)));
-  assert.deepEqual(await namesOf(pageFrames(files(names.reverse()))), there);
-  assert.deepEqual(there.slice(-2), [`a${'9'.repeat(30)}.png`, `a1${'0'.repeat(30)}.png`]);
+  const pageNames = await namesOf(pageFrames(files(names)));
+  assert.deepEqual(await namesOf(pageFrames(files(names.reverse()))), pageNames);
+  assert.deepEqual(pageNames.slice(-2), [`a${'9'.repeat(30)}.png`, `a1${'0'.repeat(30)}.png`]);
 });
 
 test('a folder without frames, of another format, or that is not there, is an error that says so', async () => {
   const empty = await folderOf({ 'notes.txt': 'x', '.hidden.png': 'x' });
   await assert.rejects(namesOf(readFrames(empty)), refuses('no-frames', /no PNG or JPEG .*only notes\.txt/));
-  const other = await folderOf({ 'a.png': null, 'b.webp': 'x' });
-  await assert.rejects(namesOf(readFrames(other)), refuses('data', /"b\.webp" .*PNG or JPEG/));
+  const otherFolder = await folderOf({ 'a.png': null, 'b.webp': 'x' });
+  await assert.rejects(namesOf(readFrames(otherFolder)), refuses('data', /"b\.webp" .*PNG or JPEG/));
   await assert.rejects(namesOf(readFrames(join(empty, 'none'))), refuses('no-frames', /none cannot be read/));
   await assert.rejects(namesOf(readFrames(7)), refuses('data', /folder = 7/));
   await assert.rejects(namesOf(pageFrames('frames')), refuses('unsupported', /webkitdirectory/));
@@ -130,14 +130,14 @@ test('a folder without frames, of another format, or that is not there, is an er
 
 test('a frame that cannot be decoded is named, wherever it is met', async () => {
   const folder = await folderOf({ 'f1.png': null, 'f2.png': null, 'f3.png': 'no image', 'f4.png': null });
-  const wanted = refuses('decode', /^frame 2 \(f3\.png\): /);
-  await assert.rejects(segmentVideo(readFrames(folder)).collect(), wanted);
+  const checkError = refuses('decode', /^frame 2 \(f3\.png\): /);
+  await assert.rejects(segmentVideo(readFrames(folder)).collect(), checkError);
   await assert.rejects(async () => {
     for await (const { frame } of videoFrames(readFrames(folder))) assert.equal(frame.width, 16);
-  }, wanted);
+  }, checkError);
   const damages = [];
-  const some = segmentVideo(readFrames(folder), { onDamage: (damage) => damages.push(damage) });
-  assert.equal((await some.collect()).numFrames, 2);
+  const segmentation = segmentVideo(readFrames(folder), { onDamage: (damage) => damages.push(damage) });
+  assert.equal((await segmentation.collect()).numFrames, 2);
   assert.match(damages[0].error.message, /^frame 2 \(f3\.png\): /);
 });
 

@@ -39,10 +39,10 @@ function decodeRows(data, channels) {
   for (let y = 0; y < HEIGHT; y += 1) {
     const filter = raw[y * (size + 1)];
     for (let k = 0; k < size; k += 1) {
-      const left = k < channels ? 0 : pixels[y * size + k - channels];
+      const leftValue = k < channels ? 0 : pixels[y * size + k - channels];
       const up = y > 0 ? pixels[(y - 1) * size + k] : 0;
       assert.ok([0, 1, 2, 3].includes(filter), `filter ${filter}`);
-      const prediction = [0, left, up, (left + up) >> 1][filter];
+      const prediction = [0, leftValue, up, (leftValue + up) >> 1][filter];
       pixels[y * size + k] = raw[y * (size + 1) + 1 + k] + prediction;
     }
   }
@@ -133,10 +133,10 @@ test('images for editors repeat frames that last longer, and leave out those tha
     const clip = { ...masks, times, end };
     const files = unzipSync(await encode({ format: 'editor' }, clip));
     const images = Object.entries(files).filter(([name]) => name.endsWith('.png'));
-    const shown = images.map(([, bytes]) =>
+    const decoded = images.map(([, bytes]) =>
       [0, 1, 2].findIndex((t) => String(decodeRows(pngParts(bytes)[1].data, 4)) === String(cutoutOf(t))),
     );
-    return { shown, xml: text(files['timeline.xml']), readme: text(files['README.txt']) };
+    return { shown: decoded, xml: text(files['timeline.xml']), readme: text(files['README.txt']) };
   };
   const uneven = await archive([0, 0.04, 0.16], 0.2);
   assert.deepEqual(uneven.shown, [0, 1, 1, 1, 2]);
@@ -188,9 +188,9 @@ test('opacity alone is grey, soft at feathered edges', async () => {
 });
 
 test('objects that are not chosen are left out; smaller masks are enlarged', async () => {
-  const other = { ...masks, labels: (t) => masks.labels(t).map((label, p) => (p === 0 ? 2 : label)) };
+  const changedMasks = { ...masks, labels: (t) => masks.labels(t).map((label, p) => (p === 0 ? 2 : label)) };
   const alphaOf = async (objects) => {
-    const files = unzipSync(await encode({ objects, style: 'alpha' }, other));
+    const files = unzipSync(await encode({ objects, style: 'alpha' }, changedMasks));
     return decodeRows(pngParts(files['00001.png'])[1].data, 1);
   };
   assert.equal((await alphaOf([1]))[0], 0);

@@ -82,25 +82,25 @@ test('alpha is ignored', async () => {
 
 test('outside trajectories are clustered, and NaN in them is refused by place and value', async (t) => {
   const session = await open(t);
-  const given = twoGroups();
-  const broken = { ...given, x: given.x.with(7, NaN) };
+  const tracks = twoGroups();
+  const broken = { ...tracks, x: tracks.x.with(7, NaN) };
   await rejects(session.setTrajectories(broken), 'data', /x\[7\] = NaN/);
-  await rejects(session.setTrajectories({ ...given, x: given.x.slice(1) }), 'data', /x/);
-  await rejects(session.setTrajectories({ ...given, numFrames: 3 }), 'data', /frame/);
-  await rejects(session.setTrajectories({ ...given, numFrames: 1 }), 'too-few-frames');
-  await session.setTrajectories(given);
+  await rejects(session.setTrajectories({ ...tracks, x: tracks.x.slice(1) }), 'data', /x/);
+  await rejects(session.setTrajectories({ ...tracks, numFrames: 3 }), 'data', /frame/);
+  await rejects(session.setTrajectories({ ...tracks, numFrames: 1 }), 'too-few-frames');
+  await session.setTrajectories(tracks);
   const result = await session.run();
   assert.deepEqual([result.width, result.height, result.numFrames], [100, 100, 10]);
   assert.equal(result.trajectories.count, 100);
   assert.equal(result.clusters.count, 2);
   for (let i = 0; i < 100; i += 1) assert.equal(result.clusters.label[i] === result.clusters.label[0], i % 10 < 5);
-  assert.deepEqual(result.trajectories.x, given.x);
+  assert.deepEqual(result.trajectories.x, tracks.x);
 });
 
 test('wrong types of trajectories are named', async (t) => {
   const session = await open(t);
-  const given = twoGroups();
-  const refused = (wrong, code, message) => rejects(session.setTrajectories({ ...given, ...wrong }), code, message);
+  const tracks = twoGroups();
+  const refused = (wrong, code, message) => rejects(session.setTrajectories({ ...tracks, ...wrong }), code, message);
   await rejects(session.setTrajectories(null), 'data', /trajectories = null/);
   await refused({ offset: 'many' }, 'data', /offset = "many" \(expected a Uint32Array/);
   await refused({ startFrame: [0.5] }, 'data', /startFrame\[0\] = 0.5/);
@@ -109,10 +109,10 @@ test('wrong types of trajectories are named', async (t) => {
 
 test('a trajectory that begins at the end of 32 bits is refused, not taken for one that has ended', async (t) => {
   const session = await open(t);
-  const given = twoGroups();
-  const startFrame = Uint32Array.from(given.startFrame).fill(4294967295, 0, 1);
-  await rejects(session.setTrajectories({ ...given, startFrame }), 'data', /trajectory 0 ends in frame 4294967294/);
-  await session.setTrajectories(given);
+  const tracks = twoGroups();
+  const startFrame = Uint32Array.from(tracks.startFrame).fill(4294967295, 0, 1);
+  await rejects(session.setTrajectories({ ...tracks, startFrame }), 'data', /trajectory 0 ends in frame 4294967294/);
+  await session.setTrajectories(tracks);
   assert.equal((await session.run()).clusters.count, 2);
 });
 
@@ -246,12 +246,12 @@ function fitsTogether(result) {
   assert.equal(embedding.eigenvalues.length, embedding.dimensions);
   assert.ok(numFrames >= 2);
   assert.equal(clusters.object.length, clusters.count);
-  const known = new Set([0, ...objects.map(({ label }) => label)]);
+  const labels = new Set([0, ...objects.map(({ label }) => label)]);
   for (let t = 0; t < numFrames; t += 1) {
     const mask = result.labels(t);
     assert.equal(mask.length, width * height);
     assert.ok(
-      mask.every((label) => known.has(label)),
+      mask.every((label) => labels.has(label)),
       `a label in frame ${t} that is no object's`,
     );
   }
@@ -357,8 +357,8 @@ test('limits have defaults and ranges, and refuse larger values', async () => {
     ],
   );
   await rejects(boundaries({ data: new Uint8Array(4), width: 16384, height: 4097 }), 'too-large', /67125248 pixels/);
-  const one = videoFrames([{ data: new Uint8Array(4), width: 16384, height: 16384 }]);
-  await rejects(one.next(), 'too-large', /268435456/);
+  const frameStream = videoFrames([{ data: new Uint8Array(4), width: 16384, height: 16384 }]);
+  await rejects(frameStream.next(), 'too-large', /268435456/);
 });
 
 test('a trap of the decoder is an error of the file, on a thread of its own', async (t) => {
@@ -366,8 +366,8 @@ test('a trap of the decoder is an error of the file, on a thread of its own', as
   const frames = await framesOf();
   const session = await open(t, { worker: true, decoder });
   for (const frame of frames) await session.push(frame);
-  const words = /^frame 8: image cannot be decoded: the decoder stopped on an internal error: .*unreachable/;
-  for (let k = 0; k < 2; k += 1) await rejects(session.push(png(frames[0])), 'decode', words);
+  const message = /^frame 8: image cannot be decoded: the decoder stopped on an internal error: .*unreachable/;
+  for (let k = 0; k < 2; k += 1) await rejects(session.push(png(frames[0])), 'decode', message);
   assert.equal(fingerprint(await session.run()), fingerprint(await segment(frames)));
 });
 
@@ -386,6 +386,6 @@ test('and in this thread', () => {
     codes.push((await session.run()).numFrames);
     await segmentVideo([new Uint8Array(9)], { decoder }).collect().catch(({ code }) => codes.push(code));
     console.log(codes.join());`;
-  const said = execFileSync(process.execPath, ['--input-type=module', '-e', code], { cwd: root, encoding: 'utf8' });
-  assert.equal(said.trim(), 'decode,decode,3,decode');
+  const printed = execFileSync(process.execPath, ['--input-type=module', '-e', code], { cwd: root, encoding: 'utf8' });
+  assert.equal(printed.trim(), 'decode,decode,3,decode');
 });

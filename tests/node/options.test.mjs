@@ -149,7 +149,7 @@ test('every public function refuses an unknown option, lists its own and suggest
     assert.ok(list, `${name}: ${message}`);
     const option = list
       .split(', ')
-      .find((known) => /^\w{4,}$/.test(known.replace(group, '')))
+      .find((parameter) => /^\w{4,}$/.test(parameter.replace(group, '')))
       .replace(group, '');
     const misspelt = `${option}${option.at(-1)}`;
     assert.match(

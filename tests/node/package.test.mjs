@@ -55,7 +55,7 @@ test('misuse fails to compile, and use compiles, whatever types a project knows'
 });
 
 test('each entry exports the same in browsers and Node, by import and by require, and none a thenable', async () => {
-  const all = require('../../dist/node/all.cjs');
+  const allEntries = require('../../dist/node/all.cjs');
   for (const name of ['', 'draw', 'edit', 'export', 'stages']) {
     const [inNode, browser] = await Promise.all([
       import(`tracecut${name && `/${name}`}`),
@@ -64,15 +64,17 @@ test('each entry exports the same in browsers and Node, by import and by require
     const required = require(`../../dist/node/${name || 'index'}.cjs`);
     assert.deepEqual(Object.keys(inNode), Object.keys(browser));
     assert.deepEqual(Object.keys(required).sort(), Object.keys(browser));
-    for (const [key, value] of Object.entries(required)) assert.equal(value, all[key]);
+    for (const [key, value] of Object.entries(required)) assert.equal(value, allEntries[key]);
     assert.ok(!('then' in inNode));
   }
 });
 
 test('no name is in two entries', async () => {
-  const others = await Promise.all(['draw', 'edit', 'export', 'stages'].map((name) => import(`tracecut/${name}`)));
-  const all = [tracecut, ...others].flatMap(Object.keys);
-  assert.equal(new Set(all).size, all.length);
+  const otherEntries = await Promise.all(
+    ['draw', 'edit', 'export', 'stages'].map((name) => import(`tracecut/${name}`)),
+  );
+  const names = [tracecut, ...otherEntries].flatMap(Object.keys);
+  assert.equal(new Set(names).size, names.length);
 });
 
 test('the tarball holds the built package and nothing else', () => {

@@ -58,27 +58,27 @@ test('a place that is none is refused, and nothing of what came with it is kept'
 });
 
 test('a worker is an address, a function, true or false; threads of Node have no address', async () => {
-  const words = /^worker = .* \(expected true, false or nothing: threads of Node need no address\)/;
+  const message = /^worker = .* \(expected true, false or nothing: threads of Node need no address\)/;
   for (const worker of ['/worker.bundle.js', new URL('file:///worker.js')])
-    await rejects(createSession({ worker }), 'unsupported', words);
+    await rejects(createSession({ worker }), 'unsupported', message);
   await rejects(createSession({ worker: () => null }), 'param', /^worker\(\) = null \(expected a Worker\)/);
   const mask = { labels: new Uint8Array(4), width: 2, height: 2 };
   const picture = { data: new Uint8Array(16), width: 2, height: 2 };
-  await rejects(enlargeMask(mask, picture, { worker: '/worker.js' }), 'unsupported', words);
+  await rejects(enlargeMask(mask, picture, { worker: '/worker.js' }), 'unsupported', message);
   for (const worker of [0, {}, null]) await rejects(createSession({ worker }), 'param', /^worker = /);
   (await createSession({ worker: false })).close();
 });
 
 test('where there are workers, what a call says comes before what configure says, and that before the package', (t) => {
   restored(t);
-  const [one, two, own] = [1, 2, 3].map((name) => () => ({ name, postMessage() {} }));
-  setPlatform({ ...platform, startWorker: own, inProcess: false });
+  const [firstWorker, two, ownWorker] = [1, 2, 3].map((name) => () => ({ name, postMessage() {} }));
+  setPlatform({ ...platform, startWorker: ownWorker, inProcess: false });
   const started = (worker) => getWorkerStarter(worker)?.().name;
-  assert.deepEqual([started(), started(true), started(false), started(one)], [3, 3, undefined, 1]);
+  assert.deepEqual([started(), started(true), started(false), started(firstWorker)], [3, 3, undefined, 1]);
   configure({ worker: two });
-  assert.deepEqual([started(), started(true), started(false), started(one)], [2, 2, undefined, 1]);
+  assert.deepEqual([started(), started(true), started(false), started(firstWorker)], [2, 2, undefined, 1]);
   configure({ worker: false });
-  assert.deepEqual([started(), started(one)], [undefined, 1]);
+  assert.deepEqual([started(), started(firstWorker)], [undefined, 1]);
   assert.throws(
     () => started(() => 'no worker'),
     (error) => error.code === 'param' && error.message === 'worker() = "no worker" (expected a Worker)',
@@ -115,10 +115,10 @@ test('an engine without classes for text, messages or garbage gives the same res
       cwd: fileURLToPath(new URL('../..', import.meta.url)),
       encoding: 'utf8',
     });
-  const whole = printed([]);
-  assert.match(whole, /weißt du/);
+  const expected = printed([]);
+  assert.match(expected, /weißt du/);
   const gone = ['TextDecoder', 'TextEncoder', 'FinalizationRegistry', 'MessageChannel', 'setImmediate'];
-  assert.equal(printed(gone), whole);
+  assert.equal(printed(gone), expected);
 });
 
 const wasmFile = new URL('../../dist/tracecut_bg.wasm', import.meta.url);
@@ -160,10 +160,10 @@ test('the decoder is only loaded for files, from its configured address', async 
   await session.push(image);
   await rejects(session.push(png(image)), 'wasm-load', /could not be compiled/);
   assert.equal(session.numFrames, 1);
-  const other = await createSession({ decoder: new URL('../../dist/decoder_bg.wasm', import.meta.url) });
-  t.after(() => other.close());
-  await other.push(png(image));
-  assert.equal(other.numFrames, 1);
+  const second = await createSession({ decoder: new URL('../../dist/decoder_bg.wasm', import.meta.url) });
+  t.after(() => second.close());
+  await second.push(png(image));
+  assert.equal(second.numFrames, 1);
   await rejects(boundaries(png(image), { decoder: 7 }), 'param', /wasm = 7/);
 });
 

@@ -6,7 +6,7 @@ import { createSession, segmentEach, segmentVideo } from 'tracecut';
 import { trajectories } from 'tracecut/stages';
 import { framesOf } from './support.mjs';
 
-const SCENE = { width: 96, height: 64, frames: 24, seed: 1 };
+const SCENE = { width: 96, height: 54, frames: 16, seed: 4 };
 const frames = await framesOf(SCENE);
 
 /** Throws unless the shares never fall, end at 1 and the time left is a number or null. */
@@ -68,36 +68,30 @@ test('runs without masks, and trajectories without frames', async () => {
   const tracks = await trajectories(frames.slice(0, 10), options);
   checkReports(reports);
   reports.length = 0;
-  const other = await createSession();
-  await other.setTrajectories({ ...tracks });
-  await other.run(options);
+  const trackSession = await createSession();
+  await trackSession.setTrajectories({ ...tracks });
+  await trackSession.run(options);
   assert.equal(reports.at(-1).share, 1);
-  other.close();
+  trackSession.close();
 });
 
 test('a clip of many windows has one share over all of them', async () => {
   for (const options of [
-    {},
-    { window: 8 },
-    { window: 10, overlap: 3 },
-    { window: 5, overlap: 4 },
-    { step: 2, window: 8 },
+    { window: 5, overlap: 3 },
+    { step: 2, window: 6 },
   ])
     checkReports(await reportsOf(frames, options));
-  const cut = await framesOf({ ...SCENE, frames: 11, seed: 7 });
-  checkReports(await reportsOf([...frames, ...cut], { window: 12 }));
+  const cut = await framesOf({ ...SCENE, frames: 5, seed: 7 });
+  checkReports(await reportsOf([...frames.slice(0, 8), ...cut], { window: 6 }));
 });
 
 test('the share of a source of unknown length begins when that is known', async () => {
   async function* generated() {
     yield* frames;
   }
-  for (const options of [{}, { window: 8 }]) {
-    const reports = await reportsOf(generated(), options);
-    const known = reports.filter(({ frames }) => frames.total !== null);
-    assert.ok(reports.every(({ frames, share }) => frames.total !== null || share === 0));
-    checkReports(known);
-  }
+  const reports = await reportsOf(generated(), { window: 8 });
+  assert.ok(reports.every(({ frames, share }) => frames.total !== null || share === 0));
+  checkReports(reports.filter(({ frames }) => frames.total !== null));
 });
 
 test('a source that ends early ends at 1 too, and each clip of a queue has its own share', async () => {

@@ -53,11 +53,11 @@ test('components that are too small become background, other objects stay', () =
     if (y === 10 && x > 20 && x < 24) return 1;
     return y === 15 && x > 20 && x < 24 ? 2 : 0;
   });
-  const count = (labels, wanted) => labels.filter((label) => label === wanted).length;
+  const count = (labels, target) => labels.filter((label) => label === target).length;
   const { labels } = adjustMask(mask, { smallest: 4 });
   assert.deepEqual([count(labels, 1), count(labels, 2)], [4, 0]);
-  const chosen = adjustMask(mask, { smallest: 4, objects: [1] });
-  assert.deepEqual([count(chosen.labels, 1), count(chosen.labels, 2)], [4, 3]);
+  const adjusted = adjustMask(mask, { smallest: 4, objects: [1] });
+  assert.deepEqual([count(adjusted.labels, 1), count(adjusted.labels, 2)], [4, 3]);
   assert.deepEqual(adjustMask(mask, { smallest: 3 }).labels, mask.labels);
 });
 
@@ -68,14 +68,14 @@ test('objects grow and shrink by exact distances', () => {
     for (const grow of [1, 1.5, 2.9, 7, -1, -1.5, -3, -40]) {
       const { labels: after } = adjustMask(mask, { grow });
       for (let p = 0; p < before.length; p += 1) {
-        const others = [...before.keys()].filter((q) => (grow > 0 ? before[q] > 0 : before[q] === 0));
-        const nearest = Math.min(Infinity, ...others.map((q) => distance(p, q, WIDTH)));
+        const sources = [...before.keys()].filter((q) => (grow > 0 ? before[q] > 0 : before[q] === 0));
+        const nearest = Math.min(Infinity, ...sources.map((q) => distance(p, q, WIDTH)));
         const where = `pixel ${p}, seed ${seed}, grow ${grow}`;
         if (grow < 0) assert.equal(after[p], before[p] > 0 && nearest <= -grow ? 0 : before[p], where);
         else if (before[p] > 0) assert.equal(after[p], before[p], where);
         else if (nearest > grow) assert.equal(after[p], 0, where);
         else {
-          const labels = others.filter((q) => distance(p, q, WIDTH) <= nearest + 1e-9).map((q) => before[q]);
+          const labels = sources.filter((q) => distance(p, q, WIDTH) <= nearest + 1e-9).map((q) => before[q]);
           assert.ok(labels.includes(after[p]), where);
         }
       }
@@ -109,7 +109,7 @@ test('edges fade within the feather, evenly on both sides, and nowhere else', ()
 
 test('values that are not legal are refused', () => {
   const mask = blobs(1);
-  const refused = (given, options, message) => assert.throws(() => adjustMask(given, options), { message });
+  const refused = (mask, options, message) => assert.throws(() => adjustMask(mask, options), { message });
   refused(mask, { grow: 101 }, /grow = 101 \(expected a number, -100\.\.=100/);
   refused(mask, { feather: -1 }, /feather = -1 \(expected a number, 0\.\.=100/);
   refused(mask, { smallest: NaN }, /smallest = NaN/);
@@ -154,9 +154,9 @@ const truth = Uint8Array.from({ length: DISC_WIDTH * DISC_HEIGHT }, (_, p) =>
 );
 
 function overlap(a, b) {
-  let [both, any] = [0, 0];
-  a.forEach((one, p) => ([both, any] = [both + (one & b[p]), any + (one | b[p])]));
-  return both / any;
+  let [both, union] = [0, 0];
+  a.forEach((value, p) => ([both, union] = [both + (value & b[p]), union + (value | b[p])]));
+  return both / union;
 }
 
 let grounds;
@@ -177,29 +177,29 @@ test('a click on a part of what moves gives the whole of it first', async () => 
     { x: 84, y: 70 },
   ]) {
     const [first] = await growRegions(grounds, place);
-    const found = overlap(decodeRuns(first), truth);
-    assert.ok(found > 0.85, `${found.toFixed(2)} at ${place.x}, ${place.y}`);
+    const similarity = overlap(decodeRuns(first), truth);
+    assert.ok(similarity > 0.85, `${similarity.toFixed(2)} at ${place.x}, ${place.y}`);
     const { label } = grounds.superpixels;
-    const piece = label.map((one) => Number(one === label[place.y * DISC_WIDTH + place.x]));
+    const piece = label.map((value) => Number(value === label[place.y * DISC_WIDTH + place.x]));
     assert.ok(overlap(piece, truth) < 0.6, 'one superpixel is less');
   }
 });
 
 test('regions hold the place, differ in size, and are the same each time', async () => {
   const place = { x: 60.4, y: 59.6 };
-  const all = await growRegions(grounds, place);
-  assert.ok(all.length >= 2 && all.length <= 3, `${all.length} regions`);
-  const areas = all.map((region) => decodeRuns(region).reduce((sum, one) => sum + one, 0));
-  for (const [k, region] of all.entries()) {
+  const regions = await growRegions(grounds, place);
+  assert.ok(regions.length >= 2 && regions.length <= 3, `${regions.length} regions`);
+  const areas = regions.map((region) => decodeRuns(region).reduce((sum, value) => sum + value, 0));
+  for (const [k, region] of regions.entries()) {
     assert.equal(decodeRuns(region)[60 * DISC_WIDTH + 60], 1);
-    for (const other of areas.slice(0, k))
-      assert.ok(Math.min(other, areas[k]) < 0.7 * Math.max(other, areas[k]), areas.join(' '));
+    for (const smallerArea of areas.slice(0, k))
+      assert.ok(Math.min(smallerArea, areas[k]) < 0.7 * Math.max(smallerArea, areas[k]), areas.join(' '));
   }
-  assert.deepEqual(await growRegions(grounds, place), all);
+  assert.deepEqual(await growRegions(grounds, place), regions);
 });
 
 test('errors name the wrong value', async () => {
-  const rejects = (given, place, message) => assert.rejects(growRegions(given, place), message);
+  const rejects = (input, place, message) => assert.rejects(growRegions(input, place), message);
   await rejects(grounds, { x: 160, y: 3 }, /x = 160 \(expected .*0\.\.=159/);
   await rejects({ ...grounds, flow: { ...grounds.flow, width: 80 } }, { x: 1, y: 1 }, /flow = .*80 × 120.*160 × 120/);
   await rejects({ ...grounds, picture: { ...grounds.picture, data: new Uint8Array(4) } }, { x: 1, y: 1 }, /4 bytes/);
@@ -265,22 +265,22 @@ test('two frames that are wrong need a longer reach', async () => {
 });
 
 test('beyond a cut nobody has a vote, and without reach nothing changes', async () => {
-  const lost = (labels, t) => (t === 3 ? labels.fill(0) : labels);
+  const withoutFrame3 = (labels, t) => (t === 3 ? labels.fill(0) : labels);
   const shots = [
     { first: 0, last: 3 },
     { first: 4, last: FRAMES - 1 },
   ];
-  const cut = await smoothed(masksOf(lost, { shots, times: [0, 1, 2, 3, 4, 5, 6], end: 8 }));
+  const cut = await smoothed(masksOf(withoutFrame3, { shots, times: [0, 1, 2, 3, 4, 5, 6], end: 8 }));
   assert.equal(area(cut.labels(3)), 0);
   assert.deepEqual([cut.shots, [...cut.times], cut.end], [shots, [0, 1, 2, 3, 4, 5, 6], 8]);
-  assert.equal(area((await smoothed(masksOf(lost), { reach: 0 })).labels(3)), 0);
+  assert.equal(area((await smoothed(masksOf(withoutFrame3), { reach: 0 })).labels(3)), 0);
 });
 
 test('frames come from the wanted one on, each flow is asked for once, and an abort ends it', async () => {
-  const asked = [];
+  const requestedFrames = [];
   const counting = {
     flow(from, to) {
-      asked.push(`${from.t}-${to.t}`);
+      requestedFrames.push(`${from.t}-${to.t}`);
       return engine.flow(from, to);
     },
   };
@@ -300,7 +300,7 @@ test('frames come from the wanted one on, each flow is asked for once, and an ab
     [4, 5, 6, 0, 1, 2, 3],
   );
   // The second half meets flow of the first, long forgotten.
-  assert.ok(asked.length - new Set(asked).size <= 4, String(asked));
+  assert.ok(requestedFrames.length - new Set(requestedFrames).size <= 4, String(requestedFrames));
   const stop = new AbortController();
   const stopped = smoothed(
     masksOf((labels) => labels),
@@ -313,17 +313,17 @@ test('with flow of real pictures a hole in one frame of a moving object closes',
   const clip = await synthClip({ width: 160, height: 90, frames: 6, seed: 1 });
   const hole = (t) => clip.mask(t).map((label) => (t === 3 && label === 1 ? 0 : label));
   const masks = { width: 160, height: 90, numFrames: 6, labels: hole };
-  const own = await createImageEngine();
-  const result = await smoothMasks(masks, { picture: (t) => clip.frame(t), engine: own });
+  const imageEngine = await createImageEngine();
+  const result = await smoothMasks(masks, { picture: (t) => clip.frame(t), engine: imageEngine });
   const truth = clip.mask(3);
-  const found = result.labels(3).filter((label, p) => label === 1 && truth[p] === 1).length;
-  const all = truth.filter((label) => label === 1).length;
-  assert.ok(found > 0.8 * all, `${found} of ${all} pixels`);
+  const correctPixels = result.labels(3).filter((label, p) => label === 1 && truth[p] === 1).length;
+  const objectPixels = truth.filter((label) => label === 1).length;
+  assert.ok(correctPixels > 0.8 * objectPixels, `${correctPixels} of ${objectPixels} pixels`);
   // The engine stays open: it is the caller's.
-  await own.flow(clip.frame(0), clip.frame(1));
-  own.close();
-  const alone = await smoothMasks(masks, { picture: (t) => clip.frame(t) });
-  assert.deepEqual(alone.labels(3), result.labels(3));
+  await imageEngine.flow(clip.frame(0), clip.frame(1));
+  imageEngine.close();
+  const expected = await smoothMasks(masks, { picture: (t) => clip.frame(t) });
+  assert.deepEqual(expected.labels(3), result.labels(3));
   clip.close();
 });
 

@@ -129,7 +129,7 @@ function constant(name) {
   const [, source] = new RegExp(`^const ${name}: [^=]*= &?([^;]*);$`, 'm').exec(rust) ?? [];
   assert.ok(source, `cli/src/ffmpeg.rs has no constant ${name}`);
   const texts = source.replace(/\\\n\s*/g, '').matchAll(/"([^"]*)"|\b([A-Z_]+)\b/g);
-  const list = [...texts].map(([, text, other]) => text ?? constant(other));
+  const list = [...texts].map(([, text, name]) => text ?? constant(name));
   return source.startsWith('[') ? list : list[0];
 }
 

@@ -19,15 +19,15 @@ const frames = await framesOf({ width: 192, height: 108, frames: 10, seed: 4 });
 
 /** Counts an object's areas from its masks. */
 function counted({ labels, numFrames }, label) {
-  const areas = Array.from({ length: numFrames }, (_, t) => labels(t).filter((other) => other === label).length);
-  const there = areas.flatMap((area, t) => (area > 0 ? [t] : []));
+  const areas = Array.from({ length: numFrames }, (_, t) => labels(t).filter((value) => value === label).length);
+  const presentFrames = areas.flatMap((area, t) => (area > 0 ? [t] : []));
   const sum = areas.reduce((a, b) => a + b, 0);
   return {
     label,
-    firstFrame: there[0],
-    lastFrame: there.at(-1),
-    frames: there.length,
-    meanArea: sum / there.length,
+    firstFrame: presentFrames[0],
+    lastFrame: presentFrames.at(-1),
+    frames: presentFrames.length,
+    meanArea: sum / presentFrames.length,
     areas,
   };
 }
@@ -45,16 +45,16 @@ test('objects are a list of the same facts on results of sessions, windows and c
   const result = await session.run();
   isCounted(result);
   const [window] = await (async () => {
-    const all = [];
-    for await (const one of segmentVideo(frames)) all.push(one);
-    return all;
+    const windows = [];
+    for await (const window of segmentVideo(frames)) windows.push(window);
+    return windows;
   })();
   isCounted(window);
-  const whole = await segmentVideo(frames).collect();
-  isCounted(whole);
+  const collected = await segmentVideo(frames).collect();
+  isCounted(collected);
   assert.deepEqual(window.objects, result.objects);
-  assert.deepEqual(whole.objects, result.objects);
-  assert.deepEqual(Object.keys(whole.objects[0]), Object.keys(result.objects[0]));
+  assert.deepEqual(collected.objects, result.objects);
+  assert.deepEqual(Object.keys(collected.objects[0]), Object.keys(result.objects[0]));
   session.close();
 });
 
@@ -100,37 +100,37 @@ const result = await session.run();
 const video = segmentVideo(large, { window: 8, overlap: 3 });
 const windows = [];
 for await (const window of video) windows.push(window);
-const whole = await segmentVideo(large, { window: 8, overlap: 3 }).collect();
+const collected = await segmentVideo(large, { window: 8, overlap: 3 }).collect();
 session.close();
 
 /** All that a result says, besides what only a session can. */
-function said(one) {
-  const masks = Array.from({ length: one.numFrames }, (_, t) => one.labels(t));
-  const edges = one.edges && Array.from({ length: one.numFrames }, (_, t) => one.edges(t));
-  return { ...one, masks, edges, tracks: one.toTracksDat(), frames: one.frames && [...one.frames()] };
+function plainResult(result) {
+  const masks = Array.from({ length: result.numFrames }, (_, t) => result.labels(t));
+  const edges = result.edges && Array.from({ length: result.numFrames }, (_, t) => result.edges(t));
+  return { ...result, masks, edges, tracks: result.toTracksDat(), frames: result.frames && [...result.frames()] };
 }
 
-for (const [name, Kind, one] of [
+for (const [name, Kind, source] of [
   ['a session', Result, result],
   ['a window', WindowResult, windows[1]],
-  ['a clip', VideoResult, whole],
+  ['a clip', VideoResult, collected],
 ]) {
   test(`the result of ${name} is the same after JSON, to the last bit, and small`, () => {
-    const text = JSON.stringify(one);
+    const text = JSON.stringify(source);
     const back = Kind.fromJSON(text);
     assert.ok(back instanceof Kind);
-    assert.deepEqual(said(back), said(one));
+    assert.deepEqual(plainResult(back), plainResult(source));
     assert.equal(JSON.stringify(back), text, 'the same text each time');
-    assert.deepEqual(said(Kind.fromJSON(JSON.parse(text))), said(one));
-    const { trajectories, embedding } = one;
+    assert.deepEqual(plainResult(Kind.fromJSON(JSON.parse(text))), plainResult(source));
+    const { trajectories, embedding } = source;
     const raw = Object.values({ ...trajectories, ...embedding }).reduce((sum, list) => sum + (list.byteLength ?? 0), 0);
-    const pixels = one.width * one.height * one.numFrames;
+    const pixels = source.width * source.height * source.numFrames;
     assert.ok(text.length < raw + pixels / 10, `${text.length} for ${raw} bytes and ${pixels} pixels`);
   });
 
   test(`the result of ${name} keeps its data in a structured clone`, () => {
-    const clone = structuredClone(one);
-    assert.deepEqual(said(Kind.fromJSON(clone)), said(one));
+    const clone = structuredClone(source);
+    assert.deepEqual(plainResult(Kind.fromJSON(clone)), plainResult(source));
   });
 }
 
@@ -142,19 +142,19 @@ test('a saved result has no session, and says so', async () => {
 test('results without masks and with other labels are saved too', async () => {
   const bare = await createSession({ clip: { dense: false } });
   for (const frame of large.slice(0, 4)) await bare.push(frame);
-  const none = Result.fromJSON(JSON.stringify(await bare.run()));
-  assert.deepEqual([none.masks.length, none.objects], [0, []]);
+  const withoutMasks = Result.fromJSON(JSON.stringify(await bare.run()));
+  assert.deepEqual([withoutMasks.masks.length, withoutMasks.objects], [0, []]);
   bare.close();
-  const [{ label }] = whole.objects;
-  const editor = editMasks(whole);
+  const [{ label }] = collected.objects;
+  const editor = editMasks(collected);
   await editor.merge(200, label);
-  const other = await editor.toResult();
-  assert.deepEqual(said(VideoResult.fromJSON(JSON.stringify(other))), said(other));
-  assert.ok(other.labels(0).includes(200) && !whole.labels(0).includes(200));
+  const edited = await editor.toResult();
+  assert.deepEqual(plainResult(VideoResult.fromJSON(JSON.stringify(edited))), plainResult(edited));
+  assert.ok(edited.labels(0).includes(200) && !collected.labels(0).includes(200));
 });
 
 test('damaged, truncated and other files are refused', () => {
-  const text = JSON.stringify(whole);
+  const text = JSON.stringify(collected);
   assert.throws(() => VideoResult.fromJSON(text.slice(0, -9)), refuses('data', /no JSON/));
   assert.throws(() => VideoResult.fromJSON(JSON.stringify(result)), refuses('data', /it has no times/));
   assert.throws(() => Result.fromJSON(text), refuses('data', /it has no clusters/));
@@ -172,7 +172,7 @@ test('damaged, truncated and other files are refused', () => {
 const [width, height] = [12, 8];
 
 /** The made clip of the Rust test of the same table. */
-const made = {
+const handmade = {
   width,
   height,
   numFrames: 3,
@@ -193,11 +193,11 @@ const made = {
 
 test('the table of a synthetic clip equals the one that native code writes', async () => {
   const expected = readFileSync(new URL('../data/objects.csv', import.meta.url), 'utf8');
-  assert.equal(await objectTableCsv(await objectTable(made)), expected.replaceAll('\r', ''));
+  assert.equal(await objectTableCsv(await objectTable(handmade)), expected.replaceAll('\r', ''));
 });
 
 test('rows have times where there are any, and objects can be chosen', async () => {
-  const rows = await objectTable(made, { frameRate: 10, objects: [7] });
+  const rows = await objectTable(handmade, { frameRate: 10, objects: [7] });
   assert.deepEqual(
     rows.map(({ frame, time, object }) => [frame, time, object]),
     [
@@ -205,12 +205,12 @@ test('rows have times where there are any, and objects can be chosen', async () 
       [2, 0.2, 7],
     ],
   );
-  const [still] = await objectTable({ ...made, trajectories: undefined, doubts: undefined });
+  const [still] = await objectTable({ ...handmade, trajectories: undefined, doubts: undefined });
   assert.deepEqual([still.dx, still.dy, still.trajectories, still.doubt], [null, null, 0, null]);
   assert.match(await objectTableCsv(rows), /\n2,0\.2,7,10,6,2,2,3,10\.667,6\.667,,,0,0\n$/);
   assert.deepEqual(JSON.parse(JSON.stringify(rows)), rows);
-  await assert.rejects(objectTable(made, { trajectories: {} }), { code: 'data' });
-  await assert.rejects(objectTable(made, { motion: true }), { code: 'param' });
+  await assert.rejects(objectTable(handmade, { trajectories: {} }), { code: 'data' });
+  await assert.rejects(objectTable(handmade, { motion: true }), { code: 'param' });
   await assert.rejects(objectTableCsv('rows'), { code: 'data' });
 });
 
@@ -235,15 +235,17 @@ test("a segmented clip's rows have the areas and trajectories of its result", as
   const rows = await objectTable(result);
   assert.ok(result.objects.length > 0 && rows.some(({ trajectories: count }) => count > 0));
   for (const { label, areas } of result.objects) {
-    const own = rows.filter(({ object }) => object === label);
+    const objectRows = rows.filter(({ object }) => object === label);
     const present = [...areas].filter((area) => area > 0);
     assert.deepEqual(
-      own.map(({ area }) => area),
+      objectRows.map(({ area }) => area),
       present,
     );
-    assert.ok(own.every(({ time, frame }) => time === result.times[frame]));
+    assert.ok(objectRows.every(({ time, frame }) => time === result.times[frame]));
     assert.ok(
-      own.every(({ doubt, frame }) => doubt === result.doubts.some(({ from, to }) => from <= frame && frame < to)),
+      objectRows.every(
+        ({ doubt, frame }) => doubt === result.doubts.some(({ from, to }) => from <= frame && frame < to),
+      ),
     );
   }
 });
@@ -292,9 +294,9 @@ test('a panning camera is distinguished from a still one, in one window and in m
   const report = searchReport(await segment(still));
   assert.equal(report.cameraMoves, false);
   assert.ok(report.coverage > 0.5, `${report.coverage}`);
-  const whole = await segmentVideo(frames, { window: 6, overlap: 2 }).collect();
-  assert.equal(searchReport(whole).motions, null);
-  assert.equal(searchReport(whole).cameraMoves, true);
+  const collected = await segmentVideo(frames, { window: 6, overlap: 2 }).collect();
+  assert.equal(searchReport(collected).motions, null);
+  assert.equal(searchReport(collected).cameraMoves, true);
 });
 
 test('invalid results are refused', () => {

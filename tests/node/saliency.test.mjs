@@ -36,8 +36,10 @@ test('masks cover the objects of the scene', () => {
   }
   const sum = (list) => list.reduce((a, b) => a + b, 0);
   const overlap = both.map((row, object) => {
-    const unions = row.map((shared, label) => sum(row) + sum(both.map((other) => other[label])) - shared);
-    return Math.max(...row.map((shared, label) => ((label === 0) === (object === 0) ? shared / unions[label] : 0)));
+    const unions = row.map((intersection, label) => sum(row) + sum(both.map((counts) => counts[label])) - intersection);
+    return Math.max(
+      ...row.map((intersection, label) => ((label === 0) === (object === 0) ? intersection / unions[label] : 0)),
+    );
   });
   assert.ok(Math.min(...overlap) > 0.7, `intersection over union: ${overlap.map((v) => v.toFixed(3))}`);
 });
@@ -60,10 +62,10 @@ test('what moves in the scene is salient and foreground, what the camera pans ov
     return masks[startFrame[i] + p - offset[i]][Math.round(y[p]) * SCENE.width + Math.round(x[p])];
   });
   for (let object = 0; object <= clip.numObjects; object += 1) {
-    const own = [...objects.keys()].filter((i) => objects[i] === object);
-    const mean = (table) => own.reduce((sum, i) => sum + table[i], 0) / own.length;
-    const facts = `object ${object}: ${own.length}, s ${mean(saliency.ofPoints)}, in context ${mean(saliency.inContext)}, foreground ${mean(saliency.foreground)}`;
-    assert.ok(own.length >= 10, facts);
+    const members = [...objects.keys()].filter((i) => objects[i] === object);
+    const mean = (table) => members.reduce((sum, i) => sum + table[i], 0) / members.length;
+    const facts = `object ${object}: ${members.length}, s ${mean(saliency.ofPoints)}, in context ${mean(saliency.inContext)}, foreground ${mean(saliency.foreground)}`;
+    assert.ok(members.length >= 10, facts);
     if (object === 0) assert.ok(mean(saliency.foreground) < 0.05 && mean(saliency.inContext) < 0.45, facts);
     else assert.ok(mean(saliency.foreground) > 0.9 && mean(saliency.inContext) > 0.7, facts);
   }
@@ -94,7 +96,7 @@ test('components lie in the foreground, numbered in each frame', () => {
     components.count.every((n) => n >= 2),
     `components: ${components.count}`,
   );
-  const seen = Array.from(components.count, () => new Set());
+  const componentObjects = Array.from(components.count, () => new Set());
   for (let i = 0; i < count; i += 1) {
     for (let p = offset[i]; p < offset[i + 1]; p += 1) {
       const component = components.ofPoint[p];
@@ -103,10 +105,10 @@ test('components lie in the foreground, numbered in each frame', () => {
         continue;
       }
       assert.equal(saliency.foreground[i], 1, `component ${component} of a background trajectory`);
-      seen[startFrame[i] + p - offset[i]].add(component);
+      componentObjects[startFrame[i] + p - offset[i]].add(component);
     }
   }
-  seen.forEach((numbers, t) =>
+  componentObjects.forEach((numbers, t) =>
     assert.deepEqual(
       [...numbers].sort((a, b) => a - b),
       Array.from({ length: components.count[t] }, (_, k) => k),

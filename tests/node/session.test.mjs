@@ -25,21 +25,21 @@ import {
 
 test('a run reports every stage to its end, in numbers that only grow', async (t) => {
   const session = await ready(t);
-  const seen = new Map();
+  const stageReports = new Map();
   const result = await session.run({
     onProgress({ stage, done, total }) {
-      const before = seen.get(stage) ?? { done: 0, total };
+      const before = stageReports.get(stage) ?? { done: 0, total };
       assert.ok(done >= before.done && done <= total, `${stage} went from ${before.done} to ${done} of ${total}`);
       // A move of the cut that gains something asks for more of them.
       assert.ok(
         stage === 'cut' ? total >= before.total : total === before.total,
         `${stage}: ${before.total}, ${total}`,
       );
-      seen.set(stage, { done, total });
+      stageReports.set(stage, { done, total });
     },
   });
-  assert.deepEqual([...seen.keys()].sort(), [...STAGES].sort());
-  for (const [stage, { done, total }] of seen) assert.equal(done, total, stage);
+  assert.deepEqual([...stageReports.keys()].sort(), [...STAGES].sort());
+  for (const [stage, { done, total }] of stageReports) assert.equal(done, total, stage);
   assert.deepEqual(Object.keys(result.seconds).sort(), [...STAGES].sort());
   assert.ok(Object.values(result.seconds).every((s) => s >= 0 && s < 600));
 });
@@ -100,14 +100,14 @@ test('an error thrown by onProgress ends the run and is what it rejects with', a
 
 test('two sessions at once do not disturb each other', async (t) => {
   const frames = await framesOf();
-  const others = await framesOf({ ...SMALL, seed: 9 });
-  const alone = [fingerprint(await segment(frames)), fingerprint(await segment(others))];
+  const otherFrames = await framesOf({ ...SMALL, seed: 9 });
+  const expected = [fingerprint(await segment(frames)), fingerprint(await segment(otherFrames))];
   const sessions = await Promise.all([createSession(), createSession()]);
   t.after(() => sessions.forEach((session) => session.close()));
   for (let i = 0; i < frames.length; i += 1)
-    await Promise.all([sessions[0].push(frames[i]), sessions[1].push(others[i])]);
+    await Promise.all([sessions[0].push(frames[i]), sessions[1].push(otherFrames[i])]);
   const results = await Promise.all(sessions.map((session) => session.run()));
-  assert.deepEqual(results.map(fingerprint), alone);
+  assert.deepEqual(results.map(fingerprint), expected);
 });
 
 test('calls during a run are refused as busy', async (t) => {
@@ -243,14 +243,14 @@ test('the listed parameters are those that options accept, at their defaults', a
 test('two sessions with different parameters, in turn, give what each gives alone', async (t) => {
   const frames = await framesOf();
   const settings = [{ trajectory: { gridStep: 5 } }, { clip: { maxSide: 96 }, refine: { band: 0 } }];
-  const alone = [];
-  for (const options of settings) alone.push(fingerprint(await segment(frames, options)));
-  assert.notEqual(alone[0], alone[1]);
+  const expected = [];
+  for (const options of settings) expected.push(fingerprint(await segment(frames, options)));
+  assert.notEqual(expected[0], expected[1]);
 
   const sessions = await Promise.all(settings.map((options) => open(t, options)));
   for (const frame of frames) for (const session of sessions) await session.push(frame);
   const results = await Promise.all(sessions.map((session) => session.run()));
-  assert.deepEqual(results.map(fingerprint), alone);
+  assert.deepEqual(results.map(fingerprint), expected);
 });
 
 test('a session that refuses a frame or an option stays usable, and so do the others', async (t) => {
@@ -295,12 +295,12 @@ test('close, free and the end of a using block are the same, and may come twice'
 
 test('a closed session holds no memory, though it is kept itself, and so with a clip', async (t) => {
   const memories = watchMemories(t);
-  const kept = [await createSession(), await createSession(), await synthClip({ frames: 2 })];
-  kept[0].close();
-  kept[2].close();
+  const instances = [await createSession(), await createSession(), await synthClip({ frames: 2 })];
+  instances[0].close();
+  instances[2].close();
   assert.ok(await untilCollected(() => !memories[0].deref() && !memories[2].deref()), 'the closed ones are gone');
   assert.ok(memories[1].deref(), 'the open one is there');
-  kept[1].close();
+  instances[1].close();
 });
 
 test('a result keeps the session that it asks', async () => {
@@ -363,10 +363,10 @@ test('errors come through: options, a trap, a session that is closed', async (t)
   const session = await open(t, { worker: true, wasm: await trappingWasm() });
   for (const frame of await framesOf()) await session.push(frame);
   await rejects(session.run(), 'poisoned');
-  const other = await open(t, { worker: true });
-  for (const frame of await framesOf()) await other.push(frame);
-  const running = other.run();
-  other.close();
+  const workerSession = await open(t, { worker: true });
+  for (const frame of await framesOf()) await workerSession.push(frame);
+  const running = workerSession.run();
+  workerSession.close();
   await rejects(running, 'closed');
 });
 

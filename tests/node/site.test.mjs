@@ -104,8 +104,10 @@ test('follows no link out of a folder', async (t) => {
 test('answers only this machine, and only under its own names', async (t) => {
   const server = await serve();
   t.after(() => server.close());
-  const others = Object.values(networkInterfaces()).flatMap((all) => all.filter(({ internal }) => !internal));
-  for (const { address, scopeid } of others) {
+  const externalAddresses = Object.values(networkInterfaces()).flatMap((addresses) =>
+    addresses.filter(({ internal }) => !internal),
+  );
+  for (const { address, scopeid } of externalAddresses) {
     const hostname = scopeid ? `${address}%${scopeid}` : address;
     await assert.rejects(rawRequest(server.url, '/', { hostname }), undefined, address);
   }

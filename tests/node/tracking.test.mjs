@@ -13,7 +13,7 @@ test("trajectories equal a session's, and no stage comes after them", async () =
   const frames = await framesOf();
   const stages = new Map();
   const onProgress = ({ stage, done, total }) => stages.set(stage, done / total);
-  const found = await trajectories(frames, { onProgress, frameRate: 10 });
+  const tracks = await trajectories(frames, { onProgress, frameRate: 10 });
   assert.deepEqual(
     [...stages],
     [
@@ -23,7 +23,7 @@ test("trajectories equal a session's, and no stage comes after them", async () =
   );
   const { count, startFrame, offset, x, y, id } = (await segment(frames)).trajectories;
   assert.ok(count > 50);
-  const { times, ...list } = found;
+  const { times, ...list } = tracks;
   assert.deepEqual(list, { count, startFrame, offset, x, y, id, numFrames: SMALL.frames, ...SIZE });
   assert.deepEqual(
     [...times],
@@ -61,22 +61,22 @@ test('an engine in a worker tracks as one in this thread', async (t) => {
 test('trajectories from outside and frames give masks, in either order', async (t) => {
   const frames = await framesOf();
   const ours = await segment(frames);
-  const given = { ...ours.trajectories, numFrames: SMALL.frames, ...SIZE };
+  const input = { ...ours.trajectories, numFrames: SMALL.frames, ...SIZE };
   const after = await ready(t);
-  await after.setTrajectories(given);
+  await after.setTrajectories(input);
   const before = await open(t);
-  await before.setTrajectories(given);
+  await before.setTrajectories(input);
   for (const frame of frames) await before.push(frame);
   const [first, second] = [await after.run(), await before.run()];
   assert.deepEqual(first.trajectories.x, ours.trajectories.x);
   assert.ok(first.objects.length > 0 && first.saliency && first.components);
-  let same = 0;
+  let matching = 0;
   for (let k = 0; k < SMALL.frames; k += 1) {
     assert.deepEqual(first.labels(k), second.labels(k));
     const mask = ours.labels(k);
-    same += first.labels(k).filter((label, p) => label === mask[p]).length;
+    matching += first.labels(k).filter((label, p) => label === mask[p]).length;
   }
-  const share = same / (SMALL.frames * SMALL.width * SMALL.height);
+  const share = matching / (SMALL.frames * SMALL.width * SMALL.height);
   assert.ok(share > 0.97, `${share} of the pixels are as with our own tracker`);
   assert.equal((await first.superpixels(0)).width, SMALL.width);
 });
@@ -85,25 +85,25 @@ test('fewer of them, farther apart, give similar masks', async (t) => {
   const frames = await framesOf({ ...SMALL, seed: 3 });
   const result = await segment(frames);
   const ours = result.trajectories;
-  const kept = [...ours.startFrame.keys()].filter((i) => i % 2 === 0);
-  const points = kept.map((i) => [...ours.x.keys()].slice(ours.offset[i], ours.offset[i + 1]));
+  const evenTracks = [...ours.startFrame.keys()].filter((i) => i % 2 === 0);
+  const points = evenTracks.map((i) => [...ours.x.keys()].slice(ours.offset[i], ours.offset[i + 1]));
   const offset = [0];
-  for (const own of points) offset.push(offset.at(-1) + own.length);
+  for (const trackPoints of points) offset.push(offset.at(-1) + trackPoints.length);
   const session = await ready(t, undefined, frames);
   await session.setTrajectories({
     numFrames: SMALL.frames,
     ...SIZE,
-    startFrame: kept.map((i) => ours.startFrame[i]),
+    startFrame: evenTracks.map((i) => ours.startFrame[i]),
     offset,
     x: points.flat().map((p) => ours.x[p]),
     y: points.flat().map((p) => ours.y[p]),
   });
   const fewer = await session.run();
-  assert.equal(fewer.trajectories.count, kept.length);
+  assert.equal(fewer.trajectories.count, evenTracks.length);
   assert.equal(fewer.objects.length, result.objects.length);
   const mask = result.labels(4);
-  const same = fewer.labels(4).filter((label, p) => label === mask[p]).length;
-  assert.ok(same > 0.95 * mask.length, `${same} of ${mask.length} pixels`);
+  const matching = fewer.labels(4).filter((label, p) => label === mask[p]).length;
+  assert.ok(matching > 0.95 * mask.length, `${matching} of ${mask.length} pixels`);
 });
 
 test('trajectories that do not fit the frames are refused, and others can be set', async (t) => {
@@ -133,8 +133,8 @@ test('a track file is read as it was written', async () => {
   assert.ok(read.x.every((x, p) => Math.abs(x - tracks.x[p]) < 0.0006));
   assert.equal(tracksDat(read), text);
   const result = await segment(Array.from({ length: SMALL.frames }, (_, t) => clip.frame(t)));
-  const own = await fromTracksDat(result.toTracksDat(), SIZE);
-  assert.deepEqual(own.label, result.clusters.label);
+  const parsed = await fromTracksDat(result.toTracksDat(), SIZE);
+  assert.deepEqual(parsed.label, result.clusters.label);
 });
 
 test('a track file that is not one is an error that names the line', async () => {

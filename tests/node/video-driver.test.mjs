@@ -27,11 +27,11 @@ class CountingEngine {
 
   async pushInShot({ number }) {
     assert.equal(this.held, null, 'a frame is pushed while another is held back');
-    const held = this.frames.length > 0 && this.cuts.includes(number);
-    if (held) this.held = number;
+    const isCutPending = this.frames.length > 0 && this.cuts.includes(number);
+    if (isCutPending) this.held = number;
     else this.frames.push(number);
     this.most = Math.max(this.most, this.frames.length);
-    return { held };
+    return { held: isCutPending };
   }
 
   async advance(overlap) {
@@ -135,18 +135,18 @@ test('a clip in a stream of several comes in the windows that it has alone', asy
     [13, 3],
   ]) {
     for (const cuts of [[], [2], [5], [6], [1, 2, 3], [5, 6]]) {
-      const begins = lengths.map((_, k) => lengths.slice(0, k).reduce((sum, one) => sum + one, 0));
-      const frames = lengths.reduce((sum, one) => sum + one, 0);
+      const begins = lengths.map((_, k) => lengths.slice(0, k).reduce((sum, length) => sum + length, 0));
+      const frames = lengths.reduce((sum, length) => sum + length, 0);
       const { windows, settled } = await drive({ frames, window: 6, overlap: 2, cuts, clips: begins });
       assert.deepEqual(
         settled.map(({ labels }) => labels[0]),
         Array.from({ length: frames }, (_, k) => k),
       );
       for (const [k, begin] of begins.entries()) {
-        const own = cuts.map((cut) => cut - begin).filter((cut) => cut > 0);
-        const alone = await drive({ frames: lengths[k], window: 6, overlap: 2, cuts: own });
+        const clipCuts = cuts.map((cut) => cut - begin).filter((cut) => cut > 0);
+        const expected = await drive({ frames: lengths[k], window: 6, overlap: 2, cuts: clipCuts });
         const mine = windows.filter(({ clip }) => clip === `clip ${k + 1}`);
-        assert.deepEqual(mine.map(facts), alone.windows.map(facts), JSON.stringify({ lengths, cuts, k }));
+        assert.deepEqual(mine.map(facts), expected.windows.map(facts), JSON.stringify({ lengths, cuts, k }));
       }
       assert.deepEqual(
         windows.map(({ index }) => index),

@@ -34,7 +34,7 @@ function clip(name, args = [], { count = 8, size = '64x48', rate = 25 } = {}) {
 const times = (frames) => frames.map(({ time }) => Number(time.toFixed(6)));
 const durations = (frames) => frames.map(({ duration }) => Number(duration.toFixed(6)));
 /** Number, time and pixels of each frame. */
-const seen = (frames) => frames.map(({ frame, index, time }) => [index, time, fnv1a(frame.data)]);
+const frameFacts = (frames) => frames.map(({ frame, index, time }) => [index, time, fnv1a(frame.data)]);
 const sizeOf = ({ frame: { width, height } }) => `${width}x${height}`;
 
 /** The frames until an error, and that. */
@@ -82,23 +82,23 @@ test('pictures come once, with the times of the file, however uneven these are',
 
 test('a file that is cut off gives the whole frames before that, and an error that counts them', { skip }, async () => {
   const path = clip('whole.mkv');
-  const whole = await all(framesOfVideo(path));
+  const allFrames = await all(framesOfVideo(path));
   const cut = join(folder, 'cut.mkv');
   const bytes = readFileSync(path);
   writeFileSync(cut, bytes.subarray(0, Math.floor(bytes.length * 0.6)));
   const { frames, error } = await untilError(framesOfVideo(cut));
   assert.ok(frames.length >= 3 && frames.length <= 5, `${frames.length}`);
-  assert.deepEqual(seen(frames), seen(whole.slice(0, frames.length)));
+  assert.deepEqual(frameFacts(frames), frameFacts(allFrames.slice(0, frames.length)));
   assert.deepEqual([error.code, error.frames], ['truncated', frames.length]);
   assert.match(error.message, /^cut\.mkv is cut off or damaged after \d whole frames$/);
-  const told = [];
-  const kept = await all(framesOfVideo(cut, { onDamage: (damage) => told.push(damage) }));
-  assert.equal(kept.length, frames.length);
-  assert.deepEqual([told.length, told[0].frames, told[0].error.code], [1, frames.length, 'truncated']);
+  const damages = [];
+  const undamaged = await all(framesOfVideo(cut, { onDamage: (damage) => damages.push(damage) }));
+  assert.equal(undamaged.length, frames.length);
+  assert.deepEqual([damages.length, damages[0].frames, damages[0].error.code], [1, frames.length, 'truncated']);
   // segmentVideo makes a result of them.
-  const options = { onDamage: (damage) => told.push(damage), maxFrames: 8 };
+  const options = { onDamage: (damage) => damages.push(damage), maxFrames: 8 };
   const result = await segmentVideo(framesOfVideo(cut), options).collect();
-  assert.deepEqual([result.numFrames, told[1].frames], [frames.length, frames.length]);
+  assert.deepEqual([result.numFrames, damages[1].frames], [frames.length, frames.length]);
   const truncated = { frames: frames.length, reason: error.message };
   assert.deepEqual(result.truncated, truncated);
   await assert.rejects(segmentVideo(framesOfVideo(cut)).collect(), (thrown) => {
@@ -109,12 +109,12 @@ test('a file that is cut off gives the whole frames before that, and an error th
 
 test('of an MP4 that ends early no whole picture is lost', { skip: skipX264 }, async () => {
   const path = clip('fast.mp4', [...X264, '-g', '4', '-movflags', '+faststart'], { count: 16, size: '240x180' });
-  const whole = await all(framesOfVideo(path));
+  const allFrames = await all(framesOfVideo(path));
   const bytes = readFileSync(path);
   writeFileSync(path, bytes.subarray(0, Math.floor(bytes.length * 0.6)));
   const { frames, error } = await untilError(framesOfVideo(path));
   assert.ok(frames.length >= 4 && frames.length < 16, `${frames.length}`);
-  assert.deepEqual(seen(frames), seen(whole.slice(0, frames.length)));
+  assert.deepEqual(frameFacts(frames), frameFacts(allFrames.slice(0, frames.length)));
   assert.deepEqual([error.code, error.frames], ['truncated', frames.length]);
   const late = clip('late.mp4', X264);
   writeFileSync(late, readFileSync(late).subarray(0, 1000));
@@ -133,7 +133,7 @@ test('a GIF that is cut off says so', { skip }, async () => {
 
 test('damage in the middle ends the frames before it', { skip: skipX264 }, async () => {
   const path = clip('damaged.mp4', INTRA, { count: 12, size: '240x180' });
-  const whole = await all(framesOfVideo(path));
+  const allFrames = await all(framesOfVideo(path));
   const list = String(ffmpeg('-i', path, '-c', 'copy', '-f', 'framecrc', '-'));
   const sizes = [...list.matchAll(/^0,.*?,.*?,.*?, *(\d+),/gm)].map(([, size]) => Number(size));
   assert.equal(sizes.length, 12);
@@ -143,7 +143,7 @@ test('damage in the middle ends the frames before it', { skip: skipX264 }, async
   writeFileSync(path, bytes);
   const { frames, error } = await untilError(framesOfVideo(path));
   assert.deepEqual([frames.length, error?.code, error?.frames], [7, 'truncated', 7]);
-  assert.deepEqual(seen(frames), seen(whole.slice(0, 7)));
+  assert.deepEqual(frameFacts(frames), frameFacts(allFrames.slice(0, 7)));
 });
 
 test('the default track is the video, or else the largest of several pictures', { skip }, async () => {
@@ -155,17 +155,17 @@ test('the default track is the video, or else the largest of several pictures', 
     ffmpeg(...inputs.flatMap((input) => ['-i', input]), ...maps, '-c', 'copy', ...args, path);
     return path;
   };
-  const chosen = async (path) => {
+  const defaultTrackColour = async (path) => {
     const frames = await all(framesOfVideo(path));
     return [frames.length, sizeOf(frames[0])];
   };
-  assert.deepEqual(await chosen(both('cover.mkv', [poster, video])), [8, '64x48'], 'a poster before it');
+  assert.deepEqual(await defaultTrackColour(both('cover.mkv', [poster, video])), [8, '64x48'], 'a poster before it');
   const small = clip('small.mkv', [], { count: 4, size: '32x24' });
   const disposed = (first, second) => ['-disposition:v:0', first, '-disposition:v:1', second];
-  assert.deepEqual(await chosen(both('a.mkv', [small, video], ...disposed('0', 'default'))), [8, '64x48']);
-  assert.deepEqual(await chosen(both('b.mkv', [small, video], ...disposed('default', '0'))), [4, '32x24']);
-  assert.deepEqual(await chosen(both('c.mkv', [small, video], ...disposed('0', '0'))), [8, '64x48']);
-  assert.deepEqual(await chosen(poster), [1, '320x240']);
+  assert.deepEqual(await defaultTrackColour(both('a.mkv', [small, video], ...disposed('0', 'default'))), [8, '64x48']);
+  assert.deepEqual(await defaultTrackColour(both('b.mkv', [small, video], ...disposed('default', '0'))), [4, '32x24']);
+  assert.deepEqual(await defaultTrackColour(both('c.mkv', [small, video], ...disposed('0', '0'))), [8, '64x48']);
+  assert.deepEqual(await defaultTrackColour(poster), [1, '320x240']);
 });
 
 test('frames are upright and have square pixels', { skip }, async () => {
@@ -177,15 +177,15 @@ test('frames are upright and have square pixels', { skip }, async () => {
   const bytes = readFileSync(path);
   const matrix = bytes.indexOf('tkhd') + 4 + 20 + 20;
   const at = (x, y) => [...plain.data.subarray(4 * (y * 64 + x), 4 * (y * 64 + x) + 4)];
-  const shown = async (a, b, c, d) => {
+  const firstFrameWith = async (a, b, c, d) => {
     [a, b, 0, c, d, 0].forEach((value, k) => bytes.writeInt32BE(value * 65536, matrix + 4 * k));
     writeFileSync(path, bytes);
     const [{ frame }] = await all(framesOfVideo(path));
     return (x, y) => [...frame.data.subarray(4 * (y * frame.width + x), 4 * (y * frame.width + x) + 4)];
   };
-  const turned = await shown(0, 1, -1, 0);
-  assert.deepEqual([turned(47, 0), turned(0, 0)], [at(0, 0), at(0, 47)], 'by 90 degrees');
-  const mirrored = await shown(-1, 0, 0, 1);
+  const rotated = await firstFrameWith(0, 1, -1, 0);
+  assert.deepEqual([rotated(47, 0), rotated(0, 0)], [at(0, 0), at(0, 47)], 'by 90 degrees');
+  const mirrored = await firstFrameWith(-1, 0, 0, 1);
   assert.deepEqual([mirrored(63, 0), mirrored(0, 47)], [at(0, 0), at(63, 47)]);
 });
 
@@ -211,18 +211,18 @@ test('an error names the cause', { skip }, async () => {
     writeFileSync(join(folder, name), bytes);
     return join(folder, name);
   };
-  const said = (path, code, message) => rejects(all(framesOfVideo(path)), code, message);
-  await said(join(folder, 'none.mp4'), 'no-video', /^none\.mp4 is missing: there is no such file$/);
-  await said(file('words.mp4', 'no video'), 'no-video', /^words\.mp4 is not a video/);
-  await said(file('words.txt', 'no video\n'.repeat(99)), 'no-video', /^words\.txt is not a video/);
-  await said(file('nothing.mp4', ''), 'no-video', /^nothing\.mp4 is empty$/);
+  const rejectsFile = (path, code, message) => rejects(all(framesOfVideo(path)), code, message);
+  await rejectsFile(join(folder, 'none.mp4'), 'no-video', /^none\.mp4 is missing: there is no such file$/);
+  await rejectsFile(file('words.mp4', 'no video'), 'no-video', /^words\.mp4 is not a video/);
+  await rejectsFile(file('words.txt', 'no video\n'.repeat(99)), 'no-video', /^words\.txt is not a video/);
+  await rejectsFile(file('nothing.mp4', ''), 'no-video', /^nothing\.mp4 is empty$/);
   const sound = join(folder, 'sound.wav');
   ffmpeg('-f', 'lavfi', '-i', 'sine', '-t', '0.1', sound);
-  await said(pathToFileURL(sound), 'no-video', /^sound\.wav has no video track$/);
+  await rejectsFile(pathToFileURL(sound), 'no-video', /^sound\.wav has no video track$/);
   // An animated WebP whose pictures nobody can read, as its format is unknown to ffmpeg 5.
   const flags = [2, 0, 0, 0, 63, 0, 0, 47, 0, 0];
   const webp = [Buffer.from('RIFF\x30\0\0\0WEBPVP8X\x0a\0\0\0', 'latin1'), Buffer.from(flags), Buffer.alloc(30)];
-  await said(
+  await rejectsFile(
     file('moves.webp', Buffer.concat(webp)),
     'unsupported',
     /^moves\.webp is an animated WebP, which this ffmpeg/,
@@ -239,10 +239,10 @@ test('segmentVideo and videoFrames read a file by its path or address', async ()
     [...result.times],
     frames.map(({ time }) => time),
   );
-  const shown = [];
-  for await (const { time } of videoFrames(pathToFileURL(path), { step: 2 })) shown.push(time);
+  const readFrames = [];
+  for await (const { time } of videoFrames(pathToFileURL(path), { step: 2 })) readFrames.push(time);
   assert.deepEqual(
-    shown,
+    readFrames,
     frames.filter((_, t) => t % 2 === 0).map(({ time }) => time),
   );
   await rejects(videoInfo(path), 'unsupported', /videoFrames reads them/);
@@ -253,9 +253,9 @@ test('segmentVideo and videoFrames read a file by its path or address', async ()
   const { PATH } = process.env;
   try {
     process.env.PATH = '';
-    const words =
+    const message =
       /ffmpeg could not be started: it was not found .*https:\/\/ffmpeg\.org.*framesOfVideo.*tracecut\/node/;
-    await rejects(segmentVideo(path).collect(), 'unsupported', words);
+    await rejects(segmentVideo(path).collect(), 'unsupported', message);
   } finally {
     process.env.PATH = PATH;
   }
@@ -264,8 +264,8 @@ test('segmentVideo and videoFrames read a file by its path or address', async ()
 test('a required package reads a file too', () => {
   const path = clip('required.mkv');
   const code = `require('./dist/node/index.cjs').segmentVideo(process.argv[1]).collect().then((r) => console.log(r.numFrames > 1))`;
-  const said = execFileSync(process.execPath, ['--eval', code, path], { cwd: root, encoding: 'utf8' });
-  assert.equal(said, 'true\n');
+  const printed = execFileSync(process.execPath, ['--eval', code, path], { cwd: root, encoding: 'utf8' });
+  assert.equal(printed, 'true\n');
 });
 
 test('wrong use, and no ffmpeg, are errors that say what to do', async () => {
@@ -312,7 +312,7 @@ else {
 const noScripts = process.platform === 'win32' && 'a script is no program there';
 const listOf = (...packets) => `#tb 0: 1/100\n#codec_id 0: raw\n#dimensions 0: 1x1\n${packets.join('\n')}\n`;
 const packet = (time, duration = 0, more = '') => `0, ${time}, ${time}, ${duration}, 3, 0x1${more}`;
-const shown = (n, time) =>
+const showInfoLine = (n, time) =>
   `[Parsed_showinfo_3 @ 0x1] [info] n: ${n} pts: ${time} pts_time:x fmt:rgb24 sar:1/1 s:1x1 i:P iskey:1 type:I `;
 
 /** Reads from a stand-in: the red of each frame, its time and its duration. */
@@ -324,7 +324,7 @@ async function readBy(name, options) {
 test('times that are missing or do not increase are mended', { skip: noScripts }, async () => {
   const missing = '-9223372036854775808';
   const list = listOf(packet(0, 20), packet(0, 30), packet(missing, 5), packet(200, 25));
-  const messages = [0, 0, 'NOPTS', 200].map((time, k) => [`${shown(k, time)}\n`, k]);
+  const messages = [0, 0, 'NOPTS', 200].map((time, k) => [`${showInfoLine(k, time)}\n`, k]);
   const { frames, error } = await readBy('equal', { list, messages });
   assert.equal(error, null);
   assert.deepEqual(frames, [
@@ -338,7 +338,10 @@ test('times that are missing or do not increase are mended', { skip: noScripts }
 test('pictures that end before players begin are left out', { skip: noScripts }, async () => {
   const times = [-50, -25, 50];
   const list = listOf(...times.map((time) => packet(time)));
-  const { frames } = await readBy('early', { list, messages: times.map((time, k) => [`${shown(k, time)}\n`, k]) });
+  const { frames } = await readBy('early', {
+    list,
+    messages: times.map((time, k) => [`${showInfoLine(k, time)}\n`, k]),
+  });
   assert.deepEqual(frames, [
     [1, -0.25, 0.75],
     [2, 0.5, 0.75],
@@ -347,11 +350,11 @@ test('pictures that end before players begin are left out', { skip: noScripts },
 
 test('messages of several threads on one line are separated', { skip: noScripts }, async () => {
   const list = listOf(packet(0, 4), packet(4, 4), packet(8, 4));
-  const torn = (words) => `[vist#0:0/raw @ 0x2] [dec:raw @ 0x3] [info] ${words}`;
+  const torn = (message) => `[vist#0:0/raw @ 0x2] [dec:raw @ 0x3] [info] ${message}`;
   const messages = [
-    [`${shown(0, 0)}${torn('decoder -> ist_index:0')}\n`, 0],
-    [`${torn('decoder -> ist_index:0')}${shown(1, 4)}\n`, 1],
-    [`${torn('corrupt decoded frame')}\n${torn('decoder -> ist_index:0')}\n${shown(2, 8)}\n`, 2],
+    [`${showInfoLine(0, 0)}${torn('decoder -> ist_index:0')}\n`, 0],
+    [`${torn('decoder -> ist_index:0')}${showInfoLine(1, 4)}\n`, 1],
+    [`${torn('corrupt decoded frame')}\n${torn('decoder -> ist_index:0')}\n${showInfoLine(2, 8)}\n`, 2],
   ];
   const { frames, error } = await readBy('torn', { list, messages });
   assert.deepEqual([frames.length, error.code, error.frames], [2, 'truncated', 2]);
@@ -365,12 +368,12 @@ test('leaving the loop, and an abort, end ffmpeg', { skip: noScripts }, async ()
       return false;
     }
   };
-  const messages = [0, 4, 8].map((time, k) => [`${shown(k, time)}\n`, k]);
-  const made = { list: listOf(packet(0), packet(4), packet(8)), messages, forever: true };
-  const left = standIn('left', made);
-  for await (const { index } of framesOfVideo('a', { ffmpeg: left.path })) if (index === 1) break;
-  assert.ok(!left.pids().some(isAlive));
-  const aborted = standIn('aborted', made);
+  const messages = [0, 4, 8].map((time, k) => [`${showInfoLine(k, time)}\n`, k]);
+  const standInOutput = { list: listOf(packet(0), packet(4), packet(8)), messages, forever: true };
+  const program = standIn('left', standInOutput);
+  for await (const { index } of framesOfVideo('a', { ffmpeg: program.path })) if (index === 1) break;
+  assert.ok(!program.pids().some(isAlive));
+  const aborted = standIn('aborted', standInOutput);
   const stop = new AbortController();
   const reading = framesOfVideo('a', { ffmpeg: aborted.path, signal: stop.signal });
   await reading.next();
@@ -390,16 +393,16 @@ test('an ffmpeg that is too old says so', { skip: noScripts }, async () => {
 const rgb = ({ data }) => data.filter((_, k) => k % 4 < 3);
 
 test('raw frames are read in every format', async () => {
-  const one = async (format, bytes) => {
+  const readOne = async (format, bytes) => {
     const [{ frame }] = await all(framesOfRaw([Uint8Array.from(bytes)], { width: 2, height: 1, format }));
     assert.deepEqual([frame.width, frame.height, frame.data[3], frame.data[7]], [2, 1, 255, 255]);
     return [...rgb(frame)];
   };
-  assert.deepEqual(await one('rgba', [1, 2, 3, 9, 4, 5, 6, 9]), [1, 2, 3, 4, 5, 6]);
-  assert.deepEqual(await one('bgra', [3, 2, 1, 9, 6, 5, 4, 9]), [1, 2, 3, 4, 5, 6]);
-  assert.deepEqual(await one('rgb24', [1, 2, 3, 4, 5, 6]), [1, 2, 3, 4, 5, 6]);
-  assert.deepEqual(await one('bgr24', [3, 2, 1, 6, 5, 4]), [1, 2, 3, 4, 5, 6]);
-  assert.deepEqual(await one('gray', [7, 8]), [7, 7, 7, 8, 8, 8]);
+  assert.deepEqual(await readOne('rgba', [1, 2, 3, 9, 4, 5, 6, 9]), [1, 2, 3, 4, 5, 6]);
+  assert.deepEqual(await readOne('bgra', [3, 2, 1, 9, 6, 5, 4, 9]), [1, 2, 3, 4, 5, 6]);
+  assert.deepEqual(await readOne('rgb24', [1, 2, 3, 4, 5, 6]), [1, 2, 3, 4, 5, 6]);
+  assert.deepEqual(await readOne('bgr24', [3, 2, 1, 6, 5, 4]), [1, 2, 3, 4, 5, 6]);
+  assert.deepEqual(await readOne('gray', [7, 8]), [7, 7, 7, 8, 8, 8]);
 });
 
 const grey = { width: 2, height: 1, format: 'gray', frameRate: 4 };
@@ -422,13 +425,13 @@ test('frames have numbers and times, however the stream is cut into pieces', asy
 });
 
 test('a stream that is cut off gives the frames before that, then an error that counts them', async () => {
-  const seen = [];
+  const frames = [];
   const reading = (async () => {
-    for await (const { index } of framesOfRaw([Uint8Array.of(1, 2, 3)], grey)) seen.push(index);
+    for await (const { index } of framesOfRaw([Uint8Array.of(1, 2, 3)], grey)) frames.push(index);
   })();
   await rejects(reading, 'truncated', /frame 1 of the stream has 1 bytes \(expected 2\)/);
   await assert.rejects(reading, { frames: 1 });
-  assert.deepEqual(seen, [0]);
+  assert.deepEqual(frames, [0]);
 });
 
 test('what cannot be read is refused before memory is taken', async () => {
@@ -463,8 +466,8 @@ test('a session and segmentVideo take them', async () => {
   const bytes = frames.map(({ data }) => new Uint8Array(data));
   const raw = () => framesOfRaw(bytes, { width, height, format: 'rgba' });
   const expected = await segmentVideo(frames).collect();
-  const found = await segmentVideo(raw()).collect();
-  assert.equal(fnv1a(found.labels(3)), fnv1a(expected.labels(3)));
+  const result = await segmentVideo(raw()).collect();
+  assert.equal(fnv1a(result.labels(3)), fnv1a(expected.labels(3)));
   const session = await createSession();
   for await (const { frame } of raw()) await session.push(frame);
   assert.equal(session.numFrames, frames.length);

@@ -48,9 +48,9 @@ test('each pixel of a reduced frame is the mean of what it covers', () => {
             count += 1;
           }
         }
-        const found = small[4 * (y * width + x)];
+        const value = small[4 * (y * width + x)];
         const where = `${width}x${height} at ${x},${y}`;
-        assert.ok(Math.abs(found - sum / count) <= 0.51, `${where}: ${found}, not ${sum / count}`);
+        assert.ok(Math.abs(value - sum / count) <= 0.51, `${where}: ${value}, not ${sum / count}`);
       }
     }
   }
@@ -121,9 +121,9 @@ describe('a collected clip', () => {
       }
     }
     assert.deepEqual([...points].sort(), [...ofWindows].sort());
-    const known = new Set([0, ...result.objects.map((object) => object.label)]);
+    const labels = new Set([0, ...result.objects.map((object) => object.label)]);
     assert.ok(
-      label.every((value) => known.has(value)),
+      label.every((value) => labels.has(value)),
       [...new Set(label)].join(),
     );
     assert.ok(new Set(label).size > 1, 'all trajectories have one label');
@@ -167,18 +167,18 @@ describe('a collected clip', () => {
 
 test('onFrame is given each frame before it is segmented, at its size, and is waited for', async () => {
   const frames = (await framesOf({ width: 96, height: 64, frames: 6 })).map((frame) => png(frame));
-  const seen = [];
+  const calls = [];
   const onFrame = async ({ width, height, index, time, pixels }) => {
     await new Promise(setImmediate);
-    seen.push([width, height, index, time, (await pixels()).data.length]);
+    calls.push([width, height, index, time, (await pixels()).data.length]);
   };
-  const told = await segmentVideo(frames, { frameRate: 10, step: 2, size: 48, onFrame }).collect();
+  const observed = await segmentVideo(frames, { frameRate: 10, step: 2, size: 48, onFrame }).collect();
   assert.deepEqual(
-    seen,
+    calls,
     [0, 0.2, 0.4].map((time, k) => [48, 32, k, time, 4 * 48 * 32]),
   );
   const quiet = await segmentVideo(frames, { frameRate: 10, step: 2, size: 48 }).collect();
-  assert.deepEqual(told.runs, quiet.runs);
+  assert.deepEqual(observed.runs, quiet.runs);
   const broken = () => Promise.reject(new Error('enough'));
   await assert.rejects(segmentVideo(frames, { onFrame: broken }).collect(), /enough/);
   assert.throws(() => segmentVideo(frames, { onFrame: 3 }), { code: 'param', message: /onFrame = 3/ });
@@ -186,14 +186,14 @@ test('onFrame is given each frame before it is segmented, at its size, and is wa
 
 test('videoFrames gives the frames of a list as pixels, chosen and reduced', async () => {
   const frames = Array.from({ length: 10 }, (_, k) => plain(40, 20, 20 * k));
-  const seen = [];
+  const frameFacts = [];
   for await (const { frame, index, time } of videoFrames(
     frames.map((frame) => png(frame)),
     { frameRate: 10, start: 0.2, step: 3, size: 20 },
   )) {
-    seen.push([frame.width, frame.height, frame.data.length, frame.data[0], frame.data[3], index, time]);
+    frameFacts.push([frame.width, frame.height, frame.data.length, frame.data[0], frame.data[3], index, time]);
   }
-  assert.deepEqual(seen, [
+  assert.deepEqual(frameFacts, [
     [20, 10, 800, 40, 255, 0, 0.2],
     [20, 10, 800, 100, 255, 1, 0.5],
     [20, 10, 800, 160, 255, 2, 0.8],

@@ -13,7 +13,7 @@ const PLACES = Array.from({ length: 40 }, (_, k) => [k % 8, (k * 37) % 200, (k *
 test('the explanation of a pixel agrees with the masks, and its sums with their terms', async (t) => {
   const session = await ready(t, {}, await framesOf(SCENE));
   const result = await session.run();
-  const seen = new Set();
+  const visited = new Set();
   for (const [frame, x, y] of PLACES) {
     const why = await result.explain(frame, x, y);
     assert.equal(why.label, result.labels(frame)[y * 200 + x]);
@@ -46,9 +46,9 @@ test('the explanation of a pixel agrees with the masks, and its sums with their 
       assert.equal(why.border.edges, between.length);
       assert.equal(Math.fround(why.border.d), Math.max(...between.map((k) => d[k])));
     }
-    seen.add(why.label);
+    visited.add(why.label);
   }
-  assert.ok(seen.size > 1, 'all pixels were of one label: choose other ones');
+  assert.ok(visited.size > 1, 'all pixels were of one label: choose other ones');
   await rejects(result.explain(8, 0, 0), 'param', /8 .*0\.\.=7/);
   await rejects(result.explain(0, 200, 0), 'param', /200 .*0\.\.=199/);
   await rejects(result.explain(0, 0, -1), 'param', /-1 .*0\.\.=111/);
