@@ -1,6 +1,6 @@
 // Editing masks: painting, carrying, smoothing, their edges and size; and projects, which save the changes.
 
-import { loadPart } from './places.js';
+import { loadPart } from './platform.js';
 
 export { enlargeMask } from './kit/edit/enlarge.js';
 export { adjustMask } from './kit/edit/adjust.js';
@@ -28,4 +28,4 @@ export type { FrameFeatures } from './kit/edit/grow-regions.js';
 export type { Project, ProjectOptions } from './kit/edit/project.js';
 export type { SmoothMasksOptions } from './kit/edit/smooth.js';
 export type { Runs as Region } from './session/runs.js';
-export type { EnlargedMask } from './worker/decode.js';
+export type { EnlargedMask } from './worker/instance.js';

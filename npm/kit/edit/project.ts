@@ -11,7 +11,7 @@ import {
 } from '../../check/errors.js';
 import { MAX_FRAMES, type MaskSource, checkMasks, getTimes, readLabels } from '../../check/masks.js';
 import { VERSION } from '../../parameters.js';
-import { loadPart } from '../../places.js';
+import { loadPart } from '../../platform.js';
 import { getTrajectories } from '../../session/report.js';
 import { checkRuns, encodeRuns, joinRuns, joinWords, splitRuns } from '../../session/runs.js';
 import { Decoder, Encoder } from '../../text.js';
