@@ -5,8 +5,7 @@ import { writeFileSync } from 'node:fs';
 import * as packageInNode from '../entries.mjs';
 import { fnv1a } from '../fingerprint.mjs';
 import { expect, test, useEmptyPage } from './fixtures.mjs';
-import { definePlayedFrame } from './played-frame.mjs';
-import { needsFfmpeg, useFilms } from './video-clips.mjs';
+import { definePlayedFrame, needsFfmpeg, useFilms } from './video-clips.mjs';
 
 /** Frame `t` is `[4 x, 40 t, 128]`, with a square object. The sides are odd, and the frames do not last equally long. */
 const WIDTH = 61;

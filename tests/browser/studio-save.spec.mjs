@@ -1,7 +1,7 @@
 // The save dialog: its preview, and what it saves of a clip larger than its masks, with sound.
 
 import { expect, runEnd, test, useSample } from './fixtures.mjs';
-import { definePlayedFrame } from './played-frame.mjs';
+import { definePlayedFrame } from './video-clips.mjs';
 import {
   accessibilityFaults,
   openFive,
