@@ -3,7 +3,7 @@
 import { TraceCutError, checkOptions, illegal, typeTag } from '../../check/errors.js';
 import { type MaskSource, checkMasks, getTimes, readLabels, selectLabels } from '../../check/masks.js';
 import { getWorkerStarter } from '../../platform.js';
-import { type Runs, decodeRuns, encodeRuns } from '../../session/runs.js';
+import { type Runs, decodeRuns, encodeRuns } from '../../session/serialize.js';
 import { toPixels } from '../../worker/instance.js';
 import { type FrameSource, type PixelFrame, fromImage } from '../../worker/frames.js';
 import { yieldThread } from '../../worker/pause.js';

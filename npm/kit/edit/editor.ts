@@ -6,7 +6,7 @@ import { MAX_LABEL, type MaskSource, checkMasks, findShot, readLabels } from '..
 import { loadPart } from '../../platform.js';
 import { type Place, type Stroke, toMerge, toSplit, toStrokes } from '../../session/requests.js';
 import { getTrajectories } from '../../session/report.js';
-import { type Runs as Region, checkRuns, encodeRuns, forEachRun } from '../../session/runs.js';
+import { type Runs as Region, checkRuns, encodeRuns, forEachRun } from '../../session/serialize.js';
 import { divideRegions, findPiece, strokePixels } from './regions.js';
 import type { WasmSource } from '../../check/options.js';
 import type { Session } from '../../session/session.js';

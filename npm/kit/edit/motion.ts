@@ -1,7 +1,7 @@
 // Pictures and optical flow at the size of masks, which may be another, and interpolation of an object's shape along the flow.
 
 import { TraceCutError, checkWholeNumber, illegal } from '../../check/errors.js';
-import { encodeRuns } from '../../session/runs.js';
+import { encodeRuns } from '../../session/serialize.js';
 import { type ImageEngine, createImageEngine } from '../../stages/image.js';
 import type { FlowField } from '../../session/engine.js';
 import type { MaskEditor, Paint } from './editor.js';
