@@ -41,7 +41,7 @@ const asked = Object.fromEntries(args.filter((arg) => !arg.startsWith('-')).map(
  * @returns {Promise<SoakResult>}
  */
 function runPart(part, count) {
-  const name = part === 'page' ? 'page.mjs' : LONG_PARTS.includes(part) ? 'long.mjs' : 'node.mjs';
+  const name = LONG_PARTS.includes(part) ? 'long.mjs' : 'parts.mjs';
   const script = join(root, 'benches', 'soak', name);
   return new Promise((done, failed) => {
     const child = spawn(process.execPath, ['--expose-gc', script, String(count), part], {

@@ -1,6 +1,6 @@
 //! File formats for JavaScript: image files to pixels; masks enlarged to the size of their pictures, as run lengths, prompts and a
-//! table; distances of pixels to strokes; see `npm/worker/decode.ts`, `enlarge.ts` and
-//! `regions.ts` of `npm/kit/edit`, and `coco.ts`, `prompts.ts` and `table.ts` of `npm/kit/export`.
+//! table; distances of pixels to strokes; see `npm/worker/instance.ts`, `enlarge.ts` and
+//! `regions.ts` of `npm/kit/edit`, and `annotations.ts` and `table.ts` of `npm/kit/export`.
 //!
 //! It compiles these files of the library, a tenth of it, which makes a small wasm file.
 

@@ -4,7 +4,7 @@ export { fitFrame } from './draw/canvas.js';
 export { drawCutout } from './draw/cutout.js';
 export { drawDiscontinuities } from './draw/maps.js';
 export { drawBoundaries, drawCells, drawFlow, drawSaliency } from './draw/maps.js';
-export { CUT_RED, SCREEN_GREEN, flowColor, heatColor, objectColor, objectShape } from './draw/palette.js';
+export { CUT_RED, SCREEN_GREEN, flowColor, heatColor, objectColor, objectShape } from './draw/labels.js';
 export { EDGE_STYLES, drawSuperpixels } from './draw/superpixels.js';
 export { drawTrajectories } from './draw/trajectories.js';
 
@@ -16,6 +16,6 @@ export type {
   FrameEdges,
   MapGrid,
 } from './draw/maps.js';
-export type { Shape } from './draw/palette.js';
+export type { Shape } from './draw/labels.js';
 export type { DrawSuperpixelsOptions, SuperpixelPicture } from './draw/superpixels.js';
 export type { DrawTrajectoriesOptions, TrajectorySource } from './draw/trajectories.js';

@@ -1,11 +1,11 @@
 // Editing masks: painting, carrying, smoothing, their edges and size; and projects, which save the changes.
 
-import { loadPart } from './places.js';
+import { loadPart } from './platform.js';
 
 export { enlargeMask } from './kit/edit/enlarge.js';
 export { adjustMask } from './kit/edit/adjust.js';
 export { MaskEditor, editMasks } from './kit/edit/editor.js';
-export { decodeRuns, encodeRuns } from './session/runs.js';
+export { decodeRuns, encodeRuns } from './session/serialize.js';
 
 // These are loaded on their first call.
 export const growRegions: typeof import('./kit/edit/grow-regions.js').growRegions = async (...args) =>
@@ -27,5 +27,5 @@ export type { EnlargeOptions, FrameMask } from './kit/edit/enlarge.js';
 export type { FrameFeatures } from './kit/edit/grow-regions.js';
 export type { Project, ProjectOptions } from './kit/edit/project.js';
 export type { SmoothMasksOptions } from './kit/edit/smooth.js';
-export type { Runs as Region } from './session/runs.js';
-export type { EnlargedMask } from './worker/decode.js';
+export type { Runs as Region } from './session/serialize.js';
+export type { EnlargedMask } from './worker/instance.js';

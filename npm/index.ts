@@ -11,7 +11,7 @@
  */
 
 import { PARAMETERS, type Parameter, VERSION } from './parameters.js';
-import { loadPart } from './places.js';
+import { loadPart } from './platform.js';
 
 export { VideoSegmentation, segmentVideo } from './video/segment.js';
 export { Session, createSession } from './session/session.js';
@@ -44,7 +44,7 @@ export { Result } from './session/result.js';
 export { VideoResult } from './video/result.js';
 export { WindowResult } from './video/window.js';
 export { TraceCutError } from './check/errors.js';
-export { configure } from './places.js';
+export { configure } from './platform.js';
 
 /** The package's version. */
 export const version = VERSION;
@@ -58,17 +58,15 @@ export type { ErrorCode } from './check/errors.js';
 export type { MaskSource, ObjectChoice } from './check/masks.js';
 export type { SessionOptions, SessionSettings, WasmSource } from './check/options.js';
 export type { Context2D } from './draw/canvas.js';
-export type { DrawLabelsOptions } from './draw/labels.js';
-export type { LabelColors } from './draw/palette.js';
+export type { DrawLabelsOptions, LabelColors } from './draw/labels.js';
 export type { ExportProgress, MaskPngOptions, MasksZipOptions } from './kit/export/masks.js';
-export type { VideoQuality } from './kit/export/quality.js';
-export type { SoundOptions } from './kit/export/sound.js';
+export type { SoundOptions, VideoQuality } from './kit/export/video-options.js';
 export type { EncodeFrame, EncodeFrames, EncodeVideoOptions } from './kit/export/video.js';
 export type { Parameter, ParameterOptions } from './parameters.js';
-export type { Places, WorkerSource } from './places.js';
+export type { Places, WorkerSource } from './platform.js';
 export type { FlowField, Stage } from './session/engine.js';
 export type { Progress } from './session/progress.js';
-export type { Place, Stroke, TrajectoryInput } from './session/inputs.js';
+export type { Place, Stroke, TrajectoryInput } from './session/requests.js';
 export type { ObjectList, SearchInput, SearchReport, VideoObject } from './session/report.js';
 export type {
   Agreement,

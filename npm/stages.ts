@@ -1,6 +1,6 @@
 // Stages of the method without a session: flow, trajectories, boundaries and superpixels of images, and track files.
 
-import { loadPart } from './places.js';
+import { loadPart } from './platform.js';
 
 export {
   EdgeKind,

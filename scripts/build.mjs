@@ -9,8 +9,7 @@ import { basename, dirname, join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { gzipSync } from 'node:zlib';
 import { BUNDLE_SOURCES, buildBundles } from './bundles.mjs';
-import { compilePackage, compilePage } from './compile.mjs';
-import { finishDeclarations } from './declarations.mjs';
+import { compilePackage, compilePage, finishDeclarations } from './compile.mjs';
 import { parameterSources, writeParameters } from './parameters.mjs';
 import { MOST_WASM } from './size.mjs';
 import {
@@ -57,9 +56,7 @@ export async function build({ force = false, fast = false, onlyPage = false } = 
   mkdirSync(dist, { recursive: true });
   const stamps = readStamps(force);
 
-  const scripts = ['build', 'compile', 'parameters', 'declarations'].map((name) =>
-    join(root, 'scripts', `${name}.mjs`),
-  );
+  const scripts = ['build', 'compile', 'parameters'].map((name) => join(root, 'scripts', `${name}.mjs`));
   const making = [...scripts, ownToolSource('bindgen')];
   const vendored = ['media', 'zip'].map((name) => join(root, 'scripts', 'vendor', `${name}.js`));
   const lock = join(root, 'package-lock.json');

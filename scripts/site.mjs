@@ -8,7 +8,7 @@ import { pathToFileURL } from 'node:url';
 import { build as bundle, transform } from 'esbuild';
 import { build } from './build.mjs';
 import { writeLicences } from './licences.mjs';
-import { listed, precacheList, serviceWorker } from './precache.mjs';
+import { listed, precacheList, serviceWorker } from './serve.mjs';
 import { root } from './tools.mjs';
 
 /** Code that is found by its place: bundles of these names, each with what only it needs. */

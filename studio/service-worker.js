@@ -1,4 +1,4 @@
-// Caches the whole site, so that it works offline. scripts/precache.mjs fills in the list of files and its version;
+// Caches the whole site, so that it works offline. scripts/serve.mjs fills in the list of files and its version;
 // without them, this worker does nothing.
 
 const PRECACHE = { version: '', files: [] };

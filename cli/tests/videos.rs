@@ -1,4 +1,4 @@
-//! Files of many kinds, read frame by frame: what is damaged, cut off or odd. `tests/intake` has what every language must
+//! Files of many kinds, read frame by frame: what is damaged, cut off or odd. `tests/intake.mjs` has what every language must
 //! give; here is what only the reader of the command line can show.
 
 use crate::helpers::{folder, text};

@@ -2,7 +2,7 @@
 
 import { checkOptions, checkWholeNumber, illegal, isPlainObject } from './errors.js';
 import { PARAMETERS, type ParameterOptions } from '../parameters.js';
-import type { WorkerSource } from '../places.js';
+import type { WorkerSource } from '../platform.js';
 
 /** Source of the wasm file, if it is not beside the package. */
 export type WasmSource = URL | string | Response | BufferSource | WebAssembly.Module;

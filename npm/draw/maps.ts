@@ -9,7 +9,7 @@ import {
   strokeSegments,
   withSavedState,
 } from './canvas.js';
-import { CUT_RED, flowColor, heatColor, parseColor } from './palette.js';
+import { CUT_RED, flowColor, heatColor, parseColor } from './labels.js';
 import { FramePoints, type TrajectorySource, toObjectFilter } from './trajectories.js';
 
 /** The grid of a map; `scaleX` and `scaleY` are 1 if not given. */

@@ -12,7 +12,7 @@ import {
   strokeSegments,
   withSavedState,
 } from './canvas.js';
-import { flowColor } from './palette.js';
+import { flowColor } from './labels.js';
 import type { MapGrid } from './maps.js';
 
 /** The part of superpixels needed for drawing. */

@@ -3,7 +3,7 @@
 import { checkFlag, checkNumber, checkOptions, checkWholeNumber, illegal } from '../check/errors.js';
 import { MAX_LABEL } from '../check/masks.js';
 import { type Context2D, drawOnPixelCentres } from './canvas.js';
-import { type Shape, objectColor, objectShape } from './palette.js';
+import { type Shape, objectColor, objectShape } from './labels.js';
 
 /**
  * Source of trajectories to draw: a result of a session, of a window or of a whole video, or the part of one that is

@@ -6,8 +6,7 @@ import { readFile } from 'node:fs/promises';
 import { availableParallelism } from 'node:os';
 import { type MessagePort, type Transferable, Worker } from 'node:worker_threads';
 import { TraceCutError } from '../check/errors.js';
-import { resolveFile } from '../places.js';
-import { type HelperData, type Platform, createLoader, loadModule, setPlatform } from '../platform.js';
+import { type HelperData, type Platform, createLoader, loadModule, resolveFile, setPlatform } from '../platform.js';
 import type { WasmSource } from '../check/options.js';
 import type { HelperWorker } from '../worker/helpers.js';
 

@@ -9,10 +9,17 @@ import { basename } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { TraceCutError, checkOptions, illegal } from '../check/errors.js';
 import { type Damage, MIN_FRAMES } from '../video/reader.js';
-import { FaultFinder } from './faults.js';
+import {
+  FaultFinder,
+  LogReader,
+  type Message,
+  type ShownPicture,
+  type Track,
+  chooseTrack,
+  countPictures,
+  readTracks,
+} from './ffmpeg-output.js';
 import { DECODE, Ffmpeg, LIST, WRITE } from './ffmpeg.js';
-import { type Track, chooseTrack, countPictures, readTracks } from './listing.js';
-import { LogReader, type Message, type ShownPicture } from './log.js';
 import { ByteReader, type FileFrame, RGB24, checkSize, toRgba } from './raw.js';
 import type { PixelFrame } from '../worker/frames.js';
 

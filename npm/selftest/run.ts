@@ -5,8 +5,8 @@
 import { checkOptions } from '../check/errors.js';
 import { EXPECTED } from './expected.js';
 import type { SessionSettings, WasmSource } from '../check/options.js';
-import type { CocoAnnotation } from '../kit/export/coco.js';
-import type { WorkerSource } from '../places.js';
+import type { CocoAnnotation } from '../kit/export/annotations.js';
+import type { WorkerSource } from '../platform.js';
 import type { Result } from '../session/result.js';
 import type { ClipOptions } from '../stages/clip.js';
 

@@ -7,12 +7,25 @@ import { type FrameSource, toRawFrame } from '../worker/frames.js';
 import { untilAborted } from '../worker/pause.js';
 import { createDecoderLoader, openEngine } from '../worker/remote.js';
 import { ClipWork, type Progress, RunMeter, STAGES_OF_FRAMES, STAGES_OF_MASKS } from './progress.js';
-import { toMerge, toRawTrajectories, toSplit, toStrokes } from './inputs.js';
-import { type Answer, type Arguments, type Ask, type MapName, REQUESTS, type ResultRequestSpec } from './requests.js';
+import {
+  type Answer,
+  type Arguments,
+  type Ask,
+  type MapName,
+  type Place,
+  REQUESTS,
+  type RawCorrection,
+  type ResultRequestSpec,
+  type Stroke,
+  type TrajectoryInput,
+  toMerge,
+  toRawTrajectories,
+  toSplit,
+  toStrokes,
+} from './requests.js';
 import { type Background, Result, type SaliencyMap } from './result.js';
 import type { Engine, FlowField, OnStep, SessionInfo } from './engine.js';
 import type { ParameterOptions } from '../parameters.js';
-import type { Place, RawCorrection, Stroke, TrajectoryInput } from './inputs.js';
 
 /** Opens a session. */
 export async function createSession(options?: SessionOptions): Promise<Session> {

@@ -2,14 +2,13 @@
 
 import { TraceCutError, checkSides, checkWholeNumber, illegal, isPlainObject } from '../check/errors.js';
 import { type SessionOptions, splitOptions } from '../check/options.js';
-import { CLIP_STAGES, ClipWork, RunMeter } from '../session/progress.js';
+import { CLIP_STAGES, ClipWork, type Progress, RunMeter } from '../session/progress.js';
 import { reduceFrame } from '../video/pixels.js';
 import { TAKE_NAMES, asOptions, createEmptyError, splitTake, takeFrames } from '../video/reader.js';
 import { type VideoSource, openReader } from '../video/source.js';
 import { untilAborted } from '../worker/pause.js';
 import { createDecoderLoader, openEngine } from '../worker/remote.js';
 import type { Engine, StageStep } from '../session/engine.js';
-import type { Progress } from '../session/progress.js';
 import type { TrajectoryList } from '../session/result.js';
 import type { Reader, Take, TakeOptions } from '../video/reader.js';
 

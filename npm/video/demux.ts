@@ -2,7 +2,7 @@
 
 import { TraceCutError } from '../check/errors.js';
 import { computeFrameRate } from '../check/masks.js';
-import { loadPart } from '../places.js';
+import { loadPart } from '../platform.js';
 import { type PictureList, decodeFrom, listPictures } from './decode.js';
 import { type ReadFrame, stretchFrame } from './pixels.js';
 import type { Reader, TimedFrame } from './reader.js';

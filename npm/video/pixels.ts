@@ -3,7 +3,7 @@
 import { withFrame } from '../check/errors.js';
 import { platform } from '../platform.js';
 import { runTask } from '../worker/aside.js';
-import { toPixels } from '../worker/decode.js';
+import { toPixels } from '../worker/instance.js';
 import { type PixelFrame, type RawFrame, fromImage, reduceVideoFrame } from '../worker/frames.js';
 import { reducePixels } from '../worker/pixels.js';
 

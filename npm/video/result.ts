@@ -2,8 +2,17 @@
 
 import { TraceCutError, checkWholeNumber, illegal } from '../check/errors.js';
 import { type ObjectList, listObjects, tracksDat } from '../session/report.js';
-import { type Runs, checkRuns, countPixels, decodeRuns, encodeRuns, joinRuns, splitRuns } from '../session/runs.js';
-import { restoreFields, toSaved } from '../session/serialize.js';
+import {
+  type Runs,
+  checkRuns,
+  countPixels,
+  decodeRuns,
+  encodeRuns,
+  joinRuns,
+  restoreFields,
+  splitRuns,
+  toSaved,
+} from '../session/serialize.js';
 import { yieldThread } from '../worker/pause.js';
 import type { FrameRange } from '../session/result.js';
 import type { WindowResult } from './window.js';

@@ -1,8 +1,7 @@
 // Detects the kind of a source, and opens a reader of its frames.
 
 import { TraceCutError, checkOptions, illegal, typeTag } from '../check/errors.js';
-import { loadPart } from '../places.js';
-import { type Platform, platform } from '../platform.js';
+import { type Platform, loadPart, platform } from '../platform.js';
 import { createDecoderLoader } from '../worker/remote.js';
 import { openDemuxed } from './demux.js';
 import { type FileKind, detectKind } from './file-kind.js';

@@ -1,8 +1,7 @@
 // Runs long tasks in a worker of its own, if there are workers: PNG files, archives, large pictures.
 
 import { TraceCutError } from '../check/errors.js';
-import { loadPart } from '../places.js';
-import { platform } from '../platform.js';
+import { loadPart, platform } from '../platform.js';
 import { concatenate, encodeHead, encodeTail } from './pixels.js';
 import { TaskWorkers } from './remote.js';
 import type { AsideTask } from './aside-here.js';

@@ -14,7 +14,7 @@
 import { type ErrorCode, typeTag } from '../check/errors.js';
 import type { StageStep } from '../session/engine.js';
 import type { Arguments, RequestName } from '../session/requests.js';
-import type { EnlargeTask } from './decode.js';
+import type { EnlargeTask } from './instance.js';
 
 /** A message of the page, except `abort`. The arguments of a request are on its line in `session/requests.ts`. */
 export type Message =

@@ -1,8 +1,7 @@
 // Engines in a worker, or on this thread with helpers beside it; and workers for tasks that belong to no session.
 
 import { TraceCutError } from '../check/errors.js';
-import { getMissingFileHint } from '../places.js';
-import { getWorkerStarter, loadOnce, platform } from '../platform.js';
+import { getMissingFileHint, getWorkerStarter, loadOnce, platform } from '../platform.js';
 import { type Engine, type OnStep, type RawResult, createLocalEngine } from '../session/engine.js';
 import { WorkerPool, type HelperWorker, defaultThreads } from './helpers.js';
 import { type Message, type Reply, findTransferables } from './protocol.js';

@@ -3,8 +3,7 @@
 import { TraceCutError } from '../check/errors.js';
 import { type LocalEngine, type StageStep, createLocalEngine } from '../session/engine.js';
 import { REQUESTS } from '../session/requests.js';
-import { enlargeInThread } from './decode.js';
-import { callInstance, startInstance } from './instance.js';
+import { callInstance, enlargeInThread, startInstance } from './instance.js';
 import { type Message, type Port, type Reply, findTransferables } from './protocol.js';
 import type { HelperPort } from './helpers.js';
 

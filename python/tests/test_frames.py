@@ -169,7 +169,7 @@ def read_table() -> dict[str, Any]:
     """Writes the files of the table and returns it; one without cases where node or ffmpeg is missing."""
     if not (shutil.which("node") and shutil.which("ffmpeg")):
         return {"cases": []}
-    command = ["node", str(ROOT / "tests" / "intake" / "cases.mjs")]
+    command = ["node", str(ROOT / "tests" / "intake.mjs")]
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 

@@ -1,6 +1,6 @@
 // The package in one file, with its wasm files and its worker inside. Nothing is unpacked before it is needed.
 
-import { createScriptBlob, places } from '../../dist/places.js';
+import { createScriptBlob, places } from '../../dist/platform.js';
 import { unzlibSync } from '../../dist/vendor/zip.js';
 import { DECODER, ENGINE, WORKER } from 'packed';
 

@@ -7,5 +7,4 @@ export * from '../../dist/edit.js';
 export * from '../../dist/export.js';
 export * from '../../dist/stages.js';
 // Estimates of progress of runs and exports.
-export { CLIP_STAGES, ClipWork, countStep } from '../../dist/session/progress.js';
-export { StageClock, type StagePlan } from '../../dist/session/stage-clock.js';
+export { CLIP_STAGES, ClipWork, StageClock, type StagePlan, countStep } from '../../dist/session/progress.js';

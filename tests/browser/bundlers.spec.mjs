@@ -6,8 +6,7 @@ import { join } from 'node:path';
 import * as esbuild from 'esbuild';
 import { synthClip } from '../../dist/node.js';
 import { outcome } from '../package/app/segment.js';
-import { installed, served } from '../package/installed.mjs';
-import { MAIN, execute, project, recipe } from '../package/project.mjs';
+import { MAIN, execute, installed, project, recipe, served } from '../package/project.mjs';
 import { codeOf } from '../readme.mjs';
 import { downloadBytes, expect, test } from './fixtures.mjs';
 

@@ -5,8 +5,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { expect, test as base } from '@playwright/test';
-import { serviceWorker } from '../../scripts/precache.mjs';
-import { mounts, serve } from '../../scripts/serve.mjs';
+import { mounts, serve, serviceWorker } from '../../scripts/serve.mjs';
 import { siteList, writeSite } from '../../scripts/site.mjs';
 
 export { expect };

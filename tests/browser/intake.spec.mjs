@@ -3,8 +3,7 @@
 
 import { readdirSync, statSync } from 'node:fs';
 import { join } from 'node:path';
-import { CASES, checkOutcome, maskOfRed } from '../intake/cases.mjs';
-import { CLIP, ensureClips } from '../intake/clips.mjs';
+import { CASES, CLIP, checkOutcome, ensureClips, maskOfRed } from '../intake.mjs';
 import { expect, test, useLibrary } from './fixtures.mjs';
 import { needsFfmpeg } from './video-clips.mjs';
 

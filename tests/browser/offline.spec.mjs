@@ -5,7 +5,7 @@ import { mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { dirname, join } from 'node:path';
 import { gzipSync } from 'node:zlib';
-import { listed, serviceWorker } from '../../scripts/precache.mjs';
+import { listed, serviceWorker } from '../../scripts/serve.mjs';
 import { siteList } from '../../scripts/site.mjs';
 import { movingFrames, plainFrame } from '../moving.mjs';
 import { downloadBytes, expect, runEnd, test } from './fixtures.mjs';

@@ -6,9 +6,8 @@ import { join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { synthClip } from '../../dist/node.js';
 import { root } from '../../scripts/tools.mjs';
-import { alphaOverlaps, writeSceneVideo } from '../alpha-video.mjs';
-import { installed, served } from '../package/installed.mjs';
-import { TASKS, codeOf, readmeCode, readmePage } from '../readme.mjs';
+import { TASKS, alphaOverlaps, codeOf, readmeCode, readmePage, writeSceneVideo } from '../readme.mjs';
+import { installed, served } from '../package/project.mjs';
 import { expect, test } from './fixtures.mjs';
 import { needsFfmpeg } from './video-clips.mjs';
 

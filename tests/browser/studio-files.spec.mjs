@@ -2,7 +2,7 @@
 
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { ensureClips } from '../intake/clips.mjs';
+import { ensureClips } from '../intake.mjs';
 import { movingFrames } from '../moving.mjs';
 import { pngBytes } from '../png.mjs';
 import { downloadBytes, expect, runEnd, test, useSample } from './fixtures.mjs';

@@ -3,7 +3,7 @@
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { root } from '../../scripts/tools.mjs';
-import { ensureClips, hasFfmpeg } from '../intake/clips.mjs';
+import { ensureClips, hasFfmpeg } from '../intake.mjs';
 import { movingFrames, plainFrame, shiftingFrames, textureAt } from '../moving.mjs';
 import { downloadBytes, expect, runEnd, test, useSample } from './fixtures.mjs';
 import {

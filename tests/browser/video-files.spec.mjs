@@ -3,7 +3,7 @@
 
 import { existsSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { CLIP, ensureClips } from '../intake/clips.mjs';
+import { CLIP, ensureClips } from '../intake.mjs';
 import { expect, giveFile, test, useLibrary } from './fixtures.mjs';
 import { FILM, H264, needsFfmpeg, useFilms } from './video-clips.mjs';
 

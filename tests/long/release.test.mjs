@@ -8,7 +8,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { absentFrom, readManifest } from '../../scripts/pack.mjs';
-import { PARTS } from '../../scripts/release/local.mjs';
+import { PARTS } from '../../scripts/release.mjs';
 import { findProgram, output, root } from '../../scripts/tools.mjs';
 
 const copy = mkdtempSync(join(tmpdir(), 'tracecut-copy-'));

@@ -10,8 +10,7 @@ import { after, before, describe, test } from 'node:test';
 import { readFrames, segmentVideo } from 'tracecut';
 import { framesOfVideo } from 'tracecut/node';
 import { videoInfo } from '../../dist/index.js';
-import { CASES, checkOutcome, maskOfRed } from '../intake/cases.mjs';
-import { CLIP, ensureClips, hasFfmpeg } from '../intake/clips.mjs';
+import { CASES, CLIP, checkOutcome, ensureClips, hasFfmpeg, maskOfRed } from '../intake.mjs';
 import { commandLine } from '../programs.mjs';
 import { readPng } from '../png.mjs';
 

@@ -8,7 +8,7 @@ import { test } from 'node:test';
 import { fromTracksDat } from 'tracecut/stages';
 import { outcome } from '../package/app/segment.js';
 import { root } from '../../scripts/tools.mjs';
-import { installed } from '../package/installed.mjs';
+import { installed } from '../package/project.mjs';
 import { freePort } from '../programs.mjs';
 import { codeOf, readmeCode, readmePage, TASKS } from '../readme.mjs';
 import { framesOf, png } from './support.mjs';

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { before, describe, test } from 'node:test';
 import { fitSize, segmentVideo, videoFrames, videoInfo } from 'tracecut';
 import { editMasks } from 'tracecut/edit';
-import { countPixels, decodeRuns, encodeRuns } from '../../dist/session/runs.js';
+import { countPixels, decodeRuns, encodeRuns } from '../../dist/session/serialize.js';
 import { reducePixels } from '../../dist/worker/pixels.js';
 import { framesOf, plain, png, rejects } from './support.mjs';
 

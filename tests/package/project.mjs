@@ -1,11 +1,117 @@
-// A project with the packed tarball, tools at pinned versions, and an unchanged recipe of docs/recipes.
+// The packed tarball in a project outside of this one, as a user has it, with tools at pinned versions and an unchanged recipe
+// of docs/recipes, and a server for such projects.
 
-import { execFile } from 'node:child_process';
-import { chmodSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
-import { dirname, join } from 'node:path';
+import { execFile, execFileSync } from 'node:child_process';
+import { createHash } from 'node:crypto';
+import {
+  chmodSync,
+  cpSync,
+  existsSync,
+  mkdirSync,
+  mkdtempSync,
+  readFileSync,
+  readdirSync,
+  realpathSync,
+  renameSync,
+  rmSync,
+  statSync,
+  writeFileSync,
+} from 'node:fs';
+import { createServer } from 'node:http';
+import { tmpdir } from 'node:os';
+import { dirname, extname, join, resolve, sep } from 'node:path';
 import { promisify } from 'node:util';
 import { root } from '../../scripts/tools.mjs';
-import { installed } from './installed.mjs';
+
+const windows = process.platform === 'win32';
+const types = {
+  '.html': 'text/html',
+  '.js': 'text/javascript',
+  '.mjs': 'text/javascript',
+  '.wasm': 'application/wasm',
+  '.json': 'application/json',
+};
+
+/**
+ * Copies `source`, if given, into a new folder and installs the tarball there, without network.
+ *
+ * @param {{after: (clean: () => void) => void}} t
+ * @param {string} [source] a folder of this project
+ * @returns {string} the folder
+ */
+export function installed(t, source) {
+  const folder = realpathSync(mkdtempSync(join(tmpdir(), 'tracecut-')));
+  t.after(() => rmSync(folder, { recursive: true, force: true }));
+  if (source) cpSync(join(root, source), folder, { recursive: true });
+  // Only the tarball is installed: other dependencies of an example, such as a bundler, are those of this project.
+  const manifest = JSON.parse(source ? readOr(join(folder, 'package.json'), '{}') : '{}');
+  cpSync(packedAndInstalled(), folder, { recursive: true, verbatimSymlinks: true });
+  const installedManifest = JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8'));
+  writeFileSync(
+    join(folder, 'package.json'),
+    JSON.stringify({ ...installedManifest, type: manifest.type ?? 'module' }),
+  );
+  return folder;
+}
+
+/** Returns a folder in which npm has installed the tarball, shared by all tests of a build. */
+function packedAndInstalled() {
+  const built = readdirSync(join(root, 'dist'), { recursive: true }).map((name) => join(root, 'dist', name));
+  const shipped = ['package.json', 'README.md', 'CHANGELOG.md'].map((name) => join(root, name));
+  const hash = createHash('sha256');
+  for (const file of [...built, ...shipped]) {
+    const { size, mtimeMs } = statSync(file);
+    hash.update(`${file} ${size} ${mtimeMs}\n`);
+  }
+  const folder = join(root, 'out', 'installed', hash.digest('hex').slice(0, 16));
+  if (existsSync(folder)) return folder;
+  mkdirSync(join(root, 'out', 'installed'), { recursive: true });
+  const draft = mkdtempSync(join(root, 'out', 'installed', 'draft-'));
+  npm(root, 'pack', '--silent', '--ignore-scripts', '--pack-destination', draft);
+  const [tarball] = readdirSync(draft).filter((name) => name.endsWith('.tgz'));
+  writeFileSync(join(draft, 'package.json'), JSON.stringify({ private: true }));
+  npm(draft, 'install', '--offline', '--no-audit', '--no-fund', `./${tarball}`);
+  try {
+    renameSync(draft, folder);
+  } catch {
+    rmSync(draft, { recursive: true }); // Another process was first.
+  }
+  return folder;
+}
+
+/**
+ * Serves a folder.
+ *
+ * @param {{after: (clean: () => void) => void}} t
+ * @param {string} folder
+ * @param {{headers?: Record<string, string>}} [options] headers of each response
+ * @returns {Promise<string>} the server's address
+ */
+export async function served(t, folder, { headers = {} } = {}) {
+  const server = createServer((request, response) => {
+    const path = decodeURIComponent(request.url.split('?')[0]);
+    const file = resolve(folder, `.${path.endsWith('/') ? `${path}index.html` : path}`);
+    if (!file.startsWith(folder + sep) || !statSync(file, { throwIfNoEntry: false })?.isFile())
+      return response.writeHead(404).end();
+    const type = types[extname(file)] ?? 'application/octet-stream';
+    response.writeHead(200, { 'Content-Type': type, ...headers });
+    response.end(readFileSync(file));
+  });
+  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
+  t.after(() => {
+    server.close();
+    server.closeAllConnections();
+  });
+  return `http://127.0.0.1:${server.address().port}/`;
+}
+
+function npm(folder, ...args) {
+  execFileSync('npm', args, { cwd: folder, encoding: 'utf8', shell: windows, stdio: ['ignore', 'pipe', 'pipe'] });
+}
+
+function readOr(file, otherwise) {
+  return statSync(file, { throwIfNoEntry: false }) ? readFileSync(file, 'utf8') : otherwise;
+}
 
 const run = promisify(execFile);
 

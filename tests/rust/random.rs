@@ -92,9 +92,9 @@ fn integer_overflow_ends_a_test() {
     assert!(before_its_start.is_err(), "overflow-checks are off in the profile of tests");
 }
 
-/// For `tests/differ.mjs`, which names the folder and the seeds in the environment.
+/// For `tests/native/differ.test.mjs`, which names the folder and the seeds in the environment.
 #[test]
-#[ignore = "called by tests/differ.mjs"]
+#[ignore = "called by tests/native/differ.test.mjs"]
 fn sessions_are_recorded() {
     let folder = std::env::var_os("TRACECUT_SESSIONS");
     let (Some(folder), Some(seeds)) = (folder, seeds_of_environment()) else { return };

@@ -5,8 +5,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { afterEach, mock, test } from 'node:test';
 import { ClipJob } from '../../build/model/clip-job.js';
-import { ClipWork } from '../../dist/session/progress.js';
-import { StageClock } from '../../dist/session/stage-clock.js';
+import { ClipWork, StageClock } from '../../dist/session/progress.js';
 import { movingFrames } from '../moving.mjs';
 import { CLIP, openModel, openSampleWork } from './studio.mjs';
 

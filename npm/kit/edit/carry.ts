@@ -9,7 +9,7 @@
 
 import { TraceCutError, checkNumber, checkWholeNumber, illegal } from '../../check/errors.js';
 import { findShot } from '../../check/masks.js';
-import { decodeRuns, encodeRuns } from '../../session/runs.js';
+import { decodeRuns, encodeRuns } from '../../session/serialize.js';
 import { type ImageEngine, createImageEngine } from '../../stages/image.js';
 import type { FlowField } from '../../session/engine.js';
 import { type Picture, type Size, checkPicture, createPlaces, findPixel, readColours, readFlow } from './motion.js';

@@ -3,18 +3,17 @@
 
 import { TraceCutError, checkOptions, checkWholeNumber, illegal, isPlainObject } from '../../check/errors.js';
 import { MAX_LABEL, type MaskSource, checkMasks, findShot, readLabels } from '../../check/masks.js';
-import { loadPart } from '../../places.js';
-import { type Place, type Stroke, toMerge, toSplit, toStrokes } from '../../session/inputs.js';
+import { loadPart } from '../../platform.js';
+import { type Place, type Stroke, toMerge, toSplit, toStrokes } from '../../session/requests.js';
 import { getTrajectories } from '../../session/report.js';
-import { type Runs as Region, checkRuns, encodeRuns, forEachRun } from '../../session/runs.js';
+import { type Runs as Region, checkRuns, encodeRuns, forEachRun } from '../../session/serialize.js';
 import { divideRegions, findPiece, strokePixels } from './regions.js';
 import type { WasmSource } from '../../check/options.js';
 import type { Session } from '../../session/session.js';
 import type { ImageEngine } from '../../stages/image.js';
 import type { ClipTrajectories, VideoResult } from '../../video/result.js';
 import type { CarryOptions, CarryRange } from './carry.js';
-import type { InterpolateOptions } from './interpolate.js';
-import type { Picture } from './motion.js';
+import type { InterpolateOptions, Picture } from './motion.js';
 
 /** Options of an editor. */
 export interface EditOptions {
@@ -308,7 +307,7 @@ export class MaskEditor {
     checkOptions(options, ['sides', 'signal', 'onFrame']);
     const { picture, engine } = this.#options;
     if (!picture) throw new TraceCutError('state', 'interpolate needs pictures: editMasks(masks, {picture})');
-    const { interpolate } = await loadPart(import('./interpolate.js'));
+    const { interpolate } = await loadPart(import('./motion.js'));
     const paints = await interpolate(this, range, { ...options, picture }, engine);
     return this.#push({ kind: 'interpolate', ...range, sides: options.sides ?? 'both' }, { paints });
   }

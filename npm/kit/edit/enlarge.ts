@@ -3,17 +3,16 @@
 import { TraceCutError, checkOptions, checkSides, illegal, typeTag } from '../../check/errors.js';
 import { type ObjectChoice, selectLabels } from '../../check/masks.js';
 import { type WasmSource, checkWorker } from '../../check/options.js';
-import { getWorkerStarter, platform } from '../../platform.js';
+import { type WorkerSource, getWorkerStarter, platform } from '../../platform.js';
 import {
   type EnlargeTask,
   type EnlargedFrame,
   type EnlargedMask,
   type HeldImage,
   enlargeInThread,
-} from '../../worker/decode.js';
+} from '../../worker/instance.js';
 import { type FrameSource, toRawFrame } from '../../worker/frames.js';
 import { TaskWorkers } from '../../worker/remote.js';
-import type { WorkerSource } from '../../places.js';
 
 /** A mask of one frame: a label for each pixel, row by row, 0 for the background. */
 export type FrameMask = { labels: Uint8Array; width: number; height: number };

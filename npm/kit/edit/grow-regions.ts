@@ -1,7 +1,7 @@
 // Finds the object at a place: regions of superpixels that grow from there, over weak borders first.
 
 import { TraceCutError, checkWholeNumber, illegal } from '../../check/errors.js';
-import { type Runs as Region, encodeRuns } from '../../session/runs.js';
+import { type Runs as Region, encodeRuns } from '../../session/serialize.js';
 import type { FlowField } from '../../session/engine.js';
 import type { Superpixels } from '../../stages/image.js';
 import type { Picture } from './motion.js';

@@ -11,9 +11,9 @@ import {
 } from '../../check/errors.js';
 import { MAX_FRAMES, type MaskSource, checkMasks, getTimes, readLabels } from '../../check/masks.js';
 import { VERSION } from '../../parameters.js';
-import { loadPart } from '../../places.js';
+import { loadPart } from '../../platform.js';
 import { getTrajectories } from '../../session/report.js';
-import { checkRuns, encodeRuns, joinRuns, joinWords, splitRuns } from '../../session/runs.js';
+import { checkRuns, encodeRuns, joinRuns, joinWords, splitRuns } from '../../session/serialize.js';
 import { Decoder, Encoder } from '../../text.js';
 import { type ClipTrajectories, type Shot, VideoResult } from '../../video/result.js';
 import { runTask } from '../../worker/aside.js';

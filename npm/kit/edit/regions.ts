@@ -3,9 +3,9 @@
 import { TraceCutError, checkWholeNumber, illegal } from '../../check/errors.js';
 import { strokeDistances } from '../../decoder.js';
 import { platform } from '../../platform.js';
-import { type Place, type Stroke, checkStroke } from '../../session/inputs.js';
-import { type Runs as Region, encodeRuns } from '../../session/runs.js';
-import { callDecoder } from '../../worker/decode.js';
+import { type Place, type Stroke, checkStroke } from '../../session/requests.js';
+import { type Runs as Region, encodeRuns } from '../../session/serialize.js';
+import { callDecoder } from '../../worker/instance.js';
 import { type Mask, fillPiece } from './adjust.js';
 import type { WasmSource } from '../../check/options.js';
 

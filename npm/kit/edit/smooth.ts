@@ -3,7 +3,7 @@
 
 import { checkOptions, checkWholeNumber, illegal } from '../../check/errors.js';
 import { MAX_LABEL, type MaskSource, checkMasks, findShot, getTimes, readLabels } from '../../check/masks.js';
-import { type Runs, decodeRuns, encodeRuns } from '../../session/runs.js';
+import { type Runs, decodeRuns, encodeRuns } from '../../session/serialize.js';
 import { type ImageEngine, createImageEngine } from '../../stages/image.js';
 import type { FlowField } from '../../session/engine.js';
 import {

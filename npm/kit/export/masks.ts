@@ -12,7 +12,7 @@ import {
   readLabels,
   selectLabels,
 } from '../../check/masks.js';
-import { type LabelColors, parseColor, toColorFunction } from '../../draw/palette.js';
+import { type LabelColors, parseColor, toColorFunction } from '../../draw/labels.js';
 import { VERSION } from '../../parameters.js';
 import { Encoder } from '../../text.js';
 import { encodePng, runTask } from '../../worker/aside.js';

@@ -12,7 +12,7 @@ import {
 } from '../../check/masks.js';
 import { objectRows, objectTable as writeTable } from '../../decoder.js';
 import { platform } from '../../platform.js';
-import { callDecoder } from '../../worker/decode.js';
+import { callDecoder } from '../../worker/instance.js';
 import type { WasmSource } from '../../check/options.js';
 
 /**

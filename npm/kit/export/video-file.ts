@@ -1,11 +1,10 @@
 // Writes a video file: frames, the sound of the source, and for WebM a layer of opacity.
 
 import { TraceCutError, typeTag } from '../../check/errors.js';
-import { loadPart } from '../../places.js';
+import { loadPart } from '../../platform.js';
 import { yieldThread } from '../../worker/pause.js';
-import { type Codec, QUANTIZER, computeBitrate } from './quality.js';
+import { type Codec, QUANTIZER, type SoundOptions, computeBitrate } from './video-options.js';
 import type { Output, Quality } from '../../vendor/media.js';
-import type { SoundOptions } from './sound.js';
 import type { PaintedPixels, Painter } from './video-painter.js';
 import type { VideoPlan } from './video.js';
 import type { EncodedAudioPacketSource, EncodedPacket, Input, InputAudioTrack } from 'mediabunny';
@@ -313,6 +312,49 @@ function convertToI420({ data, width, height, box }: PaintedPixels): Uint8Array<
     }
   }
   return planes;
+}
+
+/**
+ * The sound of a file: its codec, and the formats that can hold it: those of `encodeVideo`, and `wav` for `encodeImages`
+ * if this browser can decode it. Formats in `converted` get it as Opus, encoded by this browser; other videos get it as
+ * it is in the file.
+ */
+export type SoundInfo = {
+  readonly codec: string;
+  readonly channels: number;
+  readonly sampleRate: number;
+  readonly formats: ('webm' | 'mp4' | 'wav')[];
+  readonly converted: ('webm' | 'mp4')[];
+};
+
+/** Returns the codec of a file's sound and the formats that can hold it; null if the file has none. */
+export async function soundInfo(source: Blob | ArrayBuffer | Uint8Array): Promise<SoundInfo | null> {
+  const media = await loadPart(import('../../vendor/media.js'));
+  const input = openInput(media, source);
+  try {
+    const track = (await input.canRead()) ? await input.getPrimaryAudioTrack() : null;
+    const codec = await track?.getCodec();
+    if (!track || !codec) return null;
+    const videos: ('webm' | 'mp4')[] = ['webm', 'mp4'];
+    const unsupported = videos.filter(
+      (format) => !createFormat(media, format).getSupportedAudioCodecs().includes(codec),
+    );
+    const { findConversion, findDecoder } = await loadPart(import('./sound-convert.js'));
+    const isConverted = unsupported.length > 0 && (await findConversion(track)) !== null;
+    const isDecoded = (await findDecoder(track)) !== null;
+    return {
+      codec,
+      channels: await track.getNumberOfChannels(),
+      sampleRate: await track.getSampleRate(),
+      formats: [
+        ...videos.filter((format) => isConverted || !unsupported.includes(format)),
+        ...(isDecoded ? (['wav'] as const) : []),
+      ],
+      converted: isConverted ? unsupported : [],
+    };
+  } finally {
+    input.dispose();
+  }
 }
 
 export type SoundTrack = { write: (until: number) => Promise<void>; close: () => void };

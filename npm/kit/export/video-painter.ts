@@ -4,8 +4,15 @@ import { illegal, typeTag } from '../../check/errors.js';
 import { type MaskSource, readLabels } from '../../check/masks.js';
 import { type Backdrop, LEGAL_BACKDROPS, drawBackdrop, findBox, isFrameBackdrop } from '../../draw/cutout.js';
 import { drawLabels } from '../../draw/labels.js';
-import { type Drawable, type MaskAtSize, checkSize, getContext2d, scaleMask, toDrawable } from '../edit/at-size.js';
-import type { PendingFrame } from '../edit/prefetch.js';
+import {
+  type Drawable,
+  type MaskAtSize,
+  type PendingFrame,
+  checkSize,
+  getContext2d,
+  scaleMask,
+  toDrawable,
+} from '../edit/at-size.js';
 import type { EncodeItem, VideoPlan } from './video.js';
 
 /**

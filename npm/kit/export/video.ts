@@ -11,13 +11,11 @@ import {
 } from '../../check/errors.js';
 import { type MaskSource, type ObjectChoice, checkMasks, getEnd, getTimes, selectLabels } from '../../check/masks.js';
 import { type Backdrop, LEGAL_BACKDROPS, isBackdrop } from '../../draw/cutout.js';
-import { type LabelColors, SCREEN_GREEN } from '../../draw/palette.js';
+import { type LabelColors, SCREEN_GREEN } from '../../draw/labels.js';
 import { type MaskEdges, checkEdges } from '../edit/adjust.js';
-import { prefetch } from '../edit/prefetch.js';
-import { createTooFewError } from '../edit/at-size.js';
+import { createTooFewError, prefetch } from '../edit/at-size.js';
 import { yieldThread } from '../../worker/pause.js';
-import { QUALITIES, type VideoQuality } from './quality.js';
-import { type SoundOptions, checkSound } from './sound.js';
+import { QUALITIES, type SoundOptions, type VideoQuality, checkSound } from './video-options.js';
 import type { WasmSource } from '../../check/options.js';
 import type { PixelFrame } from '../../worker/frames.js';
 import type { ExportProgress } from './masks.js';

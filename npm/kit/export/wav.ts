@@ -1,10 +1,10 @@
 // The sound of a file as WAV: 16-bit samples at the rate of the file, of an exact length.
 
 import { TraceCutError } from '../../check/errors.js';
-import { loadPart } from '../../places.js';
+import { loadPart } from '../../platform.js';
 import { countChannels, decodeSound, findDecoder } from './sound-convert.js';
 import { openInput } from './video-file.js';
-import type { SoundOptions } from './sound.js';
+import type { SoundOptions } from './video-options.js';
 
 const HEADER_BYTES = 44;
 const BYTES_PER_SAMPLE = 2;

@@ -253,8 +253,8 @@ fn check_discontinuities(frame: &Frame, params: &Params) {
     }
 }
 
-/// Writes a session with its outcome, for other builds to repeat (`tests/differ.mjs`): parameters and outcome in `SEED.json`, the
-/// frames in `SEED.rgba`.
+/// Writes a session with its outcome, for other builds to repeat (`tests/native/differ.test.mjs`): parameters and outcome in
+/// `SEED.json`, the frames in `SEED.rgba`.
 pub fn write_session(folder: &Path, seed: u64) {
     let mut choices = Choices::from_seed(seed, "differ");
     let params = params(&mut choices);
@@ -284,7 +284,7 @@ fn params_json(params: &Params) -> Value {
     serde_json::from_str(&serde_json::to_string(params).unwrap()).unwrap()
 }
 
-/// As `outcomeOf` in `tests/differ.mjs`.
+/// As `outcomeOf` in `tests/native/differ.test.mjs`.
 fn outcome_json(outcome: &Result<Results, Error>) -> Value {
     match outcome {
         Ok(found) => json!({

@@ -1,11 +1,13 @@
-// The recipe of Node in several versions, each with what Node of this project finds.
+// Recipes of docs/recipes: Node in several versions, each with the results of this one, and FFmpeg with the archive of masks.
 
 import assert from 'node:assert/strict';
+import { execFileSync, spawnSync } from 'node:child_process';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
+import { TASKS, alphaOverlaps, codeOf, writeSceneVideo } from '../readme.mjs';
 import { outcome } from '../package/app/segment.js';
-import { execute, nodeOf, project, recipe } from '../package/project.mjs';
+import { execute, installed, nodeOf, project, recipe } from '../package/project.mjs';
 
 let expected;
 before(async () => {
@@ -29,3 +31,18 @@ for (const version of ['18.20.8', '20.19.5', '22.21.1', '24.11.1']) {
       assert.deepEqual(JSON.parse(await execute(folder, node, [file])), expected, file);
   });
 }
+
+const isInstalled = (program, ...args) => spawnSync(program, args).status === 0;
+const skip = !(isInstalled('ffmpeg', '-version') && isInstalled('unzip', '-v')) && 'ffmpeg or unzip is not installed';
+
+test('the recipe for FFmpeg gives a video the masks as its alpha channel', { skip }, async (t) => {
+  const folder = installed(t);
+  const clip = join(folder, 'clip.mp4');
+  await writeSceneVideo(clip, ['-c:v', 'mpeg4', '-q:v', '2']);
+  const [heading] = TASKS.long;
+  writeFileSync(join(folder, 'main.mjs'), codeOf('docs/tasks.md').get(heading));
+  execFileSync(process.execPath, ['main.mjs'], { cwd: folder });
+  const commands = codeOf('docs/tasks.md', 'sh').get(heading);
+  execFileSync('sh', ['-ec', commands], { cwd: folder, stdio: ['ignore', 'ignore', 'pipe'] });
+  for (const overlap of await alphaOverlaps(join(folder, 'cutout.mov'), clip)) assert.ok(overlap > 0.99, `${overlap}`);
+});

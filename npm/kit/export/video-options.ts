@@ -1,6 +1,6 @@
-// Encoding quality of videos, and an estimate of their size.
+// Options of videos: encoding quality, with an estimate of the size, and sound.
 
-import { checkNumber, checkOptions, checkWholeNumber, illegal } from '../../check/errors.js';
+import { checkNumber, checkOptions, checkWholeNumber, illegal, typeTag } from '../../check/errors.js';
 
 export type Codec = 'vp9' | 'vp8' | 'av1' | 'avc';
 
@@ -75,4 +75,32 @@ export function estimateVideoSize(video: VideoEstimate): number {
     throw illegal('param', 'style', style, "'overlay', 'cutout', 'masks', 'alpha'");
   const share = style === 'overlay' ? 1 : CUTOUT_SHARE;
   return Math.round((share * TYPICAL_BITS_PER_PIXEL[quality] * width * height * numFrames) / 8);
+}
+
+/** Source of the sound. */
+export interface SoundOptions {
+  /** Video file. */
+  source: Blob | ArrayBuffer | Uint8Array;
+  /** Start in seconds; the file's start if not given. */
+  start?: number;
+  /** End in seconds; the file's end if not given. */
+  end?: number;
+}
+
+/** Checks the option `sound`; returns null if it is not given. */
+export function checkSound(sound: unknown): Required<SoundOptions> | null {
+  if (sound === undefined) return null;
+  const legal = ['source', 'start', 'end'];
+  const {
+    source,
+    start = 0,
+    end = Infinity,
+  } = checkOptions<SoundOptions>(sound as SoundOptions, legal, {
+    prefix: 'sound.',
+  });
+  if (!['Blob', 'File', 'ArrayBuffer', 'Uint8Array'].includes(typeTag(source)))
+    throw illegal('param', 'sound.source', source, 'a Blob, or the bytes of a file');
+  if (typeof start !== 'number' || !(start >= 0)) throw illegal('param', 'sound.start', start, 'seconds, 0 or more');
+  if (typeof end !== 'number' || !(end > start)) throw illegal('param', 'sound.end', end, `more than start = ${start}`);
+  return { source, start, end };
 }
