@@ -4,6 +4,7 @@
 
 import { readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { dirname, join, posix, relative } from 'node:path';
+import { pathToFileURL } from 'node:url';
 import { root } from './tools.mjs';
 
 /** The page, beside the files of `studio/` that are served as they are. */
@@ -77,3 +78,5 @@ function mentions(declarations, name) {
   const code = declarations.replace(/\/\*[^]*?\*\/|\/\/.*$|'[^'\n]*'|"[^"\n]*"/gm, '');
   return new RegExp(`(?<![.\\w])${name}\\b(?!\\??\\s*:)`).test(code);
 }
+
+if (import.meta.url === pathToFileURL(process.argv[1] ?? '').href) await compilePage();

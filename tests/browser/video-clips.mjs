@@ -85,8 +85,3 @@ async function playedFrame(blob, time) {
   const colorAt = ([x, y]) => [...data.subarray(4 * (y * width + x), 4 * (y * width + x) + 4)];
   return { width, height, duration, data, colorAt };
 }
-
-/** Gives a page the function `playedFrame`. @param {import('@playwright/test').Page} page */
-export function definePlayedFrame(page) {
-  return page.evaluate(`globalThis.playedFrame = ${playedFrame}`);
-}
