@@ -10,7 +10,7 @@ import { after, test } from 'node:test';
 import { build as bundle } from 'esbuild';
 import * as tracecut from 'tracecut';
 import { LIBRARIES, LICENCES } from '../../scripts/licences.mjs';
-import { packed, sizes } from '../../scripts/size.mjs';
+import { packed } from '../../scripts/size.mjs';
 import { root } from '../../scripts/tools.mjs';
 
 const require = createRequire(import.meta.url);
