@@ -359,6 +359,7 @@ export async function soundInfo(source: Blob | ArrayBuffer | Uint8Array): Promis
 
 export type SoundTrack = { write: (until: number) => Promise<void>; close: () => void };
 
+/** @internal Its types are those of the bundled library, which the package does not declare. */
 export function createFormat(media: typeof import('../../vendor/media.js'), format: 'webm' | 'mp4') {
   return format === 'mp4' ? new media.Mp4OutputFormat({ fastStart: 'in-memory' }) : new media.WebMOutputFormat();
 }
@@ -464,6 +465,7 @@ function cutPacket(packet: EncodedPacket, rate: number, start: number, end: numb
   return packet.clone({ data, timestamp: packet.timestamp + from / rate, duration: (to - from) / rate });
 }
 
+/** @internal As `createFormat`. */
 export function openInput(media: typeof import('../../vendor/media.js'), source: Blob | ArrayBuffer | Uint8Array) {
   const blob = typeTag(source) === 'Blob' || typeTag(source) === 'File' ? source : new Blob([source as BlobPart]);
   return new media.Input({
