@@ -191,7 +191,7 @@ fn every_form_holds_the_same_masks() {
         paint(&mut from_runs[t], annotation);
     }
     for (t, labels) in from_runs.iter().enumerate() {
-        let expected = read_labels(&out, t);
+        let expected = read_labels(out, t);
         assert!(labels == &expected, "runs of frame {t}");
         assert!(npy[header + t * size..header + (t + 1) * size] == expected, "array of frame {t}");
     }
