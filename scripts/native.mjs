@@ -1,5 +1,6 @@
-// `node scripts/native.mjs build|test ...` builds or tests the native crates with Cargo, always the same set of them: another set
-// has other features, and all dependencies would be compiled again. The Python module is one of them where Python is installed.
+// `node scripts/native.mjs build|test|clippy ...` builds, tests or lints the native crates with Cargo, always the same set of
+// them: another set has other features, and all dependencies would be compiled again. The Python module is one of them where
+// Python is installed.
 
 import { pathToFileURL } from 'node:url';
 import { output, run } from './tools.mjs';
