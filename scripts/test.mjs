@@ -90,7 +90,7 @@ function countTests(log) {
     const patterns = [
       new RegExp(String.raw`^test result: .*? (\d+) ${{ skipped: 'ignored' }[word] ?? word}`, 'gm'),
       new RegExp(String.raw`^\W* ${{ passed: 'pass', failed: 'fail' }[word] ?? word} (\d+)$`, 'gm'),
-      new RegExp(String.raw`^(?!test result)(?:=+ |  )?(?:.*, )?(\d+) ${word}\b`, 'gm'),
+      new RegExp(String.raw`^[= ]*(?:\d+ \w+, )*(\d+) ${word}\b`, 'gm'),
     ];
     return patterns.flatMap((pattern) => [...log.matchAll(pattern)]).reduce((total, [, n]) => total + Number(n), 0);
   };
