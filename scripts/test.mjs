@@ -65,6 +65,7 @@ function runScript(script) {
 function report() {
   const sum = { passed: 0, failed: 0, skipped: 0 };
   const unchanged = [];
+  const failures = new Map();
   const isFailed = exits.some((code) => code !== 0);
   for (const script of scripts) {
     const log = join(root, 'out', 'tests', `${script.replace(':', '-')}.log`);
@@ -73,9 +74,12 @@ function report() {
     // After a failure it may also be that the part could not start.
     if (isOld && isFailed) continue;
     if (isOld) unchanged.push(script);
-    const counts = countTests(readFileSync(log, 'utf8'));
+    const text = readFileSync(log, 'utf8');
+    const counts = countTests(text);
     for (const key of Object.keys(sum)) sum[key] += counts[key];
+    if (counts.failed > 0) failures.set(script, failuresIn(text));
   }
+  for (const [script, text] of failures) console.log(`\nFailures of ${script}:\n${text}`);
   if (unchanged.length > 0) console.log(`\nUnchanged since they passed: ${unchanged.join(', ')} (--force runs them)`);
   const failed = Math.max(sum.failed, Number(isFailed));
   const seconds = Math.round((Date.now() - start) / 1000);
@@ -95,4 +99,11 @@ function countTests(log) {
     return patterns.flatMap((pattern) => [...log.matchAll(pattern)]).reduce((total, [, n]) => total + Number(n), 0);
   };
   return { passed: count('passed'), failed: count('failed'), skipped: count('skipped') };
+}
+
+/** Returns what a runner wrote about the tests that failed, so that it also stands at the end of a long output. */
+function failuresIn(log) {
+  const heads = [/^failures:$/m, /^\W* failing tests:$/m, /^ {2}1\) .* › /m, /^=+ FAILURES =+$/m];
+  const start = Math.min(...heads.map((head) => log.search(head)).filter((index) => index >= 0));
+  return (Number.isFinite(start) ? log.slice(start).split('\n').slice(0, 60) : log.split('\n').slice(-60)).join('\n');
 }
