@@ -22,7 +22,6 @@ fn function_of(name: &str) -> Option<fn(&[u8])> {
         "definition" => truth::definition,
         "flo" => truth::flo,
         "image_file" => readers::image_file,
-        "mat" => truth::mat,
         "parameters" => readers::parameters,
         "pgm" => truth::pgm,
         "setting" => checks::setting,

@@ -3,7 +3,7 @@
 
 use super::batch::{Batch, require_dense, write_json};
 use super::clips::{Clip, davis_clips, write_overlays};
-use super::shot::num_clusters;
+use super::moseg::num_clusters;
 use crate::measures::davis::{
     LabelTally, Summary, boundary_measure, boundary_measure_within, region_similarity, scored_frames,
 };

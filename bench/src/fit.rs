@@ -2,9 +2,9 @@
 
 use super::batch::in_order;
 use super::clips::Suite;
+use super::moseg::Shot;
 use super::points::{Item, items};
 use super::runs::{RunOptions, SEEDS};
-use super::shot::Shot;
 use crate::measures::logistic::{Example, fit, loss};
 use crate::measures::moseg::overlap_of;
 use clap::Args;

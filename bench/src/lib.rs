@@ -1,4 +1,4 @@
-//! The program `bench`: scores against ground truth, and the tables and curves of the paper.
+//! The program `bench`: scores against ground truth.
 //!
 //! Not published: neither the crate, nor the wheel, nor the user's command line carries any of it. README.md beside
 //! `src` has a line for each command. [`measures`] has the computations; a module for each command reads, runs and prints.
@@ -6,23 +6,16 @@
 mod batch;
 mod clips;
 mod compare;
-mod contours;
 mod davis;
-mod discretization;
-mod figment;
 mod fit;
 mod flow;
-mod foreground;
 mod masks;
-pub mod mat;
 pub mod measures;
 mod moseg;
 mod points;
 mod report;
 mod runs;
-mod shot;
 mod stability;
-mod superpixels;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -41,8 +34,6 @@ struct Cli {
 enum Command {
     /// Run every sequence of a folder in the layout of the Moseg benchmark and score the labels
     Moseg(moseg::MosegArgs),
-    /// Run every sequence of such a folder and score which trajectories are foreground
-    Foreground(foreground::ForegroundArgs),
     /// Run every sequence of a folder in the layout of DAVIS 2016 and score the masks: region similarity J, boundary
     /// measure F
     Davis(davis::DavisArgs),
@@ -56,19 +47,8 @@ enum Command {
     Fit(fit::FitArgs),
     /// Measure the changes of J under irrelevant changes of a clip: seed, crop, mirror, light, JPEG, start
     Stability(stability::StabilityArgs),
-    /// Compare five ways to make clusters of the embedding: over-segmentation against missed objects (the paper's
-    /// Figure 10)
-    Discretization(discretization::DiscretizationArgs),
-    /// Run sequences of entangled people with masks of every few frames and score the trajectories (the paper's Table
-    /// 1)
-    Figment(figment::FigmentArgs),
     /// End-point error of the flow on frame pairs in the Middlebury layout: NAME/frame10.png, frame11.png, flow10.flo
     Flow(flow::FlowArgs),
-    /// Boundary recall, under-segmentation error and achievable accuracy of superpixels, on images that people
-    /// segmented
-    Superpixels(superpixels::SuperpixelArgs),
-    /// Boundary maps against the outlines that people drew (BSDS500)
-    Contours(contours::ContoursArgs),
 }
 
 /// The whole program.
@@ -81,16 +61,11 @@ pub fn main() -> ExitCode {
 fn run(command: &Command) -> Result<()> {
     match command {
         Command::Moseg(args) => moseg::eval(args),
-        Command::Foreground(args) => foreground::eval(args),
         Command::Davis(args) => davis::eval(args),
         Command::Masks(args) => masks::eval(args),
         Command::Points(args) => points::eval(args),
         Command::Fit(args) => fit::eval(args),
         Command::Stability(args) => stability::eval(args),
-        Command::Discretization(args) => discretization::eval(args),
-        Command::Figment(args) => figment::eval(args),
         Command::Flow(args) => flow::eval(args),
-        Command::Superpixels(args) => superpixels::eval(args),
-        Command::Contours(args) => contours::eval(args),
     }
 }

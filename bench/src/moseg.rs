@@ -1,17 +1,20 @@
 //! `bench moseg`: every sequence of the benchmark through the pipeline and the evaluator.
 
 use super::batch::{Batch, run_clip, sequences, write_json};
-use super::shot::{Shot, num_clusters};
+use crate::measures::definition::{Definition, parse_pgm};
 use crate::measures::moseg::{Scores, mean, score, score_dense, trimmed_mean};
 use clap::Args;
 use serde::Serialize;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use tracecut::connectedness::ConnectednessMode;
 use tracecut::discretize::Clusters;
+use tracecut::image::Plane;
 use tracecut::tracks;
 use tracecut::{Params, Session};
 use tracecut_cli::clock::Seconds;
-use tracecut_cli::failure::{Failure, Result, print, write};
+use tracecut_cli::failure::{Failure, Result, print, read, read_text, write};
+use tracecut_cli::images::is_endless;
 
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -208,4 +211,45 @@ fn print_means(sparse: &Means, without: Option<&Means>, dense: Option<&Dense<Mea
 
 fn score_columns(s: &Scores) -> String {
     format!("{:11.2} {:10.2} {:10.2} {:10.2} {:8}", s.density, s.overall, s.average, s.oversegmentation, s.extracted)
+}
+
+/// A shot's ground truth: its definition and the region maps of the labelled frames used.
+pub(super) struct Shot {
+    pub(super) definition: Definition,
+    pub(super) maps: Vec<Plane<u8>>,
+}
+
+impl Shot {
+    /// Reads a definition file and the masks beside it of a range of frames; the range's first is frame 0 of the result.
+    pub(super) fn read(path: &Path, frames: Range<usize>) -> Result<Self> {
+        let mut definition = read_definition(path)?;
+        definition.num_frames = definition.num_frames.saturating_sub(frames.start);
+        definition.labelled.retain(|frame| frames.contains(&frame.index));
+        let mut maps = Vec::new();
+        for frame in &mut definition.labelled {
+            frame.index -= frames.start;
+        }
+        for frame in &definition.labelled {
+            let mask_path = path.with_file_name(&frame.mask);
+            if is_endless(&mask_path) {
+                return Err(Failure::about(
+                    path.display(),
+                    format_args!("names {}, which is no file", mask_path.display()),
+                ));
+            }
+            let mask = parse_pgm(&read(&mask_path)?).map_err(|e| Failure::about(mask_path.display(), e))?;
+            maps.push(definition.regions(&mask));
+        }
+        Ok(Self { definition, maps })
+    }
+}
+
+/// Reads a definition file.
+pub(super) fn read_definition(path: &Path) -> Result<Definition> {
+    Definition::parse(&read_text(path)?).map_err(|e| Failure::about(path.display(), e))
+}
+
+/// Returns the number of labels of [`Session::cluster_labels`]: a clip without clusters has one.
+pub(super) fn num_clusters(session: &Session) -> usize {
+    session.clusters().map_or(0, |c| c.count).max(1)
 }

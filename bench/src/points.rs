@@ -3,10 +3,9 @@
 use super::batch::{in_order, write_json};
 use super::clips::{Clip, Suite, find_clips};
 use super::compare::Earlier;
-use super::moseg::{Sequence, find_sequences};
+use super::moseg::{Sequence, Shot, find_sequences, read_definition};
 use super::report::{Column, Outcome, RUNS_HELP, Report, Run, Scores, by_kind, group_row, heading, summary};
 use super::runs::{Excerpt, RunOptions};
-use super::shot::{Shot, read_definition};
 use crate::measures::definition::{Definition, LabelledFrame};
 use crate::measures::estimate::Estimate;
 use crate::measures::moseg::{self, best_clusters, trimmed};

@@ -1,6 +1,5 @@
 //! The `bench` program from outside: what it prints and writes, and what it answers to folders that it cannot use.
 
-mod clusters;
 mod davis;
 mod wild;
 
@@ -125,18 +124,6 @@ fn a_folder_of_shots_is_run_and_scored() {
 }
 
 #[test]
-fn the_foreground_of_shots_is_scored() {
-    let root = folder("foreground");
-    write_shot(&root);
-    let (table, report) = scored("foreground", &root, &[]);
-    let scores = &report["sequences"][0];
-    assert!(table.lines().any(|l| l.starts_with("toy ")), "{table}");
-    assert_eq!((&scores["name"], &scores["iou"]), (&"toy".into(), &report["mean"]["iou"]));
-    assert!(scores["iou"].as_f64().unwrap() > 0.8 && scores["falseAlarms"].as_f64().unwrap() < 0.05, "{scores}");
-    assert_refused(&score("foreground", &folder("none"), &[]), 3, &["holds no sequence"]);
-}
-
-#[test]
 fn flow_is_measured_against_a_flo_file() {
     let root = folder("flow");
     let pair = root.join("shift");
@@ -156,13 +143,4 @@ fn flow_is_measured_against_a_flo_file() {
     assert!(error < 0.1, "{table}");
     fs::write(pair.join("flow10.flo"), &truth[..100]).unwrap();
     assert_refused(&score("flow", &root, &[]), 3, &["flow10.flo"]);
-}
-
-#[test]
-fn images_without_what_people_drew_are_refused() {
-    let root = folder("bench-image-refused");
-    png(&root.join("picture.png"), 48, 40, &|x, y| texture(x, y, 3));
-    for (command, code) in [("contours", 3), ("superpixels", 1)] {
-        assert_refused(&score(command, &root, &[]), code, &["image-refused"]);
-    }
 }

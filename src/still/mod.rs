@@ -15,8 +15,7 @@
 //!
 //! **Deviations.** The paper's figure has one `Ŵ` of all eigenvectors (`grouping` "joint"). Two eigenvectors at a time, the
 //! constant one and another, with a mean of the roots of `d` by the weights of step 4 ("single"), agree better with
-//! boundaries drawn by people. F on 40 images of BSDS500, one-to-one at the benchmark's tolerance, as
-//! `bench contours --embedding` prints it:
+//! boundaries drawn by people. F on 40 images of BSDS500, one-to-one at the benchmark's tolerance:
 //!
 //! | Pb | d, single | d, joint | gradients | Pb with d, single |
 //! |---|---|---|---|---|

@@ -110,8 +110,11 @@ pub fn overlap_of(
 ) -> Result<Vec<Vec<u64>>, Error> {
     let frames: Vec<usize> = definition.labelled_within(tracks.num_frames).map(|f| f.index).collect();
     check(definition, maps, tracks.num_frames, frames.len())?;
-    let labelled: Vec<(usize, &Plane<u8>)> = frames.into_iter().zip(maps).collect();
-    Ok(overlap(&labelled, definition.num_regions(), tracks, clusters))
+    let mut votes = Votes::new(definition.num_regions(), clusters.count);
+    for (frame, map) in frames.into_iter().zip(maps) {
+        votes.add_tracks(map, frame, tracks, clusters);
+    }
+    Ok(votes.overlap)
 }
 
 /// Scores `labels`, the plane of pixel labels of each labelled frame within the first `num_frames` frames, against
@@ -248,24 +251,9 @@ impl Votes {
     }
 }
 
-/// `overlap[region][cluster]`: the number of trajectory points that both have, over labelled frames, each a frame
-/// number and its region map, of regions in `0..num_regions`.
-pub(super) fn overlap(
-    labelled: &[(usize, &Plane<u8>)],
-    num_regions: usize,
-    tracks: &Trajectories,
-    clusters: &Clusters,
-) -> Vec<Vec<u64>> {
-    let mut votes = Votes::new(num_regions, clusters.count);
-    for &(frame, map) in labelled {
-        votes.add_tracks(map, frame, tracks, clusters);
-    }
-    votes.overlap
-}
-
 /// Steps 2 to 4.
 fn conclude(definition: &Definition, votes: &Votes, maps: &[Plane<u8>]) -> Scores {
-    let visible = visible_regions(definition.num_regions(), maps.iter());
+    let visible = visible_regions(definition.num_regions(), maps);
     let assignment = assign(&votes.overlap, votes.num_clusters);
     summarize(definition, votes, &visible, &assignment, maps)
 }
@@ -273,16 +261,16 @@ fn conclude(definition: &Definition, votes: &Votes, maps: &[Plane<u8>]) -> Score
 /// Index of the pixel nearest to `(x, y)`, if it is inside. As in the published program the rounding is towards zero
 /// after adding one half, so that points up to 1.5 pixels left of or above the image still vote in its first column or
 /// row.
-pub(super) fn nearest_pixel(x: f32, y: f32, width: usize, height: usize) -> Option<usize> {
+fn nearest_pixel(x: f32, y: f32, width: usize, height: usize) -> Option<usize> {
     let (x, y) = ((f64::from(x) + 0.5).trunc(), (f64::from(y) + 0.5).trunc());
     let inside = x >= 0.0 && y >= 0.0 && x < width as f64 && y < height as f64;
     inside.then(|| y as usize * width + x as usize)
 }
 
 /// Marks the regions that appear in any of the maps.
-pub(super) fn visible_regions<'a>(num_regions: usize, maps: impl Iterator<Item = &'a Plane<u8>>) -> Vec<bool> {
+fn visible_regions(num_regions: usize, maps: &[Plane<u8>]) -> Vec<bool> {
     let mut visible = vec![false; num_regions];
-    for &region in maps.flat_map(|m| m.data()).filter(|&&region| region != UNSCORED) {
+    for &region in maps.iter().flat_map(|m| m.data()).filter(|&&region| region != UNSCORED) {
         visible[region as usize] = true;
     }
     visible

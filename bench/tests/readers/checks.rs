@@ -1,6 +1,5 @@
 //! Readers of ground truth: any bytes give an error or a valid value. The fuzz targets call them too.
 
-use tracecut_bench::mat;
 use tracecut_bench::measures::definition::{Definition, parse_pgm};
 use tracecut_bench::measures::flow::{FlowTruth, end_point_error};
 
@@ -29,14 +28,4 @@ pub fn definition(bytes: &[u8]) {
     assert!((1..=256).contains(&regions) && !definition.labelled.is_empty());
     assert!(definition.penalty.len() == regions && definition.penalty.iter().all(|row| row.len() == regions));
     assert!(definition.labelled_within(usize::MAX).count() <= definition.labelled.len());
-}
-
-/// Human segmentations: at least one person, and images of one size.
-pub fn mat(bytes: &[u8]) {
-    let Ok(people) = mat::parse(bytes) else { return };
-    let (width, height) = (people[0].segmentation.width(), people[0].segmentation.height());
-    for one in &people {
-        assert_eq!((one.segmentation.width(), one.segmentation.height()), (width, height));
-        assert_eq!((one.boundaries.width(), one.boundaries.height()), (width, height));
-    }
 }

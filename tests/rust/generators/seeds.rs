@@ -48,7 +48,6 @@ pub fn all() -> Vec<Seed> {
     seeds.extend(named("flo", vec![("known.flo", flo(3, 2)), ("one.flo", flo(1, 1))]));
     seeds.extend(named("pgm", pgms()));
     seeds.extend(named("definition", vec![("Def.dat", DEFINITION.as_bytes().to_vec())]));
-    seeds.extend(named("mat", vec![("plain.mat", mat(false)), ("packed.mat", mat(true))]));
     seeds.extend(named("parameters", parameters()));
     seeds.extend(named("setting", vec![("one", b"flow.patchStride=5".to_vec()), ("two", b"preset=paper".to_vec())]));
     for target in CHOICE_TARGETS {
@@ -257,46 +256,6 @@ const DEFINITION: &str = "Ground truth definition file\n\nTotal number of region
     Scale of region 7:\n255\n\nConfusion penality matrix:\n0 0.5 \n1   0\n\nTotal number of frames in this shot:\n30\n\
     Total number of labeled frames for this shot:\n2\nFrame number:\n0\nFile name:\na_01.pgm\nInput file name:\n\
     a_01.ppm\nFrame number:\n9\r\nFile name:\na_10.pgm\nInput file name:\na_10.ppm\n";
-
-/// An element of a MATLAB file.
-fn element(kind: u32, body: &[u8]) -> Vec<u8> {
-    let mut bytes = [kind.to_le_bytes(), (body.len() as u32).to_le_bytes()].concat();
-    bytes.extend(body);
-    bytes.resize(bytes.len().next_multiple_of(8), 0);
-    bytes
-}
-
-fn array(class: u8, rows: u32, columns: u32, name: &str, content: &[u8]) -> Vec<u8> {
-    let flags = element(6, &[class, 0, 0, 0, 0, 0, 0, 0]);
-    let size = element(5, &[rows.to_le_bytes(), columns.to_le_bytes()].concat());
-    element(14, &[flags, size, element(1, name.as_bytes()), content.to_vec()].concat())
-}
-
-/// Human segmentations of two people, images of two columns and three rows; the second wrote sixteen-bit numbers.
-fn mat(packed: bool) -> Vec<u8> {
-    let names = element(1, b"Segmentation\0\0\0\0Boundaries\0\0\0\0\0\0");
-    // A short element: type and length in one word, then four bytes.
-    let length = [[5, 0, 4, 0], [16, 0, 0, 0]].concat();
-    let outlines = array(9, 3, 2, "", &element(2, &[0, 1, 0, 1, 1, 0]));
-    let person = |regions: &[u8]| {
-        let regions = array(11, 3, 2, "", regions);
-        array(2, 1, 1, "", &[&length[..], &names, &regions, &outlines].concat())
-    };
-    let wide: Vec<u8> = [1_u16, 1, 2, 2, 300, 3].iter().flat_map(|v| v.to_le_bytes()).collect();
-    let people = [person(&element(2, &[1, 1, 2, 2, 2, 3])), person(&element(4, &wide))];
-    let cell = array(1, 1, 2, "groundTruth", &people.concat());
-    let mut bytes = vec![b' '; 124];
-    bytes.extend([0, 1, b'I', b'M']);
-    bytes.extend(array(6, 1, 1, "other", &element(9, &1.5_f64.to_le_bytes())));
-    if packed {
-        let body = zlib(&cell);
-        bytes.extend([15_u32.to_le_bytes(), (body.len() as u32).to_le_bytes()].concat());
-        bytes.extend(body);
-    } else {
-        bytes.extend(cell);
-    }
-    bytes
-}
 
 fn parameters() -> Vec<(&'static str, Vec<u8>)> {
     vec![
