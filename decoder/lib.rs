@@ -8,12 +8,10 @@
 #![allow(dead_code, unused_imports, unreachable_pub, reason = "only parts of the library's files are used here")]
 #![allow(clippy::needless_range_loop, reason = "as in the library")]
 
-mod cut;
 #[path = "../src/base/error.rs"]
 mod error;
 #[path = "../src/base/image/mod.rs"]
 mod image;
-mod mask;
 #[path = "../src/base/params/mod.rs"]
 mod params;
 #[path = "../src/base/sets.rs"]
@@ -22,6 +20,43 @@ mod sets;
 mod stroke;
 #[path = "../src/motion/trajectory/trajectories.rs"]
 mod trajectory;
+
+/// Colour models and alpha-expansion of `src/dense/cut`, for the refinement of borders.
+#[path = "."]
+mod cut {
+    #[path = "../src/dense/cut/colour.rs"]
+    mod colour;
+    #[path = "../src/dense/cut/expansion.rs"]
+    mod expansion;
+    #[path = "../src/dense/cut/maxflow.rs"]
+    mod maxflow;
+
+    pub(crate) use colour::{Colour, Corners, Histogram, UNSEEN_SHARE};
+    pub(crate) use expansion::{Potts, minimize, to_steps};
+}
+
+/// The files of `src/mask` that need nothing of the stages before.
+#[path = "."]
+mod mask {
+    #[path = "../src/mask/coco.rs"]
+    mod coco;
+    #[path = "../src/mask/enlarge.rs"]
+    mod enlarge;
+    #[path = "../src/mask/opacity.rs"]
+    mod opacity;
+    #[path = "../src/mask/prompts.rs"]
+    mod prompts;
+    #[path = "../src/mask/refine.rs"]
+    mod refine;
+    #[path = "../src/mask/table.rs"]
+    mod table;
+
+    pub(crate) use coco::{CocoRuns, coco_counts, coco_mask, coco_runs, coco_text};
+    pub(crate) use enlarge::enlarge_to;
+    pub(crate) use prompts::{Prompt, Prompts};
+    pub(crate) use refine::RefineParams;
+    pub(crate) use table::{ObjectRow, object_rows, object_table};
+}
 
 use crate::error::Error;
 use crate::image::{Frame, Picture, Plane};

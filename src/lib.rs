@@ -105,12 +105,52 @@
 //! Results are the same bytes for the same frames, parameters and target, on any number of threads. The library uses no
 //! clock, opens no files and keeps no global state; it starts threads only in [`Session::run_on`].
 
-mod base;
+/// Tools for all other rooms: errors, parameters, images, matrices, sorting and triangulation.
+mod base {
+    pub(crate) mod delaunay;
+    pub(crate) mod error;
+    pub(crate) mod grid;
+    pub mod image;
+    pub(crate) mod order;
+    pub mod params;
+    #[doc(hidden)]
+    pub mod rng;
+    #[doc(hidden)]
+    pub mod sets;
+    pub mod sparse;
+}
+
+/// Motion: from frames to trajectories, their affinities, embedding and discontinuities.
+mod motion {
+    pub mod affinity;
+    pub mod discontinuity;
+    pub mod embedding;
+    pub mod flow;
+    pub mod trajectory;
+}
+
+/// Contours and superpixels of frames, and the labelling of superpixels.
+mod dense {
+    pub mod contour;
+    pub mod cut;
+    pub mod superpixel;
+}
+
+/// Figure and ground: camera motion, saliency, clusters of trajectories, and the clusters that are objects.
+mod figure {
+    pub mod background;
+    pub mod camera;
+    pub(crate) mod classify;
+    pub mod connectedness;
+    pub mod discretize;
+    #[doc(hidden)]
+    pub mod evidence;
+    pub(crate) mod objects;
+    pub mod saliency;
+}
+
 pub mod correction;
-mod dense;
-mod figure;
 pub mod mask;
-mod motion;
 mod session;
 pub mod still;
 pub mod synth;

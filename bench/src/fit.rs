@@ -16,8 +16,8 @@ use tracecut_cli::failure::{Failure, Result, print, write};
 
 const HELP: &str = "\
 Each clip is run to the labels of its trajectories. For every two neighbouring pieces of the over-segmentation, before any are merged, the
-terms of src/figure/evidence/log_odds.rs are written down, and how likely two of their points, one of each, are of one region; for every cluster
-the terms of src/figure/evidence/log_odds.rs, before a moving or a still camera, and its share of points on objects. Logistic regressions give the weights: every
+terms of src/figure/evidence.rs are written down, and how likely two of their points, one of each, are of one region; for every cluster
+the terms of src/figure/evidence.rs, before a moving or a still camera, and its share of points on objects. Logistic regressions give the weights: every
 clip counts alike, in it a pair by the logarithm of the points of its smaller piece, a cluster by the root of its points.
 
 For each kind of clips the loss is printed of weights that were fitted on the others, and of those fitted on all (nats a pair); then the
@@ -43,7 +43,7 @@ pub(crate) struct FitArgs {
     frames: u32,
     #[command(flatten)]
     runs: RunOptions,
-    /// Write the table of weights to this file: src/figure/evidence/weights.rs
+    /// Write the weights to this file, as constants of src/figure/evidence.rs
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -188,8 +188,7 @@ fn left_out(lessons: &[&Lesson], kinds: &[&str], without: Option<usize>) -> f64 
 
 /// The source of the tables.
 fn table(weights: &[Vec<f64>], command: &str) -> String {
-    let mut text =
-        format!("//! The fitted weights, by the command below; do not edit them by hand.\n//!\n//! `{command}`\n");
+    let mut text = format!("// Fitted by `{command}`; do not edit them by hand.\n");
     let tables = [
         ("PAIR_WEIGHTS", "a pair of clusters to be one object: bias, then the terms of `ClusterPair`"),
         (
@@ -204,7 +203,7 @@ fn table(weights: &[Vec<f64>], command: &str) -> String {
     for ((name, what), weights) in tables.into_iter().zip(weights) {
         let numbers: Vec<String> = weights.iter().map(|w| format!("{w:.4}")).collect();
         let (count, numbers) = (weights.len(), numbers.join(", "));
-        text += &format!("\n/// Weights of {what}.\npub(super) const {name}: [f64; {count}] = [{numbers}];\n");
+        text += &format!("\n/// Weights of {what}.\nconst {name}: [f64; {count}] = [{numbers}];\n");
     }
     text
 }
@@ -216,8 +215,8 @@ mod tests {
     #[test]
     fn the_table_is_rust_and_a_kind_is_judged_by_the_others() {
         let table = table(&[vec![1.0, -0.25], vec![0.5], vec![0.25]], "bench fit");
-        assert!(table.contains("pub(super) const PAIR_WEIGHTS: [f64; 2] = [1.0000, -0.2500];\n"), "{table}");
-        assert!(table.ends_with("pub(super) const STILL_OBJECT_WEIGHTS: [f64; 1] = [0.2500];\n"), "{table}");
+        assert!(table.contains("\nconst PAIR_WEIGHTS: [f64; 2] = [1.0000, -0.2500];\n"), "{table}");
+        assert!(table.ends_with("\nconst STILL_OBJECT_WEIGHTS: [f64; 1] = [0.2500];\n"), "{table}");
         // One kind obeys the term, the other its opposite: what is learned on one is wrong on the other.
         let lesson = |kind: &str, sign: f64| Lesson {
             kind: kind.to_owned(),

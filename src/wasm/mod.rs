@@ -8,10 +8,9 @@
 mod convert;
 mod image;
 mod session;
-mod synth;
 
+pub use image::JsScene;
 pub use session::JsSession;
-pub use synth::JsScene;
 
 use crate::Params;
 use crate::session::Window;

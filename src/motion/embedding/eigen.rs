@@ -22,8 +22,8 @@
 //! resolves count as repeated; where the `k`-th eigenvalue is very close to the next ones, the budget of products ends
 //! first, and `converged` is false.
 
-use super::SymmetricOperator;
-use super::dense::{DenseEigen, add_combination, project, symmetric_eigen};
+use super::dense::{add_combination, project, symmetric_eigen};
+use super::{DenseEigen, SymmetricOperator};
 use crate::rng::Rng;
 use pulp::{Arch, Simd, WithSimd};
 use serde::Serialize;

@@ -16,13 +16,19 @@
 //! clustering in `V`; the discontinuities are the remedy.
 
 mod chebyshev;
-mod dense;
 mod eigen;
 mod normalize;
 #[cfg(any(test, target_arch = "wasm32"))]
 mod portable;
 #[cfg(not(target_arch = "wasm32"))]
 mod with_faer;
+
+// Dense linear algebra for the eigensolver: by faer in native builds; by a few functions of our own in wasm, where faer would be a
+// fifth of the file. Tests compare the two.
+#[cfg(target_arch = "wasm32")]
+use portable as dense;
+#[cfg(not(target_arch = "wasm32"))]
+use with_faer as dense;
 
 pub(crate) use chebyshev::refine_eigenpairs;
 pub use eigen::EigenInfo;

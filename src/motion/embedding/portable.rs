@@ -1,4 +1,4 @@
-//! Dense linear algebra for wasm, in a few KiB; see [`super::dense`]. Matrices are column-major slices.
+//! Dense linear algebra for wasm, in a few KiB. Matrices are column-major slices.
 //!
 //! Steps of the eigensolver (Golub and Van Loan, Matrix Computations, 4th ed., 8.3):
 //!

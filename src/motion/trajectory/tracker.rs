@@ -1,7 +1,7 @@
 //! The tracker: moves live points along one flow field at a time and seeds new ones where none are near.
 
 use super::TrajectoryParams;
-use super::structure::structure;
+use super::structure;
 use super::trajectories::Trajectories;
 use crate::flow::{CompactFlow, FlowField, local_flow_variation};
 use crate::grid::Grid;

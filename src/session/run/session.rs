@@ -258,3 +258,213 @@ fn check_inside(name: &'static str, values: &[f32], side: usize) -> Result<(), E
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Phase;
+    use crate::image::{Frame, Plane};
+    use crate::synth::Scene;
+    use crate::trajectory::Trajectories;
+    use crate::{Error, Params};
+    use crate::{Session, Stage, Step};
+
+    const SIZE: (usize, usize) = (320, 180);
+    const FRAMES: usize = 10;
+
+    fn session() -> Session {
+        Session::new(Params::default()).unwrap()
+    }
+
+    fn shades(width: usize, height: usize, value: u8) -> Vec<u8> {
+        vec![value; 4 * width * height]
+    }
+
+    #[test]
+    fn too_few_frames_are_an_error_and_more_can_be_pushed() {
+        let mut s = session();
+        assert_eq!(s.step(), Err(Error::TooFewFrames { got: 0, needed: 2 }));
+        s.push_rgba(&shades(32, 24, 9), 32, 24).unwrap();
+        assert_eq!(s.step(), Err(Error::TooFewFrames { got: 1, needed: 2 }));
+        s.push_rgba(&shades(32, 24, 9), 32, 24).unwrap();
+        s.run().unwrap();
+        assert_eq!(s.clusters().unwrap().count, 0);
+    }
+
+    #[test]
+    fn a_frame_of_another_size_is_refused_and_the_session_goes_on() {
+        let mut s = session();
+        s.push_rgba(&shades(32, 24, 9), 32, 24).unwrap();
+        let error = s.push_rgba(&shades(24, 32, 9), 24, 32).unwrap_err();
+        assert_eq!(error, Error::FrameSizeChanged { index: 1, expected: (32, 24), actual: (24, 32) });
+        s.push_rgba(&shades(32, 24, 9), 32, 24).unwrap();
+        s.run().unwrap();
+    }
+
+    #[test]
+    fn tiny_and_black_clips_run_to_their_end() {
+        for (w, h, frames) in [(1, 1, 2), (17, 3, 3), (64, 48, 8)] {
+            let mut s = session();
+            for _ in 0..frames {
+                s.push_rgba(&shades(w, h, 0), w, h).unwrap();
+            }
+            s.run().unwrap();
+            assert!(s.trajectories().unwrap().is_empty());
+            assert_eq!(s.flow(0).unwrap().u.width(), w);
+            assert_eq!(s.flow(frames - 1).unwrap_err().code(), "state");
+        }
+    }
+
+    #[test]
+    fn outside_trajectories_are_checked() {
+        let mut tracks = Trajectories::empty(3, (64, 48));
+        tracks.push(0, [(1.0, 1.0, 0.0), (f32::NAN, 1.0, 0.0), (1.0, 1.0, 0.0)]);
+        let message = session().set_trajectories(tracks).unwrap_err().to_string();
+        assert_eq!(message, "x[1] = NaN (expected a finite number of pixels)");
+        assert!(session().set_trajectories(Trajectories::empty(1, (64, 48))).is_err());
+        assert!(session().set_trajectories(Trajectories::empty(3, (0, 48))).is_err());
+        let mut s = session();
+        s.set_trajectories(Trajectories::empty(3, (64, 48))).unwrap();
+        s.run().unwrap();
+        assert_eq!(s.push_rgba(&shades(64, 48, 0), 64, 48).unwrap_err().code(), "state");
+        assert_eq!(s.set_trajectories(Trajectories::empty(3, (64, 48))).unwrap_err().code(), "state");
+        s.clear();
+        s.set_trajectories(Trajectories::empty(3, (64, 48))).unwrap();
+    }
+
+    #[test]
+    fn progress_counts_up_to_its_total_in_every_stage() {
+        let mut s = session();
+        for _ in 0..4 {
+            s.push_rgba(&shades(40, 30, 50), 40, 30).unwrap();
+        }
+        let mut last = std::collections::BTreeMap::new();
+        while let Step::Working(p) = s.step().unwrap() {
+            let before = last.insert(p.stage, p);
+            assert!(p.done <= p.total && before.is_none_or(|b| b.done < p.done));
+        }
+        assert_eq!(last.len(), Stage::ALL.len());
+        assert!(last.values().all(|p| p.done == p.total));
+    }
+
+    #[test]
+    fn a_run_without_masks_ends_without_objects() {
+        for is_dense in [true, false] {
+            let mut params = Params::default();
+            params.clip.dense = is_dense;
+            let mut s = Session::new(params).unwrap();
+            for _ in 0..3 {
+                s.push_rgba(&shades(32, 24, 9), 32, 24).unwrap();
+            }
+            s.run().unwrap();
+            assert_eq!(s.objects().is_some(), is_dense);
+            assert_eq!(s.labels(0).is_ok(), is_dense);
+        }
+    }
+
+    fn frames() -> Vec<Frame> {
+        let scene = Scene::sample((SIZE.0, SIZE.1), FRAMES, 2);
+        (0..FRAMES).map(|t| scene.frame(t)).collect()
+    }
+
+    fn with(frames: &[Frame]) -> Session {
+        let mut session = Session::new(Params::default()).unwrap();
+        frames.iter().for_each(|frame| session.push_frame(frame.clone()).unwrap());
+        session
+    }
+
+    fn masks(session: &Session) -> Vec<Plane<u8>> {
+        (0..FRAMES).map(|t| session.labels(t).unwrap()).collect()
+    }
+
+    /// What the tracker found, as another one would give it.
+    fn outside(session: &Session) -> Trajectories {
+        let mut tracks = session.trajectories().unwrap().clone();
+        tracks.variation.fill(0.0);
+        tracks
+    }
+
+    #[test]
+    fn our_own_trajectories_from_outside_give_our_own_masks() {
+        let frames = frames();
+        let mut ours = with(&frames);
+        ours.run().unwrap();
+        let mut theirs = with(&frames);
+        theirs.set_trajectories(outside(&ours)).unwrap();
+        // How far apart they are is guessed from how many there are; here it is known.
+        let Phase::Frames(clip) = &mut theirs.phase else { panic!("the run has begun") };
+        clip.params = ours.params().scaled_to(SIZE);
+        theirs.run().unwrap();
+        assert_eq!(
+            theirs.running().unwrap().outputs.track_set.tracks,
+            ours.running().unwrap().outputs.track_set.tracks
+        );
+        assert_eq!(theirs.clusters(), ours.clusters());
+        assert!(ours.objects().unwrap().highest_label > 1);
+        assert_eq!(masks(&theirs), masks(&ours));
+    }
+
+    #[test]
+    fn with_a_guessed_spacing_masks_are_nearly_the_same_and_the_order_of_calls_does_not_matter() {
+        let frames = frames();
+        let mut ours = with(&frames);
+        ours.run().unwrap();
+        let mut after = with(&frames);
+        after.set_trajectories(outside(&ours)).unwrap();
+        let mut before = with(&[]);
+        before.set_trajectories(outside(&ours)).unwrap();
+        frames.iter().for_each(|frame| before.push_frame(frame.clone()).unwrap());
+        after.run().unwrap();
+        before.run_on(2, |_| {}).unwrap();
+        assert_eq!(masks(&before), masks(&after));
+        assert_eq!(before.trajectories(), Some(&outside(&ours)));
+        let same = |(a, b): (&Plane<u8>, &Plane<u8>)| a.data().iter().zip(b.data()).filter(|(a, b)| a == b).count();
+        let agreed: usize = masks(&ours).iter().zip(&masks(&after)).map(same).sum();
+        let share = agreed as f64 / (SIZE.0 * SIZE.1 * FRAMES) as f64;
+        assert!(share > 0.98, "{share} of the pixels are the same");
+    }
+
+    #[test]
+    fn what_does_not_fit_the_frames_is_refused_and_can_be_set_again() {
+        let frames: Vec<Frame> = frames().into_iter().take(3).collect();
+        let corners = [(-0.5, -0.5, 0.0), (319.5, 179.5, 0.0), (0.0, 179.5, 0.0)];
+        let made = |count, size, point: (f32, f32, f32)| {
+            let mut tracks = Trajectories::empty(count, size);
+            tracks.push(0, corners);
+            tracks.push(1, [point]);
+            tracks
+        };
+        let mut session = with(&frames);
+        let size = session.set_trajectories(made(3, (320, 200), corners[0])).unwrap_err();
+        assert_eq!(size.to_string(), "trajectories of 320x200 pixels (expected 320x180, as the frames)");
+        let refused = |session: &mut Session, tracks| {
+            session.set_trajectories(tracks).unwrap();
+            session.run().unwrap_err().to_string()
+        };
+        let longer = refused(&mut session, made(4, SIZE, corners[0]));
+        assert_eq!(longer, "trajectories of 4 frames (expected 3, as many as were pushed)");
+        let outside = refused(&mut session, made(3, SIZE, (20.0, 179.6, 0.0)));
+        assert_eq!(outside, "y[3] = 179.60000610351563 (expected a position in the frame, -0.5..=179.5)");
+        session.set_trajectories(made(3, SIZE, corners[1])).unwrap();
+        session.run().unwrap();
+        assert_eq!(session.labels(2).unwrap().data().len(), 320 * 180);
+        session.clear();
+        session.set_trajectories(made(3, (320, 200), corners[0])).unwrap();
+        let error = session.push_frame(frames[0].clone()).unwrap_err();
+        assert_eq!(error, Error::FrameSizeChanged { index: 0, expected: (320, 200), actual: SIZE });
+    }
+
+    #[test]
+    fn clips_in_windows_take_none() {
+        let frames = frames();
+        let tracks = Trajectories::empty(2, SIZE);
+        let mut session = with(&[]);
+        session.push_in_shot(frames[0].clone()).unwrap();
+        assert_eq!(session.set_trajectories(tracks.clone()).unwrap_err().code(), "state");
+        session.clear();
+        session.set_trajectories(tracks).unwrap();
+        assert_eq!(session.push_in_shot(frames[0].clone()).unwrap_err().code(), "state");
+        session.push_frame(frames[0].clone()).unwrap();
+        session.push_frame(frames[1].clone()).unwrap();
+        session.run().unwrap();
+    }
+}
