@@ -3,7 +3,7 @@
 #![no_main]
 
 use std::sync::LazyLock;
-use tracecut_fuzz::generators::{choices::Choices, readers, sessions};
+use tracecut_fuzz::generators::{choices::Choices, invariants, sessions};
 use tracecut_fuzz::{checks, truth};
 
 /// The function that the variable names.
@@ -21,11 +21,11 @@ fn function_of(name: &str) -> Option<fn(&[u8])> {
         "bmf" => checks::bmf,
         "definition" => truth::definition,
         "flo" => truth::flo,
-        "image_file" => readers::image_file,
-        "parameters" => readers::parameters,
+        "image_file" => invariants::image_file,
+        "parameters" => invariants::parameters,
         "pgm" => truth::pgm,
         "setting" => checks::setting,
-        "tracks_dat" => readers::tracks_dat,
+        "tracks_dat" => invariants::tracks_dat,
         "y4m" => checks::y4m,
         // Choices of a generator.
         "corrections" => |bytes| sessions::check_undo(&mut Choices::from_bytes(bytes, "corrections")),

@@ -10,7 +10,7 @@ const common = ['+nightly', 'test', '--locked', '--target', target, '--lib', '--
 // No unit test has one of the names that are left out; those tests start other programs.
 run(
   'cargo',
-  [...common, '--package', 'tracecut', '--features', 'pnm', '--', '--skip', 'crate_files', '--skip', 'examples'],
+  [...common, '--package', 'tracecut', '--features', 'pnm', '--', '--skip', 'each_crate_has', '--skip', 'examples'],
   { env },
 );
 run('cargo', [...common, '--package', 'tracecut-cli', '--', '--skip', 'cli::', '--skip', 'long::'], { env });

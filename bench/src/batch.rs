@@ -7,11 +7,10 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use tracecut::{Params, Session};
-use tracecut_cli::clock::Seconds;
 use tracecut_cli::failure::{Failure, Result, cannot_read, write};
 use tracecut_cli::input::Input;
 use tracecut_cli::log::Log;
-use tracecut_cli::run::run;
+use tracecut_cli::run::{Seconds, run};
 use tracecut_cli::settings::Settings;
 
 /// The command that starts this program, for the files that it writes.

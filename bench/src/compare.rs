@@ -162,7 +162,7 @@ fn largest_changes<S: Scores>(clips: &[Outcome<S>], changes: &[Vec<Option<Change
 mod tests {
     use super::*;
     use serde::Serialize;
-    use tracecut_cli::clock::Seconds;
+    use tracecut_cli::run::Seconds;
 
     #[derive(Serialize)]
     struct Toy {

@@ -15,11 +15,10 @@ use std::path::{Path, PathBuf};
 use tracecut::image::Plane;
 use tracecut::mask::enlarge;
 use tracecut::{Params, Session};
-use tracecut_cli::clock::{Clock, Seconds};
 use tracecut_cli::failure::{Failure, Result, print, read_text};
 use tracecut_cli::input::{ClipFrame, Input, decode};
 use tracecut_cli::log::Log;
-use tracecut_cli::run::run;
+use tracecut_cli::run::{Clock, Seconds, run};
 
 const HELP: &str = "\
 J is region similarity (intersection over union), F boundary measure, both 0 to 1, over all frames but the first and the last.

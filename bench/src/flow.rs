@@ -5,9 +5,9 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 use tracecut::Params;
 use tracecut::flow::{FlowField, FlowPyramid, flow_between};
-use tracecut_cli::clock::Clock;
 use tracecut_cli::failure::{Failure, Result, print, read};
 use tracecut_cli::input::decode;
+use tracecut_cli::run::Clock;
 use tracecut_cli::settings::Settings;
 
 #[derive(Args, Debug)]

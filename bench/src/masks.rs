@@ -17,9 +17,9 @@ use std::path::PathBuf;
 use tracecut::image::Plane;
 use tracecut::mask::Agreement;
 use tracecut::{Params, Window, Windows};
-use tracecut_cli::clock::{Clock, Seconds};
 use tracecut_cli::failure::{Failure, Result, print};
 use tracecut_cli::input::ClipFrame;
+use tracecut_cli::run::{Clock, Seconds};
 
 /// One overlay in this many is written.
 const OVERLAY_STEP: usize = 10;

@@ -12,9 +12,9 @@ use tracecut::discretize::Clusters;
 use tracecut::image::Plane;
 use tracecut::tracks;
 use tracecut::{Params, Session};
-use tracecut_cli::clock::Seconds;
 use tracecut_cli::failure::{Failure, Result, print, read, read_text, write};
 use tracecut_cli::images::is_endless;
+use tracecut_cli::run::Seconds;
 
 #[derive(Args, Debug)]
 #[command(after_help = "\

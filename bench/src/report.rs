@@ -6,7 +6,7 @@ use crate::measures::estimate::Estimate;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use tracecut::Params;
-use tracecut_cli::clock::Seconds;
+use tracecut_cli::run::Seconds;
 
 /// Describes the figures, for `--help`.
 pub(super) const RUNS_HELP: &str = "\

@@ -10,9 +10,9 @@ use std::ops::Range;
 use std::path::PathBuf;
 use tracecut::image::{Frame, Plane};
 use tracecut::{Params, Session};
-use tracecut_cli::clock::{Clock, Seconds};
 use tracecut_cli::failure::{Failure, Result};
 use tracecut_cli::input::{ClipFrame, decode};
+use tracecut_cli::run::{Clock, Seconds};
 
 /// Fewest frames of a run from a later first frame, unless fewer are asked for. Chosen by eye.
 const MIN_FRAMES: usize = 10;

@@ -3,8 +3,6 @@
 //! use it.
 
 mod animation;
-#[doc(hidden)]
-pub mod clock;
 mod dump;
 #[doc(hidden)]
 pub mod ending;

@@ -1,11 +1,10 @@
 //! `result.json`: composed at the end from a part for each window, which is on disk until then.
 
-use crate::clock::{Seconds, peak_memory_bytes};
 use crate::failure::{Damage, Failure, Result, create_folder, read, write};
 use crate::masks::MaskReport;
 use crate::output::OutputFolder;
 use crate::provenance::{Options, Origin};
-use crate::run::Timing;
+use crate::run::{Seconds, Timing, peak_memory_bytes};
 use crate::timeline::FrameTimes;
 use crate::window::{ClipSummary, WindowResult};
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,5 @@
 //! `tracecut segment`: clips in; masks, labelled trajectories, pictures and reports out.
 
-use crate::clock::Clock;
 use crate::dump;
 use crate::ending::{self, uninterrupted};
 use crate::failure::{Failure, Result, create_folder, read_text, write};
@@ -12,6 +11,7 @@ use crate::output::{Existing, OutputFolder};
 use crate::pictures;
 use crate::provenance::{Options, Origin, Provenance, Recipe, SavedRun};
 use crate::report::{Report, Truncated, WindowPart, rows};
+use crate::run::Clock;
 use crate::settings::Settings;
 use crate::window::{ClipRun, ClipSummary, WindowResult, too_few};
 use clap::{Args, ValueEnum};

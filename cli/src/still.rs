@@ -1,9 +1,9 @@
 //! `tracecut boundaries` and `tracecut superpixels`: results of single images.
 
-use crate::clock::Clock;
 use crate::failure::{Failure, Result, create_folder, print};
 use crate::input::decode_within;
 use crate::pictures::write_png;
+use crate::run::Clock;
 use crate::settings::Settings;
 use clap::Args;
 use image::ExtendedColorType;

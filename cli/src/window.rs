@@ -1,13 +1,12 @@
 //! Runs of a clip window by window: frames in, files of each window out, and a checkpoint after each.
 
-use crate::clock::{Clock, Seconds};
 use crate::ending::uninterrupted;
 use crate::failure::{Damage, Failure, MIN_FRAMES, Result};
 use crate::input::{ClipFrame, FrameTiming, Input};
 use crate::log::{ClipProgress, Log};
 use crate::output::OutputFolder;
 use crate::provenance::{Origin, Provenance, Recipe, SavedRun};
-use crate::run::Timing;
+use crate::run::{Clock, Seconds, Timing};
 use serde_json::json;
 use std::cell::{OnceCell, RefCell};
 use std::collections::VecDeque;

@@ -4,6 +4,7 @@
 //! Floats may differ in their last bits between the two, so labels, masks and counts are compared exactly, sums of
 //! floats roughly.
 
+use crate::generators::sessions::fnv1a;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -41,7 +42,7 @@ fn same_masks(session: &Session, frames: usize, golden: &Value, name: &str) {
     let mut area = vec![0_u64; objects.highest_label + 1];
     masks.iter().flat_map(|mask| mask.data()).for_each(|&l| area[usize::from(l)] += 1);
     assert_eq!(area, numbers(&golden["area"]), "{name}: pixels of each mask label in the clip");
-    let hashes: Vec<String> = masks.iter().map(|mask| fnv1a(mask.data())).collect();
+    let hashes: Vec<String> = masks.iter().map(|mask| fnv1a(mask.data().iter().copied())).collect();
     assert_eq!(hashes.len(), golden["masks"].as_array().unwrap().len());
     for (t, (hash, expected)) in hashes.iter().zip(golden["masks"].as_array().unwrap()).enumerate() {
         assert_eq!(hash, expected.as_str().unwrap(), "{name}: masks of frame {t} differ");
@@ -50,12 +51,6 @@ fn same_masks(session: &Session, frames: usize, golden: &Value, name: &str) {
 
 fn numbers(list: &Value) -> Vec<u64> {
     list.as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).collect()
-}
-
-/// As `fnv1a` in `tests/node/support.mjs`.
-fn fnv1a(bytes: &[u8]) -> String {
-    let hash = bytes.iter().fold(0x811c_9dc5_u32, |hash, &b| (hash ^ u32::from(b)).wrapping_mul(0x0100_0193));
-    format!("{hash:08x}")
 }
 
 #[test]
@@ -85,7 +80,8 @@ fn windows_have_the_masks_of_the_package() {
         let found = windows.next_window(|_| ()).unwrap().unwrap();
         let place = [found.index, found.shot, found.first_frame, found.settled.start, found.settled.end];
         assert_eq!(place, ["index", "shot", "firstFrame", "from", "to"].map(|key| number(expected, key)));
-        let masks: Vec<String> = found.settled.map(|t| fnv1a(windows.session().labels(t).unwrap().data())).collect();
+        let masks: Vec<String> =
+            found.settled.map(|t| fnv1a(windows.session().labels(t).unwrap().data().iter().copied())).collect();
         assert_eq!(&serde_json::json!(masks), &expected["masks"], "masks of window {}", found.index);
     }
     assert!(windows.next_window(|_| ()).is_none());

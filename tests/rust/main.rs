@@ -1,7 +1,6 @@
 //! The library's integration tests: one program, so that what they share is compiled and linked once.
 
 mod cost;
-mod crate_files;
 mod examples;
 #[allow(unreachable_pub, dead_code, reason = "fuzz targets, of another crate, call the same modules")]
 mod generators;
@@ -11,6 +10,6 @@ mod mirror;
 mod pipeline;
 mod plain_ground;
 mod random;
-mod rooms;
+mod repository;
 mod spectral;
 mod synth;

@@ -5,7 +5,7 @@
 
 use crate::generators::choices::Choices;
 use crate::generators::seeds::{self, Reader, read_with_faults};
-use crate::generators::{readers, sessions};
+use crate::generators::{invariants, sessions};
 use std::ops::Range;
 use std::path::Path;
 use std::time::Instant;
@@ -102,8 +102,11 @@ fn sessions_are_recorded() {
 }
 
 /// The readers of the library.
-const READERS: [Reader; 3] =
-    [("image_file", readers::image_file), ("tracks_dat", readers::tracks_dat), ("parameters", readers::parameters)];
+const READERS: [Reader; 3] = [
+    ("image_file", invariants::image_file),
+    ("tracks_dat", invariants::tracks_dat),
+    ("parameters", invariants::parameters),
+];
 
 #[test]
 fn files_with_faults_give_an_error_or_a_valid_value() {

@@ -41,8 +41,8 @@ mod thin;
 
 pub use fit::Segments;
 pub(crate) use gradient::{mean_along_boundary, oriented_strengths};
-#[doc(hidden)]
-pub use thin::{ORIENTATIONS, normals, thin};
+use thin::thin;
+pub(crate) use thin::{ORIENTATIONS, normals};
 
 use crate::image::{Frame, Plane};
 use crate::order::larger;

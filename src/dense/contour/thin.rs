@@ -3,14 +3,14 @@
 use crate::image::{Plane, sample_bilinear};
 
 /// Directions of an orientation map (Martin, Fowlkes and Malik 2004).
-pub const ORIENTATIONS: usize = 8;
+pub(crate) const ORIENTATIONS: usize = 8;
 
 /// Keeps `strength` where it is largest across the boundary, and sets it to 0 elsewhere. `orientation` holds the direction of
 /// the boundary's normal, in steps of π / [`ORIENTATIONS`] from the x axis towards the y axis.
 ///
 /// A pixel is kept if it is larger than the interpolated value one pixel before it along the normal and not smaller than
 /// the one behind it, so that one of two equal neighbours is kept. A rise up to the border of the image is no ridge.
-pub fn thin(strength: &Plane<f32>, orientation: &Plane<u8>) -> Plane<f32> {
+pub(super) fn thin(strength: &Plane<f32>, orientation: &Plane<u8>) -> Plane<f32> {
     let (w, h) = (strength.width(), strength.height());
     let normals = normals();
     let steps = normals.map(|(nx, ny)| [UnitStep::new(-nx, -ny, w), UnitStep::new(nx, ny, w)]);
@@ -82,7 +82,7 @@ fn is_largest_at_border(strength: &Plane<f32>, x: usize, y: usize, normal: Norma
 pub(super) type Normal = (f32, f32);
 
 /// Unit normals of the orientations.
-pub fn normals() -> [Normal; ORIENTATIONS] {
+pub(crate) fn normals() -> [Normal; ORIENTATIONS] {
     std::array::from_fn(|k| {
         // Exact where a normal is parallel to a side of the image.
         if 2 * k == ORIENTATIONS {

@@ -17,7 +17,7 @@
 //! no least length of a border (three trajectories on either side here).
 //!
 //! For comparison, step 2 can be left out, K-means can replace the rotation (`kmeans`), and the number of clusters can
-//! follow from the gap between two consecutive eigenvalues ([`cluster_count`]): the five methods of Figure 10.
+//! follow from the gap between two consecutive eigenvalues (`cluster_count`): the five methods of Figure 10.
 //! `threshold_segmentation` is the segmentation of Figure 1(c).
 //!
 //! Cost: O(rotations · rows · K²). It fails where one object needs more eigenvectors than there are.
@@ -204,8 +204,7 @@ pub(crate) fn with_background(tracks: &Trajectories, clusters: Clusters, foregro
 }
 
 /// Number of clusters by the rule of `params`, at most the number of eigenvectors.
-#[doc(hidden)]
-pub fn cluster_count(embedding: &Embedding, params: &DiscretizeParams) -> usize {
+fn cluster_count(embedding: &Embedding, params: &DiscretizeParams) -> usize {
     match params.count {
         CountRule::Eigenvalues => embedding.dimensions,
         CountRule::Gap => {

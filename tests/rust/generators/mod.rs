@@ -4,6 +4,5 @@
 pub mod choices;
 pub mod clips;
 pub mod invariants;
-pub mod readers;
 pub mod seeds;
 pub mod sessions;

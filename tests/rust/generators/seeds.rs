@@ -81,7 +81,8 @@ fn crc(bytes: &[u8]) -> u32 {
     })
 }
 
-fn chunk(name: &[u8; 4], data: &[u8]) -> Vec<u8> {
+/// Returns a chunk of a PNG file.
+pub fn chunk(name: &[u8; 4], data: &[u8]) -> Vec<u8> {
     let named = [name.as_slice(), data].concat();
     [(data.len() as u32).to_be_bytes().to_vec(), named.clone(), crc(&named).to_be_bytes().to_vec()].concat()
 }

@@ -301,7 +301,7 @@ fn hash_words(words: &[u32]) -> String {
     fnv1a(words.iter().flat_map(|v| v.to_le_bytes()))
 }
 
-/// As `fnv1a` in `tests/fingerprint.mjs`.
-fn fnv1a(bytes: impl Iterator<Item = u8>) -> String {
+/// Returns the hash of bytes, as `fnv1a` in `tests/fingerprint.mjs` does.
+pub fn fnv1a(bytes: impl Iterator<Item = u8>) -> String {
     format!("{:08x}", bytes.fold(0x811c_9dc5_u32, |hash, b| (hash ^ u32::from(b)).wrapping_mul(0x0100_0193)))
 }

@@ -1,8 +1,21 @@
-//! Rooms import only from the rooms above them in the table of ARCHITECTURE.md. A room is an entry of a group of `src`, or of
-//! `src` itself; paths name it after `crate::`, those of `session` after `crate::session::`.
+//! Rules of the repository. Rooms import only from the rooms above them in the table of ARCHITECTURE.md: a room is an entry of a
+//! group of `src`, or of `src` itself; paths name it after `crate::`, those of `session` after `crate::session::`. Published
+//! crates have their sources and texts, and nothing else.
 
-use std::fs;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::{env, fs};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// All files in a folder and the folders in it.
+fn files_in(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries.flat_map(|path| if path.is_dir() { files_in(&path) } else { vec![path] }).collect()
+}
 
 const GROUPS: [&str; 5] = ["base", "motion", "dense", "figure", "session"];
 
@@ -18,13 +31,6 @@ fn rooms() -> Vec<String> {
         rooms.extend(names.map(|name| if is_session { format!("session::{name}") } else { name.to_owned() }));
     }
     rooms
-}
-
-fn add_files(folder: &Path, files: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() { add_files(&path, files) } else { files.push(path) }
-    }
 }
 
 /// Returns the room of a file in `src`; `None` for files that only declare modules.
@@ -58,13 +64,12 @@ fn imports_of(text: &str) -> Vec<String> {
 
 #[test]
 fn rooms_import_only_from_rooms_above_them() {
-    let (rooms, src) = (rooms(), Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
+    let (rooms, src) = (rooms(), root().join("src"));
     let place = |name: &String| rooms.iter().position(|room| room == name);
-    let (mut files, mut num_imports) = (Vec::new(), 0);
-    add_files(&src, &mut files);
-    for path in files {
+    let mut num_imports = 0;
+    for path in files_in(&src) {
         let file = path.strip_prefix(&src).unwrap().to_string_lossy().replace('\\', "/");
-        let Some(room) = room_of(&file).filter(|_| !file.ends_with("tests.rs")) else { continue };
+        let Some(room) = room_of(&file) else { continue };
         let own = place(&room).unwrap_or_else(|| panic!("{file}: ARCHITECTURE.md has no row of {room}"));
         for import in imports_of(&fs::read_to_string(path).unwrap().replace('\r', "")) {
             let above = place(&import).unwrap_or_else(|| panic!("{file} imports crate::{import}, which is no room"));
@@ -73,4 +78,41 @@ fn rooms_import_only_from_rooms_above_them() {
         }
     }
     assert!(num_imports > 300, "{num_imports}");
+}
+
+/// What Cargo adds to a crate.
+const ADDED: [&str; 4] = [".cargo_vcs_info.json", "Cargo.lock", "Cargo.toml", "Cargo.toml.orig"];
+
+/// What `cargo package` would pack of a crate, with `/` between folders.
+fn packed(package: &str) -> BTreeSet<String> {
+    let cargo = env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+    let arguments = ["package", "--list", "--allow-dirty", "--offline", "--package", package];
+    let output = Command::new(cargo).args(arguments).current_dir(root()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let files = String::from_utf8(output.stdout).unwrap();
+    files.lines().map(|line| line.replace('\\', "/")).filter(|file| !ADDED.contains(&file.as_str())).collect()
+}
+
+/// The sources of a crate in `folder`, and these files beside them.
+fn wanted(folder: &Path, others: &[&str]) -> BTreeSet<String> {
+    let name = |path: PathBuf| path.strip_prefix(folder).unwrap().to_string_lossy().replace('\\', "/");
+    let sources = files_in(&folder.join("src")).into_iter().map(name);
+    sources.chain(others.iter().map(|&file| file.to_owned())).collect()
+}
+
+#[test]
+fn each_crate_has_its_sources_and_texts_and_nothing_else() {
+    let texts = ["CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT", "README.md"];
+    let examples = ["examples/masks.rs", "examples/method.rs"];
+    assert_eq!(packed("tracecut"), wanted(root(), &[&texts[..], &examples].concat()));
+    assert_eq!(packed("tracecut-cli"), wanted(&root().join("cli"), &texts[1..]));
+}
+
+#[test]
+fn the_licences_of_the_command_line_are_those_of_the_library() {
+    for name in ["LICENSE-APACHE", "LICENSE-MIT"] {
+        let files = [root().join(name), root().join("cli").join(name), root().join("python").join(name)];
+        let [ours, cli, python] = files.map(|path| fs::read_to_string(path).unwrap());
+        assert!(ours == cli && ours == python, "{name}");
+    }
 }
