@@ -134,18 +134,22 @@ pub(crate) fn in_order<I: Sync, O: Send>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Mutex;
+    use std::sync::{Condvar, Mutex};
 
     #[test]
     fn results_come_in_the_order_of_the_items_whatever_finishes_first() {
-        let items: Vec<u64> = vec![30, 1, 20, 0, 10];
-        let seen = Mutex::new(Vec::new());
-        let work = |&ms: &u64| {
-            std::thread::sleep(std::time::Duration::from_millis(ms));
-            Ok(ms)
+        let items: Vec<u64> = vec![4, 0, 2, 1, 3];
+        let (seen, finished, changed) = (Mutex::new(Vec::new()), Mutex::new(0), Condvar::new());
+        // The first item is finished last.
+        let work = |&item: &u64| {
+            let count = finished.lock().unwrap();
+            let mut count = changed.wait_while(count, |count| item == 4 && *count < 4).unwrap();
+            *count += 1;
+            changed.notify_all();
+            Ok(item)
         };
-        let report = |&ms: &u64| {
-            seen.lock().unwrap().push(ms);
+        let report = |&item: &u64| {
+            seen.lock().unwrap().push(item);
             Ok(())
         };
         let all = in_order(&items, 3, work, report).unwrap();
