@@ -103,7 +103,7 @@ def python_with(module: str) -> str:
 @pytest.mark.long
 @pytest.mark.parametrize(("module", "output"), [("cv2", "outlines.mp4"), ("torch", None)])
 def test_recipes_run(module: str, output: str | None, tmp_path: Path) -> None:
-    (block,) = (block for block in documents.blocks("docs/recipes/python.md") if f"import {module}\n" in block.code)
+    (block,) = (block for block in documents.blocks("docs/recipes.md") if f"import {module}\n" in block.code)
     python = python_with(module)
     write_clip(tmp_path)
     (tmp_path / "recipe.py").write_text(block.code)
