@@ -35,6 +35,9 @@ const { imports: NAMES } = JSON.parse(/** @type {string} */ (IMPORT_MAP.exec(PAG
 /** The page's list of the package's entries: served as the one file that they are together, which weighs less. */
 const LIBRARY = join(root, 'studio', 'model', 'library.ts');
 
+/** Browsers for which nested style rules are unfolded. */
+const CSS_BROWSERS = ['chrome105', 'firefox121', 'safari16.4'];
+
 /** The lab is bundled with the package, so that it loads only what it takes of it. */
 const LAB = join(root, 'www');
 
@@ -124,7 +127,7 @@ async function writePage(target, source, name, pathOf) {
   const html = withoutImportMap(source).replace(link, () => (count++ === 0 ? one : ''));
   // No element of the page keeps white space as it is.
   writeFileSync(join(target, 'index.html'), html.replace(/\n\s+/g, '\n'));
-  const { code } = await transform(sheets.join('\n'), { loader: 'css', minify: true });
+  const { code } = await transform(sheets.join('\n'), { loader: 'css', minify: true, target: CSS_BROWSERS });
   writeFileSync(join(target, name), code);
 }
 

@@ -10,16 +10,19 @@ import { fileURLToPath } from 'node:url';
 import { TraceCutError, checkOptions, illegal } from '../check/errors.js';
 import { type Damage, MIN_FRAMES } from '../video/reader.js';
 import {
-  FaultFinder,
-  LogReader,
-  type Message,
-  type ShownPicture,
-  type Track,
   chooseTrack,
   countPictures,
+  DECODE,
+  FaultFinder,
+  Ffmpeg,
+  LIST,
+  LogReader,
+  type Message,
   readTracks,
-} from './ffmpeg-output.js';
-import { DECODE, Ffmpeg, LIST, WRITE } from './ffmpeg.js';
+  type ShownPicture,
+  type Track,
+  WRITE,
+} from './ffmpeg.js';
 import { ByteReader, type FileFrame, RGB24, checkSize, toRgba } from './raw.js';
 import type { PixelFrame } from '../worker/frames.js';
 

@@ -6,7 +6,8 @@ import json
 import os
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 import tracecut
+from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -29,6 +31,14 @@ def fnv1a(mask: np.ndarray) -> str:
     for byte in mask.tobytes():
         value = (value ^ byte) * 0x01000193 & 0xFFFFFFFF
     return f"{value:08x}"
+
+
+@contextmanager
+def fails(code: str, message: str | None = None) -> Iterator[pytest.ExceptionInfo[tracecut.TraceCutError]]:
+    """Asserts that the block raises an error with this code, and a text in which the pattern is found."""
+    with pytest.raises(tracecut.TraceCutError, match=message) as caught:
+        yield caught
+    assert caught.value.code == code
 
 
 @pytest.fixture(scope="session")
@@ -49,13 +59,30 @@ def done(clip: list[np.ndarray]) -> tracecut.Session:
 @pytest.fixture(scope="session")
 def folder(clip: list[np.ndarray], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the frames of `clip` as PNG files."""
-    from PIL import Image
-
-    out = tmp_path_factory.mktemp("frames")
-    for t, frame in enumerate(clip):
-        Image.fromarray(frame).save(out / f"frame{t}.png")
+    out = write_pictures(tmp_path_factory.mktemp("clip") / "frames", clip, "frame{}.png")
     (out / "notes.txt").write_text("no frame")
     return out
+
+
+def write_video(path: Path, frames: Sequence[np.ndarray], codec: str, pixels: str, **options: str) -> Path:
+    """Writes a video of 25 pictures a second."""
+    av = pytest.importorskip("av")
+    with av.open(str(path), "w") as out:
+        stream = out.add_stream(codec, rate=25, options=options)
+        stream.height, stream.width = frames[0].shape[:2]
+        stream.pix_fmt = pixels
+        for frame in frames:
+            out.mux(stream.encode(av.VideoFrame.from_ndarray(frame, format="rgb24")))
+        out.mux(stream.encode(None))
+    return path
+
+
+def write_pictures(folder: Path, frames: Iterable[np.ndarray], name: str = "{:05}.png") -> Path:
+    """Writes each frame as a file, in a new folder."""
+    folder.mkdir(parents=True)
+    for t, frame in enumerate(frames):
+        Image.fromarray(frame).save(folder / name.format(t))
+    return folder
 
 
 @pytest.fixture(scope="session")

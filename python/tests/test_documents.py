@@ -14,7 +14,7 @@ import documents
 import numpy as np
 import pytest
 import tracecut
-from conftest import install_predictors
+from conftest import install_predictors, write_pictures, write_video
 
 #: Blocks that need more than their package, and are run elsewhere.
 ELSEWHERE = {
@@ -32,28 +32,9 @@ def test_the_documents_have_blocks_of_python() -> None:
 
 def write_clip(folder: Path) -> None:
     """Writes the frames of a clip as PNG files, and as a video."""
-    from PIL import Image
-
-    (folder / "frames").mkdir()
     frames = list(tracecut.synth.Scene("sample", 160, 90, 8, seed=1))
-    for t, frame in enumerate(frames):
-        Image.fromarray(frame).save(folder / "frames" / f"{t:05}.png")
-    av = pytest.importorskip("av")
-    with av.open(str(folder / "clip.mp4"), "w") as out:
-        stream = out.add_stream("mpeg4", rate=25)
-        stream.width, stream.height, stream.pix_fmt = 160, 90, "yuv420p"
-        for frame in frames:
-            out.mux(stream.encode(av.VideoFrame.from_ndarray(frame, format="rgb24")))
-        out.mux(stream.encode(None))
-
-
-def write_jpegs(frames: Path, folder: Path) -> None:
-    """Writes frames as JPEG files, which annotation tools show."""
-    from PIL import Image
-
-    folder.mkdir(parents=True)
-    for path in frames.iterdir():
-        Image.open(path).save(folder / f"{path.stem}.jpg")
+    write_pictures(folder / "frames", frames)
+    write_video(folder / "clip.mp4", frames, "mpeg4", "yuv420p")
 
 
 @pytest.fixture(scope="module")
@@ -65,13 +46,15 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Path, di
             folder = tmp_path_factory.mktemp("document")
             write_clip(folder)
             if document == "docs/interchange.md":
-                write_jpegs(folder / "frames", folder / "coco" / "images")
+                # Annotation tools show these.
+                frames = map(tracecut.read_image, sorted((folder / "frames").iterdir()))
+                write_pictures(folder / "coco" / "images", frames, "{:05}.jpg")
             found[document] = (folder, {})
     return found
 
 
 @pytest.mark.parametrize("block", documents.all_blocks(), ids=lambda block: f"{block.document}:{block.line + 1}")
-def test_a_block_runs_after_those_before_it(
+def test_code_blocks_run_in_order(
     block: documents.Block, places: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder, names = places[block.document]
@@ -103,7 +86,7 @@ def python_with(module: str) -> str:
 @pytest.mark.long
 @pytest.mark.parametrize(("module", "output"), [("cv2", "outlines.mp4"), ("torch", None)])
 def test_recipes_run(module: str, output: str | None, tmp_path: Path) -> None:
-    (block,) = (block for block in documents.blocks("docs/recipes/python.md") if f"import {module}\n" in block.code)
+    (block,) = (block for block in documents.blocks("docs/recipes.md") if f"import {module}\n" in block.code)
     python = python_with(module)
     write_clip(tmp_path)
     (tmp_path / "recipe.py").write_text(block.code)

@@ -167,7 +167,7 @@ def calls(clip: list[np.ndarray], tracks: Trajectories, tmp_path_factory: pytest
 WITHOUT_ARGUMENTS = {"interchange", "synth", "__version__", "FrameLike", "Frames", "Params", "TraceCutError"}
 
 
-def test_every_entry_point_is_among_them(calls: dict[str, Any]) -> None:
+def test_every_entry_point_gets_wrong_arguments(calls: dict[str, Any]) -> None:
     for name in set(tracecut.__all__) - WITHOUT_ARGUMENTS:
         thing = getattr(tracecut, name)
         assert inspect.isclass(thing) or name in calls, name
@@ -183,7 +183,7 @@ def remove(path: Path) -> None:
     shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
 
 
-def test_wrong_arguments_are_refused_with_one_class_that_names_them(
+def test_wrong_arguments_raise_an_error_that_names_them(
     calls: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -230,7 +230,7 @@ def test_wrong_arguments_are_refused_with_one_class_that_names_them(
         ),
     ],
 )
-def test_a_wrong_type_is_named_with_the_legal_one(call: Callable[[], object], message: str) -> None:
+def test_a_wrong_type_raises_an_error_with_the_legal_type(call: Callable[[], object], message: str) -> None:
     with pytest.raises(TraceCutError, match=message) as caught:
         call()
     assert isinstance(caught.value, TypeError)
@@ -252,7 +252,7 @@ def test_a_wrong_type_is_named_with_the_legal_one(call: Callable[[], object], me
         (lambda: tracecut.flow(np.zeros((9, 9), np.uint8), np.zeros((9, 9), np.uint8), folw={}), "flow"),
     ],
 )
-def test_a_misspelt_option_is_an_error_that_names_the_one_of_that_call(
+def test_a_misspelt_option_raises_an_error_with_a_suggestion(
     call: Callable[[], object], suggestion: str
 ) -> None:
     with pytest.raises(TraceCutError, match=r"\(expected a known option, such as ") as caught:
@@ -266,7 +266,7 @@ def test_options_of_other_calls_are_not_suggested() -> None:
     assert "threads" not in str(caught.value)
 
 
-def test_files_are_refused_with_the_errors_of_python_too(clip: list[np.ndarray], tmp_path: Path) -> None:
+def test_errors_of_files_are_also_errors_of_python(clip: list[np.ndarray], tmp_path: Path) -> None:
     result = tracecut.segment(clip[:2], preset="fast")
     (tmp_path / "file").write_text("text")
     for call, kind in [

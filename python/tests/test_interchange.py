@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 import tracecut
-from conftest import ROOT
+from conftest import ROOT, fails
+from PIL import Image
 from tracecut import interchange
 
 SIZE = (37, 53)
@@ -38,8 +39,6 @@ MASKS = random_masks()
 
 def write_frames(folder: Path) -> None:
     """Pictures for tools that look at them."""
-    from PIL import Image
-
     folder.mkdir(parents=True)
     for t in range(len(MASKS)):
         Image.new("RGB", (SIZE[1], SIZE[0])).save(folder / f"{t:05}.jpg")
@@ -184,14 +183,13 @@ def test_the_reader_of_davis_reads_the_masks(tmp_path: Path) -> None:
 
 
 def test_davis_folders_hold_the_labels_the_list_and_the_colours(tmp_path: Path) -> None:
-    image = pytest.importorskip("PIL.Image")
     folder = interchange.to_davis(MASKS, tmp_path, name="one")
     interchange.to_davis(iter(MASKS[:2]), tmp_path, name="two")
     assert (tmp_path / "ImageSets/2017/val.txt").read_text() == "one\ntwo\n"
     assert folder == tmp_path / "Annotations/480p/one"
     assert sorted(file.name for file in folder.iterdir()) == [f"{t:05}.png" for t in range(len(MASKS))]
     for t, mask in enumerate(MASKS):
-        read = image.open(folder / f"{t:05}.png")
+        read = Image.open(folder / f"{t:05}.png")
         assert read.mode == "P" and np.array_equal(np.asarray(read), mask)
     palette = read.getpalette()
     assert palette[:15] == [0, 0, 0, 128, 0, 0, 0, 128, 0, 128, 128, 0, 0, 0, 128]
@@ -200,12 +198,11 @@ def test_davis_folders_hold_the_labels_the_list_and_the_colours(tmp_path: Path) 
 
 
 def test_youtube_vos_folders_hold_the_labels_and_where_each_is_seen(tmp_path: Path) -> None:
-    image = pytest.importorskip("PIL.Image")
     interchange.to_youtube_vos(MASKS, tmp_path, name="0a1b", objects=NAMES)
     interchange.to_youtube_vos(MASKS[:1], tmp_path, name="empty")
     videos = json.loads((tmp_path / "train/meta.json").read_text(encoding="utf-8"))["videos"]
     assert set(videos) == {"0a1b", "empty"} and videos["empty"] == {"objects": {}}
-    read = {f"{t:05}": np.asarray(image.open(tmp_path / f"train/Annotations/0a1b/{t:05}.png")) for t in range(5)}
+    read = {f"{t:05}": np.asarray(Image.open(tmp_path / f"train/Annotations/0a1b/{t:05}.png")) for t in range(5)}
     assert all(np.array_equal(read[f"{t:05}"], mask) for t, mask in enumerate(MASKS))
     objects = videos["0a1b"]["objects"]
     assert set(objects) == {"1", "3", "4", "200"}
@@ -266,7 +263,7 @@ def test_results_sessions_arrays_and_iterators_are_exported_alike(write: Writer,
     assert written[0] and all(each == written[0] for each in written)
 
 
-def test_a_result_is_written_as_its_session(tmp_path: Path, done: tracecut.Session) -> None:
+def test_a_result_is_exported_like_its_session(tmp_path: Path, done: tracecut.Session) -> None:
     result = tracecut.segment(tracecut.synth.Scene("sample", 96, 64, 8, seed=3))
     assert result.objects
     of_result = files(interchange.to_coco(result, tmp_path / "result"))
@@ -277,9 +274,9 @@ def test_a_result_is_written_as_its_session(tmp_path: Path, done: tracecut.Sessi
 def test_existing_files_are_not_replaced(write: Writer, tmp_path: Path) -> None:
     write(MASKS, tmp_path / "out")
     before = files(tmp_path)
-    with pytest.raises(tracecut.TraceCutError, match="nothing is yet|not have yet") as caught:
+    with fails("param", "nothing is yet|not have yet"):
         write(MASKS[1:], tmp_path / "out")
-    assert caught.value.code == "param" and files(tmp_path) == before
+    assert files(tmp_path) == before
 
 
 @pytest.mark.parametrize("write", WRITERS)
@@ -308,9 +305,9 @@ def test_a_failed_export_leaves_no_files(write: Writer, tmp_path: Path) -> None:
     ],
 )
 def test_invalid_masks_are_refused(write: Writer, masks: Any, message: str, tmp_path: Path) -> None:
-    with pytest.raises(tracecut.TraceCutError, match=message) as caught:
+    with fails("data", message):
         write(masks, tmp_path / "out")
-    assert caught.value.code == "data" and list(tmp_path.iterdir()) == []
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
@@ -324,9 +321,9 @@ def test_invalid_masks_are_refused(write: Writer, masks: Any, message: str, tmp_
     ],
 )
 def test_invalid_names_of_frames_are_refused(names: list[str], message: str, tmp_path: Path) -> None:
-    with pytest.raises(tracecut.TraceCutError, match=message) as caught:
+    with fails("data", message):
         interchange.to_coco(MASKS, tmp_path / "out", frames=names)
-    assert caught.value.code == "data" and list(tmp_path.iterdir()) == []
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
@@ -348,9 +345,9 @@ def test_invalid_names_of_frames_are_refused(names: list[str], message: str, tmp
 def test_illegal_options_are_refused(
     write: Writer, options: dict[str, Any], message: str, tmp_path: Path
 ) -> None:
-    with pytest.raises(tracecut.TraceCutError, match=message) as caught:
+    with fails("param", message):
         write(MASKS, tmp_path / "out", **options)
-    assert caught.value.code == "param" and list(tmp_path.iterdir()) == []
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("write", [davis, youtube])
@@ -364,9 +361,9 @@ def test_a_broken_meta_json_is_refused_and_kept(tmp_path: Path) -> None:
     (tmp_path / "train").mkdir()
     path = tmp_path / "train" / "meta.json"
     path.write_text("[]")
-    with pytest.raises(tracecut.TraceCutError, match="cannot be read") as caught:
+    with fails("data", "cannot be read"):
         interchange.to_youtube_vos(MASKS, tmp_path, name="a")
-    assert caught.value.code == "data" and files(tmp_path) == {str(Path("train") / "meta.json"): b"[]"}
+    assert files(tmp_path) == {str(Path("train") / "meta.json"): b"[]"}
 
 
 def test_a_video_in_meta_json_is_not_replaced(tmp_path: Path) -> None:

@@ -50,7 +50,7 @@ def program() -> list[str]:
         (4, ["segment", "FOLDER", "--out", "out", "--set", "clip.maxPixels=1000"]),
     ],
 )
-def test_the_program_prints_and_ends_as_the_one_in_rust(
+def test_the_program_prints_and_exits_like_the_rust_program(
     code: int, arguments: list[str], cli: str, folder: Path, tmp_path: Path
 ) -> None:
     arguments = [str(folder) if word == "FOLDER" else word for word in arguments]
@@ -75,7 +75,7 @@ def files(folder: Path) -> dict[str, bytes]:
     return found
 
 
-def test_the_program_writes_the_files_of_the_one_in_rust(cli: str, folder: Path, tmp_path: Path) -> None:
+def test_the_program_writes_the_files_of_the_rust_program(cli: str, folder: Path, tmp_path: Path) -> None:
     options = ["--frames", "4", "--format", "png,rle,npz,tracks,overlay"]
     for name, command in (("rust", [cli]), ("python", program())):
         subprocess.run([*command, "segment", folder, "--out", tmp_path / name, *options], check=True)
@@ -114,7 +114,7 @@ def modules() -> list[str]:
     return ["tracecut", *(f"tracecut.{name}" for name in names)]
 
 
-def test_the_examples_in_docstrings_are_true() -> None:
+def test_examples_in_docstrings_run() -> None:
     tried = 0
     for name in modules():
         failed, count = doctest.testmod(importlib.import_module(name))

@@ -13,6 +13,7 @@ from typing import Any, Optional
 import numpy as np
 import pytest
 import tracecut
+from conftest import write_pictures, write_video
 
 pq = pytest.importorskip("pyarrow.parquet")
 from pyarrow.fs import LocalFileSystem  # noqa: E402
@@ -24,13 +25,9 @@ import ray_folder  # noqa: E402
 
 def make_clips(folder: Path, count: int, frames: int = 6) -> None:
     """Makes folders of PNG files."""
-    from PIL import Image
-
     for number in range(count):
-        clip = folder / f"clip{number}"
-        clip.mkdir(parents=True)
-        for t, frame in enumerate(tracecut.synth.Scene("sample", 96, 64, frames, seed=number)):
-            Image.fromarray(frame).save(clip / f"{t}.png")
+        scene = tracecut.synth.Scene("sample", 96, 64, frames, seed=number)
+        write_pictures(folder / f"clip{number}", scene, "{}.png")
 
 
 def rows(out: Path, kind: str) -> list[dict[str, Any]]:
@@ -79,7 +76,7 @@ def run(capsys: Any, *words: object) -> str:
     return str(capsys.readouterr().out).splitlines()[0]
 
 
-def test_what_is_done_is_left_out_and_what_failed_is_tried_again(tmp_path: Path, capsys: Any) -> None:
+def test_another_run_repeats_only_failed_clips(tmp_path: Path, capsys: Any) -> None:
     make_clips(tmp_path / "clips", 2)
     broken = tmp_path / "clips" / "broken"
     broken.mkdir()
@@ -131,7 +128,7 @@ class EndsBeforeMove:
         raise KeyboardInterrupt
 
 
-def test_a_file_that_a_lost_worker_was_writing_is_no_row(tmp_path: Path, capsys: Any) -> None:
+def test_the_unfinished_file_of_a_lost_worker_is_ignored(tmp_path: Path, capsys: Any) -> None:
     make_clips(tmp_path / "clips", 1)
     out = tmp_path / "out"
     task = ray_folder.Task(str(tmp_path / "clips" / "clip0"), str(out), 1, {})
@@ -145,7 +142,7 @@ def test_a_file_that_a_lost_worker_was_writing_is_no_row(tmp_path: Path, capsys:
     assert left.exists() and len(pq.read_table(out / "clips").to_pylist()) == 1
 
 
-def test_a_list_names_clips_as_that_of_a_share_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_list_of_clips_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     listed = tmp_path / "clips.txt"
     listed.write_bytes("\ufeff/a/one.mp4\r\n\r\n# a comment\r\ntwo words.mp4\r\ns3://bucket/three.mp4".encode())
     monkeypatch.chdir(tmp_path)
@@ -158,25 +155,15 @@ def test_memory_follows_the_size_of_frames(tmp_path: Path) -> None:
     assert ray_folder.BASE_BYTES < small < ray_folder.measure_clip("/nowhere", 640)
 
 
-def write_video(path: Path, frames: list[np.ndarray]) -> None:
-    """Writes a video in which each frame stands alone."""
-    av = pytest.importorskip("av")
-    with av.open(str(path), "w", format="mpegts") as container:
-        stream = container.add_stream("mpeg2video", rate=25, options={"g": "1"})
-        stream.height, stream.width = frames[0].shape[:2]
-        stream.pix_fmt = "yuv420p"
-        for frame in frames:
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(frame, format="rgb24")))
-        container.mux(stream.encode())
-
-
 def test_a_damaged_video_is_an_error_with_the_rows_before_the_damage(tmp_path: Path, capsys: Any) -> None:
     clips, out = tmp_path / "clips", tmp_path / "out"
     clips.mkdir()
-    write_video(clips / "whole.ts", list(tracecut.synth.Scene("sample", 160, 90, 16, seed=0)))
+    frames = list(tracecut.synth.Scene("sample", 96, 64, 16, seed=0))
+    # Each frame stands alone.
+    write_video(clips / "whole.ts", frames, "mpeg2video", "yuv420p", g="1")
     data = (clips / "whole.ts").read_bytes()
     (clips / "cut.ts").write_bytes(data[: len(data) * 2 // 3])
-    run(capsys, clips, "--out", out)
+    run(capsys, clips, "--out", out, "--set", "preset=fast")
     found = {Path(row["clip"]).name: row for row in rows(out, "clips")}
     whole, cut = found["whole.ts"], found["cut.ts"]
     assert (whole["frames"], whole["error"]) == (16, None)

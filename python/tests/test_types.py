@@ -66,7 +66,7 @@ def declared() -> str:
     return text + "".join(f"    {section}: {section.title()}Params\n" for section in tracecut.Session().params)
 
 
-def test_the_types_of_the_parameters_are_those_that_the_library_declares() -> None:
+def test_parameter_types_match_the_library() -> None:
     path = Path(_params.__file__)
     if os.environ.get("REGENERATE"):
         path.write_text(declared(), "utf-8")
@@ -142,7 +142,7 @@ def write_blocks(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("tool", ["mypy", pytest.param("pyright", marks=pytest.mark.long)])
-def test_type_checkers_find_every_mistake_and_accept_the_package_and_all_documents(tool: str, tmp_path: Path) -> None:
+def test_type_checkers_find_mistakes_and_accept_the_package_and_documents(tool: str, tmp_path: Path) -> None:
     pytest.importorskip(tool)
     (tmp_path / "mistakes.py").write_text(MISTAKES)
     (tmp_path / "right.py").write_text(RIGHT)
@@ -166,7 +166,7 @@ def test_annotations_can_be_read_by_programs() -> None:
         assert "params" in get_type_hints(call)
 
 
-def test_names_in_types_are_those_of_the_library(clip: list[np.ndarray]) -> None:
+def test_names_in_types_match_the_library(clip: list[np.ndarray]) -> None:
     methods = {p.name: p.choices for p in tracecut.parameters() + tracecut.parameters(expert=True)}["discretize.method"]
     assert get_args(Method) == methods
     session = tracecut.Session(preset="fast")

@@ -1,9 +1,8 @@
 // Repeats the corrections of one run in the result of another run of the clip, as far as they still apply. Objects
 // are matched by overlap. Loaded when a corrected result is run again.
 
-import { decodeRuns, encodeRuns } from './library.js';
+import { decodeRuns, encodeRuns, yieldThread } from './library.js';
 import { objectName } from './palette.js';
-import { yieldToPage } from './slices.js';
 import type { ClipJob } from './clip-job.js';
 import type { Corrections } from './corrections.js';
 import type { Edit, MaskEditor, MaskSource, Region, Stroke } from './library.js';
@@ -200,7 +199,7 @@ async function matchObjects(old: MaskSource, from: ClipJob, to: ClipJob): Promis
     const [before, after] = [resizeLabels(old.labels(t), old, now), now.labels(at)];
     for (let p = 0; p < after.length; p++) counts[256 * before[p] + after[p]] += 1;
     if (performance.now() < until) continue;
-    await yieldToPage();
+    await yieldThread();
     until = performance.now() + SLICE_MS;
   }
   return new ObjectMatch(counts);

@@ -1,12 +1,21 @@
 // A run over a clip of any length, window by window; finished frames are shown while the rest is computed. If the
 // clip fits into one window, its session stays open for corrections.
 
-import { CLIP_STAGES, ClipWork, StageClock, VideoSegmentation, countStep, fitSize, segmentVideo } from './library.js';
+import {
+  CLIP_STAGES,
+  ClipWork,
+  StageClock,
+  VideoSegmentation,
+  countStep,
+  fitSize,
+  segmentVideo,
+  untilAborted,
+} from './library.js';
 import { type ObjectFacts, Presence, type Result as ShownResult, type Segmentation } from './presence.js';
 import { CLIP_MESSAGES, PageError, countObjects, headline, formatPlural, remark } from './messages.js';
 import { Corrections } from './corrections.js';
 import { Preview, needsPreview } from './preview.js';
-import { runInSlices, untilAborted } from './slices.js';
+import { runInSlices } from './slices.js';
 import type { DecodedFrame, MaskEditor, Result, Session, SessionOptions as Options, StagePlan } from './library.js';
 import type { VideoProgress, VideoResult, WindowResult } from './library.js';
 import type { Source, Trim } from './source.js';

@@ -6,5 +6,7 @@ export * from '../../dist/draw.js';
 export * from '../../dist/edit.js';
 export * from '../../dist/export.js';
 export * from '../../dist/stages.js';
+// Pauses and ends of work.
+export { untilAborted, yieldThread } from '../../dist/worker/pause.js';
 // Estimates of progress of runs and exports.
 export { CLIP_STAGES, ClipWork, StageClock, type StagePlan, countStep } from '../../dist/session/progress.js';

@@ -2,13 +2,12 @@
 
 import { BLANK, clampFrame, phasePatch, type State, type Store, type Timeline } from './store.js';
 import { PREVIEW_FRAMES } from './preview.js';
-import { yieldToPage } from './slices.js';
 import { describeDamage, formatSeconds, formatTimeLeft, PREVIEW_MESSAGES, stageName } from './messages.js';
 import { describeObjects } from './describe.js';
 import { Segmentation, Times } from './presence.js';
 import { keepHidden } from './selection.js';
 import type { ClipJob } from './clip-job.js';
-import type { StageClock } from './library.js';
+import { type StageClock, yieldThread } from './library.js';
 
 const NOISE_REMARK = 'This browser adds noise to pixels to prevent tracking, so results may vary slightly.';
 
@@ -29,7 +28,7 @@ export async function showResult(store: Store, job: ClipJob) {
     share: job.isPartial ? job.share : 1,
     ...patch,
   });
-  await yieldToPage();
+  await yieldThread();
   if (store.state.visit !== visit || store.state.phase !== 'running') return;
   store.set(statusPatch);
   // Measures the time to the first result; only once, as entries stay in memory.

@@ -161,9 +161,9 @@ test('the recipe for webpack', { tag: '@long' }, async ({ cleanup, openPage }) =
 });
 
 test('an import map that names the package on another origin', { tag: '@long' }, async ({ cleanup, openPage }) => {
-  const folder = await project(cleanup, { recipe: 'none' });
+  const folder = await project(cleanup, { recipe: 'No bundler' });
   const origin = await served(cleanup, join(folder, 'node_modules'), { headers: CORS });
-  const page = recipe('none').get('index.html').replaceAll('./node_modules/', origin);
+  const page = recipe('No bundler').get('index.html').replaceAll('./node_modules/', origin);
   expect(page).toContain(`${origin}tracecut/dist/index.js`);
   writeFileSync(join(folder, 'index.html'), page);
   await expectSameResults(openPage, await served(cleanup, folder), { numFiles: 2 });

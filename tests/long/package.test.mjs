@@ -1,4 +1,4 @@
-// Recipes of docs/recipes: Node in several versions, each with the results of this one, and FFmpeg with the archive of masks.
+// Recipes of docs/recipes.md: Node in several versions, each with the results of this one, and FFmpeg with the archive of masks.
 
 import assert from 'node:assert/strict';
 import { execFileSync, spawnSync } from 'node:child_process';
@@ -21,9 +21,9 @@ const asCommonJs = (text) =>
 for (const version of ['18.20.8', '20.19.5', '22.21.1', '24.11.1']) {
   test(`Node ${version}, as modules and as CommonJS`, async (t) => {
     const node = await nodeOf(t, version);
-    const folder = await project(t, { recipe: 'node', files: { 'print.mjs': PRINT } });
+    const folder = await project(t, { recipe: 'Node', files: { 'print.mjs': PRINT } });
     assert.equal(await execute(folder, node, ['--version']), `v${version}\n`);
-    for (const file of recipe('node').keys()) assert.equal(await execute(folder, node, [file]), '3\n', file);
+    for (const file of recipe('Node').keys()) assert.equal(await execute(folder, node, [file]), '3\n', file);
     const text = asCommonJs(readFileSync(join(folder, 'segment.js'), 'utf8'));
     const print = 'outcome().then((found) => console.log(JSON.stringify(found)));';
     writeFileSync(join(folder, 'segment.cjs'), `${text}\n${print}`);

@@ -219,7 +219,7 @@ function pageScript() {
 
 /** Returns the code of all other documents; a block may name its file. */
 function otherCode() {
-  const documents = ['docs', 'docs/recipes', 'examples', '.'].flatMap((folder) =>
+  const documents = ['docs', 'examples', '.'].flatMap((folder) =>
     readdirSync(join(root, folder))
       .filter((name) => name.endsWith('.md'))
       .map((name) => join(folder, name)),

@@ -1,5 +1,5 @@
 // The packed tarball in a project outside of this one, as a user has it, with tools at pinned versions and an unchanged recipe
-// of docs/recipes, and a server for such projects.
+// of docs/recipes.md, and a server for such projects.
 
 import { execFile, execFileSync } from 'node:child_process';
 import { createHash } from 'node:crypto';
@@ -118,12 +118,13 @@ const run = promisify(execFile);
 /**
  * Returns the blocks of a recipe that name a file after their language, by this name.
  *
- * @param {string} name of the page in docs/recipes
+ * @param {string} name the heading of its section in docs/recipes.md
  * @returns {Map<string, string>}
  */
 export function recipe(name) {
-  const text = readFileSync(join(root, 'docs', 'recipes', `${name}.md`), 'utf8').replaceAll('\r', '');
-  return new Map([...text.matchAll(/^```\w+ (\S+)\n([^]*?)^```$/gm)].map(([, file, code]) => [file, code]));
+  const text = readFileSync(join(root, 'docs', 'recipes.md'), 'utf8').replaceAll('\r', '');
+  const section = text.split(/^## /m).find((part) => part.startsWith(`${name}\n`));
+  return new Map([...section.matchAll(/^```\w+ (\S+)\n([^]*?)^```$/gm)].map(([, file, code]) => [file, code]));
 }
 
 /**

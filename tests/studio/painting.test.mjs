@@ -6,7 +6,7 @@ import { test } from 'node:test';
 import { encodeRuns } from 'tracecut/edit';
 import { NEW_OBJECT } from '../../build/model/brush.js';
 import { Candidates } from '../../build/model/candidates.js';
-import { traceRegion } from '../../build/model/outline.js';
+import { traceRegion } from '../../build/model/candidates.js';
 import { Store } from '../../build/model/store.js';
 import { movingFrames } from '../moving.mjs';
 import { createBrush, maskAt, masksOf, pixelsOf, regionsOf, show } from './editing.mjs';

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Autosave, rememberRuns } from '../../build/model/autosave.js';
+import { Autosave, rememberRuns } from '../../build/model/saved-projects.js';
 import { framesOf } from '../../build/model/corrections.js';
 import { RunMemory } from '../../build/model/interrupted-runs.js';
 import { showCorrected } from '../../build/model/show-result.js';

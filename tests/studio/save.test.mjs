@@ -6,7 +6,7 @@ import { version } from 'tracecut';
 import { objectColor } from 'tracecut/draw';
 import { adjustMask, smoothMasks } from 'tracecut/edit';
 import { exportSource, fileStem } from '../../build/model/export.js';
-import { exportSizes, resizedFrames } from '../../build/model/export-size.js';
+import { exportSizes, resizedFrames } from '../../build/model/export-text.js';
 import * as texts from '../../build/model/export-text.js';
 import { MAIN_EXPORTS, otherExports } from '../../build/model/exports.js';
 import { Smoothing } from '../../build/model/smoothing.js';

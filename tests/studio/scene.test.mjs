@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { segmentVideo, synthClip } from 'tracecut';
 import { sceneMotion } from 'tracecut/stages';
-import { findSimilarObjects } from '../../build/model/similar-objects.js';
+import { findSimilarObjects } from '../../build/model/join-proposals.js';
 import { framesOf, open, ready, rejects } from '../node/support.mjs';
 
 /** Trajectories from lists of places, each with its first frame and label. */

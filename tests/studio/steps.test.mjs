@@ -4,12 +4,11 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { synthClip } from 'tracecut';
-import { JoinProposals } from '../../build/model/join-proposals.js';
+import { JoinProposals, findSimilarObjects } from '../../build/model/join-proposals.js';
 import { applyStep, possibleSteps } from '../../build/model/correction-steps.js';
 import { describeMotion } from '../../build/model/describe.js';
 import { Playback, jumpTo, stepFrames, togglePlaying } from '../../build/model/playback.js';
 import { Presence, Times } from '../../build/model/presence.js';
-import { findSimilarObjects } from '../../build/model/similar-objects.js';
 import { Store } from '../../build/model/store.js';
 import { maskAt, masksOf, pixelsOf, show, strokeOn } from './editing.mjs';
 import { SAMPLE, openSampleWork } from './studio.mjs';

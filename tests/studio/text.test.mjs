@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { parameters } from 'tracecut';
 import { describeClip, lastFrame, describePart, describeTrim, trimFromInputs } from '../../build/model/clip-text.js';
-import { computeDuration, exportSizes } from '../../build/model/export-size.js';
+import { computeDuration, exportSizes } from '../../build/model/export-text.js';
 import { colourName } from '../../build/model/palette.js';
 import { settingsLink, readLink } from '../../build/model/recipe.js';
 import { SETTING_CHOICES, Settings, otherChanges, sessionOptions } from '../../build/model/settings.js';

@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { exportSource } from '../../build/model/export.js';
 import { data } from '../../build/model/exports.js';
-import { resizedFrames } from '../../build/model/export-size.js';
+import { resizedFrames } from '../../build/model/export-text.js';
 import { needsPreview } from '../../build/model/preview.js';
 import { showCorrected } from '../../build/model/show-result.js';
 import { movingFrames, plainFrame, textureAt } from '../moving.mjs';

@@ -1,10 +1,9 @@
 // The outline of the region that a click with Add would take. The wheel, + and − change its size; with Alt it is removed.
 
-import { Candidates } from '../../model/candidates.js';
+import { Candidates, traceRegion } from '../../model/candidates.js';
 import { formatPercent } from '../../model/messages.js';
 import { NEW_OBJECT } from '../../model/brush.js';
 import { objectColor } from '../../model/palette.js';
-import { traceRegion } from '../../model/outline.js';
 import { wheelDistance } from './zoom.js';
 import type { Corrections } from '../../model/corrections.js';
 import type { Page } from '../page.js';

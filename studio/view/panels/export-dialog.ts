@@ -1,17 +1,36 @@
 // The save dialog: files, a link with the settings, and the recipe that reproduces the result.
 
-import { drawCutout, type MaskSource, SCREEN_GREEN, StageClock, version } from '../../model/library.js';
+import {
+  drawCutout,
+  fitSize,
+  type MaskSource,
+  SCREEN_GREEN,
+  soundInfo,
+  type SoundInfo,
+  type SoundOptions,
+  StageClock,
+  version,
+  type VideoQuality,
+  untilAborted,
+} from '../../model/library.js';
 import { byId, connectDialog, h, PLAYS_MP4 } from '../dom.js';
 import { maskEdges } from '../../model/view-settings.js';
 import { type Choice, type Export, exportSource, fileStem, type Subject } from '../../model/export.js';
-import { resizedFrames } from '../../model/export-size.js';
+import {
+  computeDuration,
+  describeImages,
+  describeKept,
+  describeProgress,
+  describeSound,
+  describeVideo,
+  exportSizes,
+  MIN_SIDE_PX,
+  resizedFrames,
+} from '../../model/export-text.js';
 import { MAIN_EXPORTS, otherExports } from '../../model/exports.js';
 import { background } from '../background-export.js';
-import { describeKept, describeProgress } from '../../model/export-text.js';
 import { createRecipe, settingsLink } from '../../model/recipe.js';
-import { untilAborted } from '../../model/slices.js';
 import { explain, formatBytes } from '../../model/messages.js';
-import { ExportOptions } from './export-options.js';
 import { SavePreview } from './save-preview.js';
 import type { Page } from '../page.js';
 
@@ -363,4 +382,81 @@ export function download(blob: Blob, file: string) {
   const url = URL.createObjectURL(blob);
   h('a', { href: url, download: file }).click();
   setTimeout(() => URL.revokeObjectURL(url), URL_LIFETIME_MS);
+}
+
+type SizedSource = Pick<Subject, 'masks' | 'source' | 'fps'>;
+
+export class ExportOptions {
+  size = byId<HTMLSelectElement>('export-size');
+  customSide = byId<HTMLInputElement>('export-side');
+  quality = byId<HTMLSelectElement>('export-quality');
+  withSound = byId<HTMLInputElement>('export-sound');
+  source: SizedSource | null = null;
+  sizes: ReturnType<typeof exportSizes> = [];
+  onChange = () => {};
+  /** Soundtrack of the source. */
+  sound: SoundInfo | null = null;
+
+  constructor() {
+    for (const control of [this.size, this.customSide, this.quality, this.withSound])
+      control.addEventListener('input', () => this.show());
+  }
+
+  /** Shows the options of a source; keeps the chosen ones if it is the same. */
+  async open(source: SizedSource) {
+    const isSame = source.source === this.source?.source;
+    this.source = source;
+    this.sizes = exportSizes(source.source, source.masks);
+    const before = this.size.value;
+    this.size.replaceChildren(...this.sizes.map(({ name, label }) => h('option', { value: name }, label)));
+    this.size.value = isSame && this.sizes.some(({ name }) => name === before) ? before : this.sizes[0].name;
+    if (!isSame) {
+      this.sound = null;
+      this.customSide.max = String(Math.max(source.source.width, source.source.height));
+      this.customSide.value = String(Math.max(source.masks.width, source.masks.height));
+    }
+    this.show();
+    if (isSame || !source.source.file) return;
+    const sound = await soundInfo(source.source.file).catch(() => null);
+    if (this.source !== source) return;
+    this.sound = sound;
+    this.show();
+  }
+
+  /** Long side of the export, in pixels. */
+  get side() {
+    const preset = this.sizes.find(({ name }) => name === this.size.value);
+    if (preset?.name !== 'own') return preset?.side ?? 0;
+    const typed = Math.round(Number(this.customSide.value));
+    return Math.min(preset.side, Math.max(MIN_SIDE_PX, Number.isFinite(typed) ? typed : MIN_SIDE_PX));
+  }
+
+  get values() {
+    return { side: this.side, quality: this.quality.value as VideoQuality };
+  }
+
+  /** Returns the options of the soundtrack; null for none. */
+  soundFor(format: SoundInfo['formats'][number]): SoundOptions | null {
+    const { source, sound, withSound } = this;
+    if (!source?.source.file || !source.masks.times || !withSound.checked || !sound?.formats.includes(format))
+      return null;
+    const start = source.masks.times[0];
+    return { source: source.source.file, start, end: start + computeDuration(source.masks, source.fps) };
+  }
+
+  /** Describes the size and the length of what is saved; of videos its bytes too. */
+  describe(areImages: boolean): string {
+    const { source } = this;
+    if (!source) return '';
+    const size = fitSize(source.source, this.side);
+    if (areImages) return describeImages(size, source.masks.numFrames);
+    return describeVideo(size, source, this.values.quality);
+  }
+
+  show() {
+    this.onChange();
+    byId('export-custom').hidden = this.size.value !== 'own';
+    byId('export-with-sound').hidden = !this.sound;
+    byId('export-sound-facts').textContent = describeSound(this.sound);
+  }
 }

@@ -1,13 +1,14 @@
-// The list of objects: colour, size, time and position, and whether they are kept.
+// The list of objects, each with its lane: its size over time.
 
-import { byId, isMultiSelect, h } from '../dom.js';
-import { describeMotion, describePosition } from '../../model/describe.js';
+import { byId, h, isMultiSelect } from '../dom.js';
+import { describeMotion, describePosition, describeSpan, nameAndColour } from '../../model/describe.js';
 import { colourName, objectColor, objectName, objectShape } from '../../model/palette.js';
-import { type Selection, listObjects } from '../../model/selection.js';
+import { listObjects, type Selection } from '../../model/selection.js';
 import { formatPercent } from '../../model/messages.js';
-import { Lanes } from './lanes.js';
+import { jumpTo } from '../../model/playback.js';
 import type { ObjectFacts } from '../../model/presence.js';
 import type { Page } from '../page.js';
+import type { Store } from '../../model/store.js';
 
 export function objectsPanel({ store, selection, viewer }: Pick<Page, 'store' | 'selection' | 'viewer'>) {
   let rows: ReturnType<typeof createRow>[] = [];
@@ -85,4 +86,84 @@ function createKeepBox(object: number, selection: Selection) {
 function describeFacts(facts: ObjectFacts): string {
   if (facts.first < 0) return 'not seen';
   return facts.object > 0 ? `${describePosition(facts.from)}, ${describeMotion(facts)}` : '';
+}
+
+export class Lanes {
+  strips: { canvas: HTMLCanvasElement; object: number }[] = [];
+
+  constructor(
+    readonly store: Store,
+    list: HTMLElement,
+  ) {
+    new ResizeObserver(() => this.draw()).observe(list);
+  }
+
+  /** Adds the lane of an object; `draw` draws it. */
+  add(facts: ObjectFacts): HTMLElement {
+    const { object, peak } = facts;
+    const { times } = this.store.state.timeline;
+    const span = describeSpan(facts, times);
+    const where = `${nameAndColour(object)}, ${span}, ${describeMotion(facts)}; go to its largest frame, ${times.format(peak)}`;
+    const canvas = h('canvas', { class: 'lane-canvas', 'aria-hidden': 'true' });
+    this.strips.push({ canvas, object });
+    return h(
+      'div',
+      { class: 'lane', 'data-lane': object },
+      // The scrubber does the same for the keyboard.
+      h('div', { class: 'lane-strip', pointerdown: (event) => this.drag(event, canvas) }, canvas),
+      h(
+        'button',
+        {
+          type: 'button',
+          class: 'lane-name',
+          title: where,
+          'aria-label': where,
+          click: () => jumpTo(this.store, peak),
+        },
+        span,
+      ),
+    );
+  }
+
+  drag(event: PointerEvent, canvas: HTMLCanvasElement) {
+    const strip = event.currentTarget as HTMLElement;
+    const seek = ({ clientX }: { clientX: number }) => {
+      const { left, width } = canvas.getBoundingClientRect();
+      jumpTo(this.store, Math.floor(((clientX - left) / width) * this.store.state.timeline.numFrames));
+    };
+    strip.setPointerCapture(event.pointerId);
+    strip.onpointermove = seek;
+    strip.onpointerup = () => (strip.onpointermove = null);
+    seek(event);
+  }
+
+  /** Draws the lanes: bar heights are sizes relative to the largest size. */
+  draw() {
+    const { analysis, timeline } = this.store.state;
+    const presence = analysis?.segmentation.presence;
+    const { numFrames } = timeline;
+    if (!presence) return;
+    const density = devicePixelRatio || 1;
+    // All are measured before one is changed, as each change needs a new layout.
+    const lanes = this.strips.map(({ canvas, object }) => {
+      return { canvas, object, width: canvas.clientWidth, height: canvas.clientHeight };
+    });
+    for (const { canvas, object, width, height } of lanes) {
+      if (width === 0) continue;
+      canvas.width = Math.round(width * density);
+      canvas.height = Math.round(height * density);
+      const ctx = canvas.getContext('2d')!;
+      ctx.scale(density, density);
+      const sizes = Array.from({ length: numFrames }, (_, t) => presence.size(object, t));
+      const most = sizes.reduce((a, b) => Math.max(a, b), 1);
+      ctx.fillStyle = objectColor(object);
+      sizes.forEach((n, t) => {
+        if (n === 0) return;
+        // Cells meet without a seam: each begins where the last one ends.
+        const x = Math.round((t / numFrames) * width);
+        const tall = Math.max(2, height * (0.25 + 0.75 * Math.sqrt(n / most)));
+        ctx.fillRect(x, (height - tall) / 2, Math.max(1, Math.round(((t + 1) / numFrames) * width) - x), tall);
+      });
+    }
+  }
 }

@@ -5,14 +5,15 @@ import * as storage from '../storage.js';
 import { byId, connectDialog, h } from '../dom.js';
 import { hashClip, Packer, reopenProject, SavedJob, storedFiles } from '../../model/project-file.js';
 import {
+  Autosave,
   listProjects,
   projectBytes,
   type ProjectVersion,
+  rememberRuns,
   type SavedProject,
   saveProject,
 } from '../../model/saved-projects.js';
 import { formatBytes } from '../../model/messages.js';
-import { Autosave, rememberRuns } from '../../model/autosave.js';
 import { drawLabels, type MaskSource } from '../../model/library.js';
 import { runInSlices } from '../../model/slices.js';
 import type { InterruptedRun, RunMemory } from '../../model/interrupted-runs.js';
