@@ -3,15 +3,15 @@
 
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
-import { mkdtempSync, openAsBlob, readdirSync, readFileSync, rmSync, statSync } from 'node:fs';
+import { existsSync, mkdtempSync, openAsBlob, readdirSync, readFileSync, rmSync, statSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import { readFrames, segmentVideo } from 'tracecut';
 import { framesOfVideo } from 'tracecut/node';
 import { videoInfo } from '../../dist/index.js';
+import { root } from '../../scripts/tools.mjs';
 import { CASES, CLIP, checkOutcome, ensureClips, hasFfmpeg, maskOfRed } from '../intake.mjs';
-import { commandLine } from '../programs.mjs';
 import { readPng } from '../png.mjs';
 
 const withoutFfmpeg = hasFfmpeg() ? false : 'needs ffmpeg';
@@ -35,9 +35,9 @@ describe('the container, as read in browsers', { skip: withoutFfmpeg }, () => {
     test(row.name, async () => {
       const file = await openAsBlob(join(ensureClips(), row.file));
       const animated = /\.(png|gif|webp)$/.test(row.file) && { error: 'unsupported', words: /cannot decode animated/ };
-      const { error: code, words } = animated || row;
+      const { error: code, words: message } = animated || row;
       const reading = videoInfo(file, { onDamage() {} });
-      if (code) return assert.rejects(reading, (error) => error.code === code && words.test(error.message));
+      if (code) return assert.rejects(reading, (error) => error.code === code && message.test(error.message));
       const { width, height, numFrames, times, duration, frameRate, decodable } = await reading;
       assert.deepEqual({ width, height, decodable }, { width: CLIP.width, height: CLIP.height, decodable: false });
       // Damage is known only after decoding.
@@ -73,7 +73,10 @@ async function outcomeOf(path) {
 /** Exit code for data that cannot be read, or only in part. */
 const BAD_INPUT = 3;
 
-const withoutProgram = commandLine() ? false : 'needs the command line that Cargo built';
+/** The command line: the one of the environment, or what Cargo built last. */
+const PROGRAM =
+  process.env.TRACECUT_CLI ?? join(root, 'target', 'debug', process.platform === 'win32' ? 'tracecut.exe' : 'tracecut');
+const withoutProgram = existsSync(PROGRAM) ? false : 'needs the command line that Cargo built';
 
 describe('on the command line', { skip: withoutFfmpeg || withoutProgram }, () => {
   for (const row of CASES)
@@ -102,7 +105,7 @@ function segment(t, file) {
   t.after(() => rmSync(folder, { recursive: true }));
   const out = join(folder, 'out');
   const args = ['segment', join(ensureClips(), file), '--out', out, '--format', 'png', '--quiet'];
-  return { ...spawnSync(commandLine(), args, { encoding: 'utf8' }), out };
+  return { ...spawnSync(PROGRAM, args, { encoding: 'utf8' }), out };
 }
 
 function outcomeIn(out) {

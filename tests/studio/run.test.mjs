@@ -113,22 +113,22 @@ test('the session corrects a result, with undo and redo', async () => {
   const apply = async (correction) => showCorrected(store, await correction);
   await apply(corrections.join(1, [2]));
   assert.equal(store.state.headline, '2 moving objects');
-  const joined = maskText(store.state);
+  const joinedMasks = maskText(store.state);
   await apply(corrections.split(1));
-  assert.notEqual(maskText(store.state), joined);
+  assert.notEqual(maskText(store.state), joinedMasks);
   await apply(corrections.undo());
-  assert.equal(maskText(store.state), joined);
+  assert.equal(maskText(store.state), joinedMasks);
   await apply(corrections.undo());
   assert.equal(maskText(store.state), masks);
   await apply(corrections.redo());
-  assert.equal(maskText(store.state), joined);
+  assert.equal(maskText(store.state), joinedMasks);
   assert.equal(corrections.redoCount(), 1);
   assert.equal(store.state.job.isCorrected, true);
 
   // An unknown file leaves a corrected sample on screen, but not an uncorrected one.
   await app.openFiles([TEXT_FILE]);
   assert.equal(store.state.phase, 'done');
-  assert.equal(maskText(store.state), joined);
+  assert.equal(maskText(store.state), joinedMasks);
   await apply(corrections.undo());
   await app.openFiles([TEXT_FILE]);
   assert.deepEqual([store.state.phase, store.state.error.code], ['error', 'unknown-file']);
@@ -164,11 +164,11 @@ test('describes, selects and paints in a saved project without a run', async () 
   await assert.rejects(corrections.split(1), { code: 'no-place' });
   await assert.rejects(corrections.joinStrokes([{ t: 0, points: [1, 1], radius: 1 }]), { code: 'param' });
   const stroke = { t: 4, points: [10, 90, 30, 90], radius: 6 };
-  const painted = await corrections.paint({ label: corrections.newLabel(), stroke });
-  await corrections.carry(painted, new AbortController().signal, () => {});
-  showCorrected(store, framesOf(painted));
+  const edit = await corrections.paint({ label: corrections.newLabel(), stroke });
+  await corrections.carry(edit, new AbortController().signal, () => {});
+  showCorrected(store, framesOf(edit));
   assert.equal(store.state.headline, '4 moving objects');
-  assert.ok(framesOf(painted).length > 1, 'it is carried to other frames');
+  assert.ok(framesOf(edit).length > 1, 'it is carried to other frames');
   await corrections.join(4, [1]);
   showCorrected(store);
   assert.equal(store.state.headline, '3 moving objects');
