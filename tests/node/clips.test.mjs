@@ -110,7 +110,7 @@ test('one archive: a folder for each clip, a report that names what failed, the 
   await rejects(clipsZip(clips, { objects: [1] }), 'param', /objects/);
 });
 
-const MOVING = { width: 384, height: 216, frames: 16, seed: 0 };
+const MOVING = { width: 340, height: 192, frames: 16, seed: 0 };
 
 const masksOf = (result) => Array.from({ length: result.numFrames }, (_, t) => result.labels(t));
 

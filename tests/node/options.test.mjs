@@ -89,27 +89,12 @@ const CALLS = {
 
 /** Public functions without an object of options. */
 const WITHOUT = [
-  'decodeRuns',
-  'drawSaliency',
-  'encodeRuns',
-  'fitFrame',
-  'fitSize',
-  'flowColor',
-  'fromTracksDat',
-  'growRegions',
-  'heatColor',
-  'labelsNpy',
-  'objectColor',
-  'objectShape',
-  'openProject',
-  'parameters',
-  'readFrames',
-  'sceneMotion',
-  'searchReport',
-  'sortFiles',
-  'soundInfo',
+  'decodeRuns drawSaliency encodeRuns fitFrame fitSize flowColor fromTracksDat growRegions heatColor labelsNpy',
+  'objectColor objectShape openProject parameters readFrames sceneMotion searchReport sortFiles soundInfo',
   'tracksDat',
-];
+]
+  .join(' ')
+  .split(' ');
 
 const trajectories = {
   ...{ width: 64, height: 48, numFrames: 2 },

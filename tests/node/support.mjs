@@ -17,19 +17,10 @@ export { fingerprint, fnv1a };
 export const SMALL = { width: 96, height: 54, frames: 8, seed: 5 };
 
 /** The stages of a run with masks, in order. */
-export const STAGES = [
-  'flow',
-  'trajectories',
-  'affinities',
-  'embedding',
-  'discontinuities',
-  'saliency',
-  'connectedness',
-  'clusters',
-  'superpixels',
-  'cut',
-  'masks',
-];
+export const STAGES =
+  'flow trajectories affinities embedding discontinuities saliency connectedness clusters superpixels cut masks'.split(
+    ' ',
+  );
 
 const frameLists = new Map();
 const results = new Map();
@@ -84,9 +75,9 @@ export function plain(width, height, colour = 0) {
   return { data, width, height };
 }
 
-/** A session that is closed when the test ends. */
+/** A session of one thread, which is closed when the test ends. Tests of workers use more threads. */
 export async function open(t, options) {
-  const session = await createSession(options);
+  const session = await createSession({ threads: 1, ...options });
   t.after(() => session.close());
   return session;
 }
@@ -98,9 +89,9 @@ export async function ready(t, options, frames) {
   return session;
 }
 
-/** Opens a session, pushes the frames, runs it and closes it. */
+/** Opens a session of one thread, pushes the frames, runs it and closes it. */
 export async function segment(frames, options) {
-  const session = await createSession(options);
+  const session = await createSession({ threads: 1, ...options });
   try {
     for (const frame of frames) await session.push(frame);
     return await session.run();

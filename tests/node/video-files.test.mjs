@@ -1,4 +1,5 @@
-// Video in Node: the pictures of files, each once and with its own time, by ffmpeg, and raw video from streams.
+// Video in Node: the pictures of files, each once and with its own time, by ffmpeg, and raw video from streams. Turned pictures,
+// pixels that are not square and sizes that change are in the intake table (tests/native/intake.test.mjs).
 
 import assert from 'node:assert/strict';
 import { execFileSync, spawnSync } from 'node:child_process';
@@ -155,55 +156,16 @@ test('the default track is the video, or else the largest of several pictures', 
     ffmpeg(...inputs.flatMap((input) => ['-i', input]), ...maps, '-c', 'copy', ...args, path);
     return path;
   };
-  const defaultTrackColour = async (path) => {
+  const defaultTrack = async (path) => {
     const frames = await collect(framesOfVideo(path));
     return [frames.length, sizeOf(frames[0])];
   };
-  assert.deepEqual(await defaultTrackColour(both('cover.mkv', [poster, video])), [8, '64x48'], 'a poster before it');
   const small = clip('small.mkv', [], { count: 4, size: '32x24' });
   const disposed = (first, second) => ['-disposition:v:0', first, '-disposition:v:1', second];
-  assert.deepEqual(await defaultTrackColour(both('a.mkv', [small, video], ...disposed('0', 'default'))), [8, '64x48']);
-  assert.deepEqual(await defaultTrackColour(both('b.mkv', [small, video], ...disposed('default', '0'))), [4, '32x24']);
-  assert.deepEqual(await defaultTrackColour(both('c.mkv', [small, video], ...disposed('0', '0'))), [8, '64x48']);
-  assert.deepEqual(await defaultTrackColour(poster), [1, '320x240']);
-});
-
-test('frames are upright and have square pixels', { skip }, async () => {
-  const wide = await collect(framesOfVideo(clip('wide.mkv', ['-vf', 'setsar=4/3'], { size: '48x48' })));
-  const tall = await collect(framesOfVideo(clip('tall.mkv', ['-vf', 'setsar=2/3'], { size: '64x32' })));
-  assert.deepEqual([sizeOf(wide[0]), sizeOf(tall[0])], ['64x48', '64x48']);
-  const path = clip('turned.mov', ['-c:v', 'png', '-pix_fmt', 'rgb24']);
-  const [{ frame: plain }] = await collect(framesOfVideo(path));
-  const bytes = readFileSync(path);
-  const matrix = bytes.indexOf('tkhd') + 4 + 20 + 20;
-  const at = (x, y) => [...plain.data.subarray(4 * (y * 64 + x), 4 * (y * 64 + x) + 4)];
-  const firstFrameWith = async (a, b, c, d) => {
-    [a, b, 0, c, d, 0].forEach((value, k) => bytes.writeInt32BE(value * 65536, matrix + 4 * k));
-    writeFileSync(path, bytes);
-    const [{ frame }] = await collect(framesOfVideo(path));
-    return (x, y) => [...frame.data.subarray(4 * (y * frame.width + x), 4 * (y * frame.width + x) + 4)];
-  };
-  const rotated = await firstFrameWith(0, 1, -1, 0);
-  assert.deepEqual([rotated(47, 0), rotated(0, 0)], [at(0, 0), at(0, 47)], 'by 90 degrees');
-  const mirrored = await firstFrameWith(-1, 0, 0, 1);
-  assert.deepEqual([mirrored(63, 0), mirrored(0, 47)], [at(0, 0), at(63, 47)]);
-});
-
-test('pictures whose size changes on the way are scaled to the first', { skip }, async () => {
-  const jpeg = ['-c:v', 'mjpeg', '-q:v', '2', '-pix_fmt', 'yuvj420p'];
-  const parts = [
-    clip('large.mkv', jpeg, { count: 3 }),
-    clip('less.mkv', ['-vf', 'scale=32:24', ...jpeg], { count: 3 }),
-  ];
-  const list = join(folder, 'list.txt');
-  writeFileSync(list, parts.map((part) => `file '${part}'\n`).join(''));
-  const path = join(folder, 'changes.mkv');
-  ffmpeg('-f', 'concat', '-safe', '0', '-i', list, '-c', 'copy', path);
-  const frames = await collect(framesOfVideo(path));
-  assert.deepEqual(frames.map(sizeOf), Array(6).fill('64x48'));
-  const [before, after] = [frames[2].frame.data, frames[5].frame.data];
-  const difference = before.reduce((sum, value, k) => sum + Math.abs(value - after[k]), 0) / before.length;
-  assert.ok(difference > 0 && difference < 20, `${difference} grey levels between the third pictures of both`);
+  assert.deepEqual(await defaultTrack(both('a.mkv', [small, video], ...disposed('0', 'default'))), [8, '64x48']);
+  assert.deepEqual(await defaultTrack(both('b.mkv', [small, video], ...disposed('default', '0'))), [4, '32x24']);
+  assert.deepEqual(await defaultTrack(both('c.mkv', [small, video], ...disposed('0', '0'))), [8, '64x48']);
+  assert.deepEqual(await defaultTrack(poster), [1, '320x240']);
 });
 
 test('an error names the cause', { skip }, async () => {

@@ -29,7 +29,7 @@ function checkReports(reports) {
 /** Segments a source and returns the reports. */
 async function reportsOf(source, options = {}) {
   const reports = [];
-  await segmentVideo(source, { ...options, onProgress: (progress) => reports.push(progress) }).collect();
+  await segmentVideo(source, { threads: 1, ...options, onProgress: (progress) => reports.push(progress) }).collect();
   return reports;
 }
 

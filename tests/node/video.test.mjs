@@ -20,14 +20,14 @@ const TINY = { width: 48, height: 36, frames: 14, seed: 3 };
 /** Large enough for objects to be found. */
 const MOVING = { width: 112, height: 63 };
 
-const WINDOWS = { window: 6, overlap: 2 };
+const WINDOWS = { window: 6, overlap: 2, threads: 1 };
 
 /** One property of each of a list. */
 const each = (list, name) => list.map((item) => item[name]);
 
 async function windowsOf(source, options) {
   const windows = [];
-  for await (const window of segmentVideo(source, options)) windows.push(window);
+  for await (const window of segmentVideo(source, { threads: 1, ...options })) windows.push(window);
   return windows;
 }
 
@@ -410,7 +410,7 @@ test('one frame is all background; no frame is an error, and so are frames of di
 test('a damaged frame ends the clip: the masks equal those of the frames before it alone', async () => {
   const frames = (await framesOf({ ...TINY, width: 32, height: 24, frames: 9 })).map((frame) => png(frame));
   const broken = frames[0].subarray(0, 60);
-  const options = { window: 4, overlap: 1 };
+  const options = { window: 4, overlap: 1, threads: 1 };
   async function* stream(list) {
     yield* list;
   }

@@ -12,7 +12,7 @@ import { movingFrames } from '../moving.mjs';
 import { CLIP, createBrush, maskAt, masksOf, openModel, openSampleWork, pixelsOf, regionsOf, show } from './studio.mjs';
 
 test('adds, paints, splits and erases in all windows of a clip, and undoes each step', async () => {
-  const { app, store } = await openModel(movingFrames(60, [88, 56]));
+  const { app, store } = await openModel(movingFrames(52, [88, 56]));
   await app.openFiles([CLIP]);
   assert.match(store.state.subline, /in 2 windows/);
   const { corrections } = store.state.job;
@@ -23,8 +23,8 @@ test('adds, paints, splits and erases in all windows of a clip, and undoes each 
   store.set({ frame: 50 });
   await brush.add({ x: 76, y: 14 }, 0, false);
   await brush.queue;
-  assert.equal(panel.texts.at(-1), 'Applied to frames 1–60.');
-  for (const t of [0, 30, 50, 59]) assert.equal(labelAt(t, 76, 14), panel.object, `frame ${t}`);
+  assert.equal(panel.texts.at(-1), 'Applied to frames 1–52.');
+  for (const t of [0, 30, 50, 51]) assert.equal(labelAt(t, 76, 14), panel.object, `frame ${t}`);
   const added = masksOf(store);
   if (panel.canGrow) {
     await brush.resize(1);
@@ -52,11 +52,11 @@ test('adds, paints, splits and erases in all windows of a clip, and undoes each 
   const [first, second] = halves(50, 40);
   assert.equal(first, label);
   assert.ok(second > 0 && second !== first);
-  const squares = { 30: 40, 45: 45, 59: 31 };
+  const squares = { 30: 40, 45: 45, 51: 39 };
   for (const [t, x] of Object.entries(squares)) assert.deepEqual(halves(Number(t), x), [first, second], t);
   const split = masksOf(store);
   await show(store, corrections.joinStrokes([line(44), line(62)]));
-  assert.deepEqual(halves(59, 31), [first, first]);
+  assert.deepEqual(halves(51, 39), [first, first]);
   await show(store, corrections.undo());
   assert.equal(masksOf(store), split);
 

@@ -20,6 +20,7 @@ import { Presence, Times } from '../../build/model/presence.js';
 import { showCorrected } from '../../build/model/show-result.js';
 import { findSimilarObjects } from '../../build/model/similar-objects.js';
 import { Store } from '../../build/model/store.js';
+import { movingFrames } from '../moving.mjs';
 import { maskAt, masksOf, openModel, openSampleWork, pixelsOf, SAMPLE, show, strokeOn } from './studio.mjs';
 
 test('a step says how long it took, that it was undone, or why it is not possible', async () => {
@@ -272,7 +273,7 @@ const DOUBTS = [
 ];
 
 test('places to check are shown one after the other; accepted ones come back only with another run', async () => {
-  const { app, store } = await openModel();
+  const { app, store } = await openModel(movingFrames(16, [64, 48]));
   await app.openSample();
   const { job, timeline } = store.state;
   assert.equal(store.state.agreement.length, timeline.numFrames);
