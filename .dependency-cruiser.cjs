@@ -51,8 +51,8 @@ module.exports = {
   ],
   options: {
     doNotFollow: { path: 'node_modules' },
-    // These name what a bundler puts in.
-    exclude: { path: '^scripts/bundle/' },
+    // The first import what a bundler adds, and the others contain it.
+    exclude: { path: '^(scripts/bundle/|dist/(inline|worker\\.bundle)\\.js$|dist/node/\\w+\\.cjs$)' },
     enhancedResolveOptions: {
       exportsFields: ['exports'],
       conditionNames: ['import', 'node', 'default'],

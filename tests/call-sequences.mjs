@@ -44,7 +44,7 @@ async function waitTurns(count) {
  * Computes what all sequences need: frames, and the results of plain runs.
  *
  * @param {typeof import('./entries.mjs')} api
- * @param {import('../dist/index.js').SessionOptions} [options] where the engine runs
+ * @param {import('../dist/index.js').SessionOptions} [options] where the engine runs in sequences
  */
 export async function prepareSequences(api, options = {}) {
   const clip = await api.synthClip({ ...SIZE, frames: NUM_FRAMES, seed: 5 });

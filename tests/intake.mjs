@@ -47,7 +47,7 @@ const TURNS = {
   mirrored: { stored: 'hflip', matrix: [-1, 0, 0, 1, CLIP.width, 0] },
 };
 
-/** Whether there is an ffmpeg that can make the files. */
+/** Returns whether there is an ffmpeg that can make the files. */
 export const hasFfmpeg = () => spawnSync('ffmpeg', ['-version'], { stdio: 'ignore' }).status === 0;
 
 /**
@@ -232,7 +232,7 @@ function withHole(bytes) {
   return Buffer.concat([bytes.subarray(0, middle), Buffer.alloc(400, 0x55), bytes.subarray(middle + 400)]);
 }
 
-/** An animated PNG whose last picture is shown for so many milliseconds. */
+/** Returns an animated PNG whose last picture is shown for this number of milliseconds. */
 function withLastDelay(bytes, milliseconds) {
   const start = bytes.lastIndexOf('fcTL');
   const changed = Buffer.from(bytes);
@@ -366,7 +366,7 @@ const TIME_TOLERANCE_S = 0.001;
 const LEAST_OVERLAP = 0.8;
 
 /**
- * What a surface gave for a file.
+ * The outcome of a file on a surface.
  * @typedef {object} Outcome
  * @property {number} width
  * @property {number} height

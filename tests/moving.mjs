@@ -3,7 +3,10 @@
 /** Returns a frame of one colour, or with the colours `color(x, y)`. */
 export function plainFrame(width, height, color = () => [0, 0, 0]) {
   const data = new Uint8ClampedArray(4 * width * height);
-  for (let k = 0; k < width * height; k += 1) data.set([...color(k % width, Math.floor(k / width)), 255], 4 * k);
+  for (let p = 0; p < width * height; p += 1) {
+    [data[4 * p], data[4 * p + 1], data[4 * p + 2]] = color(p % width, Math.floor(p / width));
+    data[4 * p + 3] = 255;
+  }
   return { data, width, height };
 }
 

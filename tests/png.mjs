@@ -53,12 +53,12 @@ export function pngParts(bytes) {
 /** Predictions of a row's filter from the pixels to the left, above, and above left. */
 const PREDICTIONS = [
   () => 0,
-  (left) => left,
-  (left, above) => above,
-  (left, above) => (left + above) >> 1,
-  (left, above, corner) => {
-    const [a, b, c] = [above - corner, left - corner, left + above - 2 * corner].map(Math.abs);
-    return a <= b && a <= c ? left : b <= c ? above : corner;
+  (west) => west,
+  (west, north) => north,
+  (west, north) => (west + north) >> 1,
+  (west, north, corner) => {
+    const [a, b, c] = [north - corner, west - corner, west + north - 2 * corner].map(Math.abs);
+    return a <= b && a <= c ? west : b <= c ? north : corner;
   },
 ];
 
@@ -74,8 +74,8 @@ export function readPng(bytes) {
   for (let y = 0; y < height; y += 1) {
     const guess = PREDICTIONS[rows[y * (width + 1)]];
     for (let x = 0, p = y * width; x < width; x += 1, p += 1) {
-      const [left, above] = [x > 0 ? pixels[p - 1] : 0, y > 0 ? pixels[p - width] : 0];
-      pixels[p] = rows[p + y + 1] + guess(left, above, x > 0 && y > 0 ? pixels[p - width - 1] : 0);
+      const [west, north] = [x > 0 ? pixels[p - 1] : 0, y > 0 ? pixels[p - width] : 0];
+      pixels[p] = rows[p + y + 1] + guess(west, north, x > 0 && y > 0 ? pixels[p - width - 1] : 0);
     }
   }
   return { width, height, depth: IHDR[8], colorType: IHDR[9], order, palette: PLTE, alpha: tRNS, pixels };
@@ -83,11 +83,11 @@ export function readPng(bytes) {
 
 function chunk(type, data) {
   const body = Buffer.concat([Buffer.from(type, 'latin1'), data]);
-  const whole = Buffer.alloc(body.length + 8);
-  whole.writeUInt32BE(data.length, 0);
-  body.copy(whole, 4);
-  whole.writeUInt32BE(crc32(body), body.length + 4);
-  return whole;
+  const bytes = Buffer.alloc(body.length + 8);
+  bytes.writeUInt32BE(data.length, 0);
+  body.copy(bytes, 4);
+  bytes.writeUInt32BE(crc32(body), body.length + 4);
+  return bytes;
 }
 
 /** The checksum of PNG; Node's own came after version 20. */

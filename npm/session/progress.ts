@@ -39,7 +39,7 @@ const MIN_ELAPSED_MS = 2000;
 /** Time in which the shown time left follows the estimate, in milliseconds. */
 const SMOOTHING_MS = 1000;
 
-// The constants above fit the recorded runs of tests/node/studio-progress.test.mjs.
+// The constants above fit the recorded runs of tests/studio/windows.test.mjs.
 
 export class StageClock {
   stages: TimedStage[];

@@ -1,4 +1,4 @@
-// Colours of the pixels that the drawing functions paint. Wrong input is tested in Node (tests/node/draw.test.mjs).
+// Colours of the pixels that the drawing functions paint. Wrong input is tested in Node (tests/node/options.test.mjs).
 
 import { expect, test, useEmptyPage } from './fixtures.mjs';
 

@@ -9,7 +9,7 @@ import { writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { findBrowser, launchBrowser } from '../../scripts/browser.mjs';
 import { findProgram } from '../../scripts/tools.mjs';
-import { freePort } from '../programs.mjs';
+import { freePort } from '../package/project.mjs';
 import { poll } from './page.mjs';
 
 /**

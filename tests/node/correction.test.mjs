@@ -1,9 +1,9 @@
-// Corrections by the user: merging, splitting, undoing.
+// Corrections by the user, explanations of the labels of pixels, and the agreement of masks.
 
 import assert from 'node:assert/strict';
-import { test } from 'node:test';
-import { createSession, synthClip } from 'tracecut';
-import { SMALL, fingerprint, framesOf, ready, rejects } from './support.mjs';
+import { after, test } from 'node:test';
+import { createSession, segmentVideo } from 'tracecut';
+import { fingerprint, framesOf, ready, rejects, SMALL } from './support.mjs';
 
 /** Two walkers and more: enough objects to merge. */
 const SCENE = { width: 192, height: 108, frames: 10, seed: 4 };
@@ -29,13 +29,19 @@ function isConsistent(result) {
   assert.equal(unknown, undefined, 'a mask has a label that no object has');
 }
 
-async function segmented(t, options) {
-  const session = await ready(t, options, await framesOf(SCENE));
+const session = await createSession();
+for (const frame of await framesOf(SCENE)) await session.push(frame);
+await session.run();
+after(() => session.close());
+
+/** The session of the scene without corrections, and its newest result. */
+async function segmented() {
+  while (session.corrections > 0) await session.undo();
   return { session, result: await session.run() };
 }
 
 test('merging renames one object, splitting it again brings both back, undoing restores every byte', async (t) => {
-  const { session, result } = await segmented(t);
+  const { session, result } = await segmented();
   const before = masksOf(result);
   assert.ok(highest(result) >= 2, `${highest(result)} objects`);
   assert.equal(session.corrections, 0);
@@ -65,7 +71,7 @@ test('merging renames one object, splitting it again brings both back, undoing r
 });
 
 test('an object of one cluster parts in two, the part at the point gets the lowest free label', async (t) => {
-  const { session, result } = await segmented(t);
+  const { session, result } = await segmented();
   const before = masksOf(result);
   const pixel = result.labels(6).indexOf(1);
   const at = { t: 6, x: pixel % SCENE.width, y: Math.floor(pixel / SCENE.width) };
@@ -82,7 +88,7 @@ test('an object of one cluster parts in two, the part at the point gets the lowe
 });
 
 test('a region of the background becomes an object', async (t) => {
-  const { session, result } = await segmented(t);
+  const { session, result } = await segmented();
   const before = masksOf(result);
   const split = await session.split(0, { t: 3, x: 20, y: SCENE.height - 20 });
   isConsistent(split);
@@ -92,7 +98,7 @@ test('a region of the background becomes an object', async (t) => {
 });
 
 test('a correction that is aborted stays in force until it is finished or undone', async (t) => {
-  const { session, result } = await segmented(t);
+  const { session, result } = await segmented();
   const splitMasks = masksOf(await session.split(1));
   await session.undo();
   const controller = new AbortController();
@@ -178,7 +184,7 @@ function insideOf(result, t, label, radius = 8) {
 }
 
 test('strokes split an object, joining strokes merge it again, and the mask follows them along their middle', async (t) => {
-  const { session, result } = await segmented(t);
+  const { session, result } = await segmented();
   const before = masksOf(result);
   const { x, y } = insideOf(result, 6, 1);
   const strokes = [
@@ -202,7 +208,7 @@ test('strokes split an object, joining strokes merge it again, and the mask foll
 });
 
 test('a stroke from an object into the background adds the region there to the object, even across the frame border', async (t) => {
-  const { session, result } = await segmented(t);
+  const { session, result } = await segmented();
   const from = insideOf(result, 3, 1);
   const stroke = { t: 3, points: [from.x, from.y, from.x, -500], radius: 4 };
   assert.ok(labelsUnder(result, stroke).includes(0));
@@ -213,7 +219,7 @@ test('a stroke from an object into the background adds the region there to the o
 });
 
 test('strokes that cannot be are refused, and nothing changes', async (t) => {
-  const { session, result } = await segmented(t);
+  const { session, result } = await segmented();
   const good = { t: 0, points: [3, 3, 9, 9], radius: 4 };
   for (const strokes of [undefined, null, 3, [], new Array(256).fill(good)]) {
     await rejects(session.together(strokes), 'param', /^strokes = /);
@@ -244,23 +250,143 @@ test('strokes that cannot be are refused, and nothing changes', async (t) => {
   assert.deepEqual(masksOf(await session.run()), masksOf(result));
 });
 
-test('without masks there is nothing to correct', async (t) => {
-  const session = await ready(t, { clip: { dense: false } });
-  await session.run();
-  await rejects(session.merge(0, 1), 'state', /need masks/);
-});
-
-test('a clip corrected in the same way twice has the same masks', async () => {
+test('a clip corrected in the same way twice has the same masks', async (t) => {
   const prints = [];
-  for (let round = 0; round < 2; round += 1) {
-    const session = await createSession();
-    const clip = await synthClip(SCENE);
-    for (let k = 0; k < clip.numFrames; k += 1) await session.push(clip.frame(k));
+  for (const { session } of [await segmented(), { session: await ready(t, {}, await framesOf(SCENE)) }]) {
     await session.run();
     await session.merge(1, 2);
-    const result = await session.split(0, { t: 0, x: 10, y: 10 });
-    prints.push(fingerprint(result));
-    session.close();
+    prints.push(fingerprint(await session.split(0, { t: 0, x: 10, y: 10 })));
   }
   assert.equal(prints[0], prints[1]);
+});
+
+/** Pixels all over the clip. */
+const PLACES = Array.from({ length: 40 }, (_, k) => [
+  k % SCENE.frames,
+  (k * 37) % SCENE.width,
+  (k * 61) % SCENE.height,
+]);
+
+test('the explanation of a pixel agrees with the masks, and its sums with their terms', async (t) => {
+  const { result } = await segmented();
+  const visited = new Set();
+  for (const [frame, x, y] of PLACES) {
+    const explanation = await result.explain(frame, x, y);
+    assert.equal(explanation.label, result.labels(frame)[y * SCENE.width + x]);
+    const superpixels = await result.superpixels(frame);
+    assert.equal(explanation.superpixel, superpixels.label[y * SCENE.width + x]);
+    assert.deepEqual(
+      explanation.costs.map(({ label }) => label),
+      [...result.clusters.object],
+    );
+    const ownCost = explanation.costs[explanation.cluster];
+    assert.equal(explanation.source === 'superpixel', ownCost.label === explanation.label);
+    for (const cost of explanation.costs) {
+      const links = explanation.links.filter(({ cluster }) => cluster !== cost.cluster);
+      assert.equal(
+        cost.total,
+        links.reduce((sum, link) => sum + link.cost, cost.trajectories + cost.evidence),
+      );
+      assert.equal(Math.round(cost.total * 65536), cost.total * 65536, 'whole steps');
+      assert.ok(cost.total >= ownCost.total, 'the cut could do better');
+      assert.equal(cost.votes, explanation.voters.filter(({ cluster }) => cluster === cost.cluster).length);
+    }
+    const otherCosts = explanation.costs.filter(({ label }) => label !== ownCost.label);
+    assert.equal(explanation.flip.margin, Math.min(...otherCosts.map(({ total }) => total)) - ownCost.total);
+    assert.equal(explanation.costs[explanation.flip.cluster].total - ownCost.total, explanation.flip.margin);
+    if (explanation.border) {
+      const { i, j, d } = result.edges(frame);
+      const labelOf = (trajectory) => result.clusters.object[result.clusters.label[trajectory]];
+      const labels = [ownCost.label, explanation.costs[explanation.flip.cluster].label].sort().join();
+      const between = [...i.keys()].filter((k) => [labelOf(i[k]), labelOf(j[k])].sort().join() === labels);
+      assert.equal(explanation.border.edges, between.length);
+      assert.equal(Math.fround(explanation.border.d), Math.max(...between.map((k) => d[k])));
+    }
+    visited.add(explanation.label);
+  }
+  assert.ok(visited.size > 1, 'all pixels were of one label: choose other ones');
+  await rejects(result.explain(SCENE.frames, 0, 0), 'param', /10 .*0\.\.=9/);
+  await rejects(result.explain(0, SCENE.width, 0), 'param', /192 .*0\.\.=191/);
+  await rejects(result.explain(0, 0, -1), 'param', /-1 .*0\.\.=107/);
+});
+
+test('of a reduced clip, places are in input pixels, maps at the working size; a closed session has no reasons', async (t) => {
+  const session = await ready(t, { clip: { maxSide: 120 } }, await framesOf(SCENE));
+  const result = await session.run();
+  for (const [frame, x, y] of PLACES) {
+    const explanation = await result.explain(frame, x, y);
+    assert.equal(explanation.label, result.labels(frame)[y * SCENE.width + x]);
+    const { label, width, scaleX, scaleY } = await result.superpixels(frame);
+    const cell = (place, scale) => Math.floor((place + 0.5) / scale);
+    assert.equal(explanation.superpixel, label[cell(y, scaleY) * width + cell(x, scaleX)]);
+    const { startFrame, offset, x: xs, y: ys } = result.trajectories;
+    const distances = Array.from(startFrame, (begin, i) => {
+      const point = offset[i] + frame - begin;
+      return begin <= frame && point < offset[i + 1] ? (xs[point] - x) ** 2 + (ys[point] - y) ** 2 : Infinity;
+    });
+    assert.equal(explanation.nearest, distances.indexOf(Math.min(...distances)));
+  }
+  session.close();
+  await rejects(result.explain(0, 0, 0), 'closed', /explanations/);
+  await rejects(result.agreement(), 'closed', /agreements/);
+});
+
+test('frames whose masks disagree with nearby frames are doubts', async (t) => {
+  const { result } = await segmented();
+  const { clip, frames, objects } = await result.agreement();
+  assert.ok(clip > 0 && clip <= 1 && frames.length === result.numFrames, `${clip}`);
+  assert.ok(objects.every((values) => values.length === frames.length));
+  const median = [...frames].sort((a, b) => a - b)[frames.length >> 1];
+  const isDoubtful = (t) => result.doubts.some(({ from, to }) => from <= t && t < to);
+  frames.forEach((value, t) => assert.ok(!(value < 0.7 * median) || isDoubtful(t), `frame ${t}: ${value}`));
+});
+
+test('a worker and the last window of a clip explain the same as a session in this thread', async (t) => {
+  const frames = await framesOf(SCENE);
+  const { result: plain } = await segmented();
+  const result = await (await ready(t, { worker: true }, frames)).run();
+  const [explanation, agreement] = [await plain.explain(3, 90, 50), await plain.agreement()];
+  assert.deepEqual(await result.explain(3, 90, 50), explanation);
+  assert.deepEqual(await result.agreement(), agreement);
+  const windows = [];
+  for await (const window of segmentVideo(frames, { window: 7, overlap: 4 })) {
+    windows.push(window);
+    if (windows.length < 2) continue;
+    assert.equal((await window.explain(2, 90, 50)).label, window.labels(2)[50 * SCENE.width + 90]);
+    await rejects(windows[0].explain(2, 90, 50), 'state', /explanations of this window are gone/);
+  }
+  assert.equal(windows.length, 2);
+});
+
+test('after a correction the newest result answers, and says what a stroke forbids', async (t) => {
+  const { session, result: first } = await segmented();
+  const [{ label }] = first.objects;
+  const at = first.labels(2).indexOf(label);
+  const place = [2, at % SCENE.width, Math.floor(at / SCENE.width)];
+  const second = await session.merge(0, label);
+  await rejects(first.explain(...place), 'state', /explanations of a result .* corrected since/);
+  await rejects(first.agreement(), 'state', /agreements of a result .* corrected since/);
+  assert.equal((await second.explain(...place)).label, 0);
+  const third = await session.undo();
+  assert.equal((await third.explain(...place)).label, label);
+  assert.equal((await first.superpixels(2)).width, SCENE.width, 'superpixels do not depend on corrections');
+});
+
+test('a stroke is reported as the source of its pixels, with the labels it forbids', async (t) => {
+  const { session, result: first } = await segmented();
+  const [{ label }] = first.objects;
+  const mask = first.labels(2);
+  const inside = mask.findIndex(
+    (value, k) => value === label && mask[k + 6] === label && mask[k + 6 * SCENE.width] === label,
+  );
+  const [x, y] = [inside % SCENE.width, Math.floor(inside / SCENE.width)];
+  const strokes = [
+    { t: 2, points: [x + 3, y + 3], radius: 2 },
+    { t: 2, points: [x + 3, y < 20 ? y + 60 : y - 20], radius: 2 },
+  ];
+  const result = await session.apart(strokes);
+  const explanation = await result.explain(2, x + 3, y + 3);
+  assert.equal(explanation.source, 'stroke');
+  assert.ok(explanation.costs.some(({ forbidden }) => forbidden > 0));
+  assert.equal(explanation.costs[explanation.cluster].forbidden, 0);
 });

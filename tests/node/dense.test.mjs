@@ -3,12 +3,13 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
-import { synthClip } from 'tracecut';
+import { maskPng, Result, synthClip } from 'tracecut';
+import { cocoRle } from 'tracecut/export';
 import { boundaries, createImageEngine, EdgeKind, flow, imageDiscontinuities, superpixels } from 'tracecut/stages';
 import { createRemoteEngine } from '../../dist/worker/remote.js';
-import { JPEG, framesOf, open, plain, png, ready, rejects, segment, SMALL, standIn } from './support.mjs';
+import { JPEG, framesOf, open, plain, png, ready, rejects, resultOf, SMALL, standIn } from './support.mjs';
 
-/** Checks the law of superpixels: numbers in order of first occurrence, borders sorted, edges inside the image. */
+/** Checks superpixels: numbers in order of first occurrence, borders sorted, edges inside the image. */
 function isPartition({ width, height, count, label, borders, edges }) {
   assert.equal(label.length, width * height);
   let next = 0;
@@ -48,7 +49,7 @@ function isBoundaryMap({ width, height, pb, thin }) {
 }
 
 test('masks have a byte for each input pixel and hold each object, also after the session is closed', async () => {
-  const result = await segment(await framesOf());
+  const result = await resultOf();
   const { width, height, numFrames, objects, clusters } = result;
   assert.equal(clusters.object.length, clusters.count);
   const visited = new Set();
@@ -64,15 +65,15 @@ test('masks have a byte for each input pixel and hold each object, also after th
 });
 
 test('masks of reduced frames are at input size, superpixels and boundaries at working size with their scale', async (t) => {
-  const frames = await framesOf({ width: 250, height: 140, frames: 4, seed: 3 });
+  const frames = await framesOf({ width: 250, height: 140, frames: 2, seed: 3 });
   const result = await (await ready(t, { clip: { maxSide: 100 } }, frames)).run();
-  assert.equal(result.labels(3).length, 250 * 140);
-  for (const map of [await result.superpixels(3), await result.boundaries(3)]) {
+  assert.equal(result.labels(1).length, 250 * 140);
+  for (const map of [await result.superpixels(1), await result.boundaries(1)]) {
     assert.deepEqual([map.width, map.height, map.scaleX, map.scaleY], [100, 56, 2.5, 2.5]);
   }
 });
 
-test('superpixels and boundaries of a frame keep their laws', async (t) => {
+test('superpixels and boundaries of a frame are valid, and those of a single image', async (t) => {
   const session = await ready(t);
   isBoundaryMap(await session.boundaries(SMALL.frames - 1));
   await rejects(session.superpixels(0), 'state', /superpixels of frame 0/);
@@ -83,6 +84,9 @@ test('superpixels and boundaries of a frame keep their laws', async (t) => {
     assert.ok(regions.edges.kind.includes(kind), `no edge is a ${name}`);
   assert.deepEqual(await result.superpixels(2), await session.superpixels(2));
   assert.deepEqual(await result.boundaries(2), await session.boundaries(2));
+  const frames = await framesOf();
+  assert.deepEqual(await boundaries(frames[1]), await result.boundaries(1));
+  assert.deepEqual(await superpixels(frames[1]), await result.superpixels(1));
 });
 
 test('a result asks its session, and says so when that is closed, cleared or busy', async (t) => {
@@ -102,35 +106,37 @@ test('a result asks its session, and says so when that is closed, cleared or bus
   assert.equal(result.labels(0).length, SMALL.width * SMALL.height);
 });
 
-test('without clip.dense a run ends with the clusters', async (t) => {
+test('without clip.dense a run ends with the clusters, and what masks need is refused', async (t) => {
   const session = await ready(t, { clip: { dense: false } });
   const result = await session.run();
   assert.ok(!('cut' in result.seconds), Object.keys(result.seconds).join());
-  assert.deepEqual(result.objects, []);
+  const { objects, doubts, masks } = result;
+  assert.deepEqual([objects, doubts, masks.length], [[], [], 0]);
   assert.throws(() => result.labels(0), { code: 'state', message: /no masks .*clip\.dense/ });
   await rejects(result.superpixels(0), 'state', /no superpixels .*clip\.dense/);
+  await rejects(result.explain(0, 0, 0), 'state', /explanations.*clip\.dense/);
+  await rejects(result.background(0), 'state', /no backgrounds/);
+  await rejects(session.merge(0, 1), 'state', /need masks/);
   isBoundaryMap(await result.boundaries(0));
-  const { clusters } = await segment(await framesOf());
+  const { clusters } = await resultOf();
   assert.deepEqual(result.clusters, { ...clusters, object: new Uint8Array(0) });
+  const again = Result.fromJSON(JSON.stringify(result));
+  assert.deepEqual([again.masks.length, again.objects], [0, []]);
 });
 
-test('trajectories from outside have no pixels to label', async (t) => {
+test('trajectories from outside have no pixels, no saliency and no components', async (t) => {
   const session = await open(t);
   const tracks = { startFrame: [0], offset: [0, 3], x: [1, 2, 3], y: [1, 1, 1] };
   await session.setTrajectories({ numFrames: 3, width: 64, height: 48, ...tracks });
   const result = await session.run();
-  assert.deepEqual(result.objects, []);
+  const { objects, saliency, components } = result;
+  assert.deepEqual([objects, saliency.ofPoints.length, components.count.length], [[], 0, 0]);
   assert.throws(() => result.labels(0), { code: 'state', message: /trajectories alone/ });
   await rejects(result.superpixels(0), 'state');
   await rejects(result.boundaries(0), 'state');
-});
-
-test('a single image has the boundaries and superpixels of a frame', async (t) => {
-  const frames = await framesOf();
-  const session = await ready(t, {}, frames);
-  const result = await session.run();
-  assert.deepEqual(await boundaries(frames[1]), await result.boundaries(1));
-  assert.deepEqual(await superpixels(frames[1]), await result.superpixels(1));
+  await rejects(result.saliencyMap(0), 'state', /no saliency maps/);
+  await rejects(maskPng(result, 0), 'state', /no masks/);
+  await rejects(cocoRle(result), 'state', /no masks/);
 });
 
 test('a single image may be a file, and is never reduced', async () => {
@@ -219,25 +225,25 @@ test('the discontinuities of two halves lie between them', async () => {
 });
 
 test('an image has the same discontinuities again, as pixels or as a file, and Pb as boundaries has it', async () => {
-  const clip = await synthClip({ width: 96, height: 64, frames: 1, seed: 4 });
+  const clip = await synthClip({ width: 60, height: 40, frames: 1, seed: 4 });
   const image = clip.frame(0);
   const map = await imageDiscontinuities(image);
-  isComplete(map, 96, 64);
+  isComplete(map, 60, 40);
   assert.deepEqual(await imageDiscontinuities(png(image)), map);
   assert.deepEqual(map.pb, (await boundaries(image)).pb);
   assert.deepEqual([map.scaleX, map.scaleY], [1, 1]);
 });
 
 test('parameters change the result, and large images are scaled down', async () => {
-  const clip = await synthClip({ width: 96, height: 64, frames: 1, seed: 4 });
+  const clip = await synthClip({ width: 60, height: 40, frames: 1, seed: 4 });
   const image = clip.frame(0);
   const map = await imageDiscontinuities(image);
   const joint = await imageDiscontinuities(image, { still: { grouping: 'joint', weight: 0 } });
   assert.notDeepEqual(joint.discontinuity, map.discontinuity);
   assert.deepEqual(joint.combined, joint.pb);
   assert.deepEqual(joint.spectral, map.spectral);
-  const small = await imageDiscontinuities(image, { still: { maxSide: 48 } });
-  isComplete(small, 48, 32);
+  const small = await imageDiscontinuities(image, { still: { maxSide: 30 } });
+  isComplete(small, 30, 20);
   assert.deepEqual([small.scaleX, small.scaleY], [2, 2]);
 });
 
@@ -284,32 +290,32 @@ test('the flow of a synthetic clip equals the generator’s, from pixels or file
   const truth = clip.flow(0);
   const engine = await createImageEngine();
   t.after(() => engine.close());
-  const found = await engine.flow(first, second);
-  assert.deepEqual([found.width, found.height, found.u.length], [96, 64, 96 * 64]);
-  const errors = Array.from(found.u, (u, p) => Math.hypot(u - truth.u[p], found.v[p] - truth.v[p]));
+  const flowField = await engine.flow(first, second);
+  assert.deepEqual([flowField.width, flowField.height, flowField.u.length], [96, 64, 96 * 64]);
+  const errors = Array.from(flowField.u, (u, p) => Math.hypot(u - truth.u[p], flowField.v[p] - truth.v[p]));
   const mean = errors.reduce((sum, error) => sum + error, 0) / errors.length;
   assert.ok(mean < 0.5, `mean error of ${mean} pixels`);
-  assert.deepEqual(await engine.flow(png(first), second), found);
-  assert.deepEqual(await flow(first, second), found);
+  assert.deepEqual(await engine.flow(png(first), second), flowField);
+  assert.deepEqual(await flow(first, second), flowField);
   const session = await ready(t, {}, [first, second, clip.frame(2)]);
   await session.run();
   const inSession = await session.flow(0);
   // A session's is rounded to a 64th of a pixel.
-  assert.ok(inSession.u.every((u, p) => Math.abs(u - found.u[p]) <= 1 / 128 + 1e-6));
+  assert.ok(inSession.u.every((u, p) => Math.abs(u - flowField.u[p]) <= 1 / 128 + 1e-6));
 });
 
 test('an image engine processes many images like the single functions, and stays usable after an error', async (t) => {
-  const clip = await synthClip({ width: 96, height: 64, frames: 2, seed: 4 });
+  const clip = await synthClip({ width: 60, height: 40, frames: 2, seed: 4 });
   const image = clip.frame(0);
-  const engine = await createImageEngine({ still: { maxSide: 48 } });
+  const engine = await createImageEngine({ still: { maxSide: 30 } });
   t.after(() => engine.close());
   assert.deepEqual(await engine.boundaries(image), await boundaries(image));
-  await rejects(engine.flow(image, plain(64, 64)), 'frame-size-changed', /64 × 64 \(expected 96 × 64\)/);
+  await rejects(engine.flow(image, plain(64, 64)), 'frame-size-changed', /64 × 64 \(expected 60 × 40\)/);
   await rejects(engine.superpixels(image, { count: 0 }), 'param', /count = 0/);
   assert.deepEqual(await engine.superpixels(image, { count: 9 }), await superpixels(image, { count: 9 }));
   assert.deepEqual(
     await engine.imageDiscontinuities(image),
-    await imageDiscontinuities(image, { still: { maxSide: 48 } }),
+    await imageDiscontinuities(image, { still: { maxSide: 30 } }),
   );
   engine.close();
   await rejects(engine.boundaries(image), 'closed');

@@ -6,7 +6,7 @@ import { maskPng, synthClip } from 'tracecut';
 import { editMasks, encodeRuns } from 'tracecut/edit';
 import { labelMaps } from 'tracecut/export';
 import { createImageEngine } from 'tracecut/stages';
-import { plain, ready, rejects } from './support.mjs';
+import { overlapOf, plain, ready, rejects } from './support.mjs';
 
 /** Masks of `numFrames` frames that are all background. */
 const blank = (width, height, numFrames) => ({
@@ -15,16 +15,6 @@ const blank = (width, height, numFrames) => ({
   numFrames,
   labels: () => new Uint8Array(width * height),
 });
-
-/** Intersection over union of the pixels that have a label. */
-function overlap(a, b, label) {
-  let [both, either] = [0, 0];
-  a.forEach((value, p) => {
-    both += value === label && b[p] ? 1 : 0;
-    either += value === label || b[p] ? 1 : 0;
-  });
-  return both / either;
-}
 
 test('a brush covers the pixels within its radius of its way, and no more', async () => {
   const [width, height] = [40, 30];
@@ -99,7 +89,7 @@ test('paint on an object follows it through the clip, both ways', async () => {
   assert.deepEqual(carriedFrames, { first: 0, last: 11 });
   assert.deepEqual(reportedFrames, [7, 5, 8, 4, 9, 3, 10, 2, 11, 1, 0], 'outward, in turn');
   for (const t of [0, 3, 9, 11]) {
-    const share = overlap(editor.labels(t), objectMask(t), 1);
+    const share = overlapOf(editor.labels(t), objectMask(t));
     assert.ok(share > 0.85, `${share} of the object in frame ${t}`);
     assert.ok(edit.paints[0].parts.get(t).evidence > 0.6);
   }

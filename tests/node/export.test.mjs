@@ -1,14 +1,14 @@
-// Masks as files and prompts: opened again, and compared with what other programs write.
+// Masks as files: prompts, PNG files, archives and animations, opened again and compared with what other programs write.
 
 import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
 import { describe, test } from 'node:test';
-import { maskPng, masksZip, TraceCutError, version } from 'tracecut';
+import { encodeVideo, maskPng, masksZip, version } from 'tracecut';
 import { objectColor, objectShape } from 'tracecut/draw';
-import { cocoRle, fromCocoRle, labelMaps, labelsNpy, prompts } from 'tracecut/export';
-import { unzipSync } from '../../dist/vendor/zip.js';
-import { readPng } from '../png.mjs';
-import { framesOf, open, segment } from './support.mjs';
+import { cocoRle, encodeImages, fromCocoRle, labelMaps, labelsNpy, prompts } from 'tracecut/export';
+import { unzipSync, unzlibSync } from '../../dist/vendor/zip.js';
+import { pngParts, readPng } from '../png.mjs';
+import { rejects, resultOf } from './support.mjs';
 
 /** Masks of digit pictures, one for each frame. */
 function drawn(...frames) {
@@ -25,10 +25,6 @@ const ALL_LABELS = { width: 16, height: 16, numFrames: 1, labels: () => Uint8Arr
 const text = (bytes) => new TextDecoder().decode(bytes);
 const hex = (rgb) => `#${Buffer.from(rgb).toString('hex')}`;
 const sum = (list) => list.reduce((total, value) => total + value, 0);
-
-function refuses(code, message) {
-  return (error) => error instanceof TraceCutError && error.code === code && message.test(error.message);
-}
 
 describe('a mask as a PNG file', () => {
   test('has the labels as pixels and the palette of the objects', async () => {
@@ -53,9 +49,9 @@ describe('a mask as a PNG file', () => {
   test('is empty where an object is in other frames only, and an error where it is in none', async () => {
     const twoPixels = { width: 2, height: 1, numFrames: 2, labels: (t) => Uint8Array.of(3 * t, 5) };
     assert.deepEqual([...readPng(await maskPng(twoPixels, 0, { object: 3 })).pixels], [0, 0]);
-    await assert.rejects(maskPng(twoPixels, 0, { object: 77 }), refuses('param', /object = 77 .*an object: 3, 5/));
+    await rejects(maskPng(twoPixels, 0, { object: 77 }), 'param', /object = 77 .*an object: 3, 5/);
     const emptyMasks = { ...twoPixels, labels: () => new Uint8Array(2) };
-    await assert.rejects(maskPng(emptyMasks, 0, { object: 1 }), refuses('param', /object = 1 .*there are none/));
+    await rejects(maskPng(emptyMasks, 0, { object: 1 }), 'param', /object = 1 .*there are none/);
   });
 
   test('is one object on nothing, alone and in archives', async () => {
@@ -92,7 +88,7 @@ describe('a mask as a PNG file', () => {
   });
 
   test('refuses invalid input with a message', async () => {
-    const options = (wrong, message) => assert.rejects(maskPng(TWO_FRAMES, 0, wrong), refuses('param', message));
+    const options = (wrong, message) => rejects(maskPng(TWO_FRAMES, 0, wrong), 'param', message);
     await options({ object: 256 }, /object = 256 .*0\.\.=255/);
     await options(
       { objects: [1] },
@@ -100,9 +96,9 @@ describe('a mask as a PNG file', () => {
     );
     await options({ transparent: 1 }, /transparent = 1 .*true or false/);
     await options({ palette: ['red'] }, /"red" \(expected #rrggbb\)/);
-    await assert.rejects(maskPng(TWO_FRAMES, 2), refuses('param', /t = 2 \(expected a whole number, 0\.\.=1\)/));
-    await assert.rejects(maskPng({ width: 2, height: 2 }, 0), refuses('data', /masks = an Object .*labels\(t\)/));
-    const masks = (wrong, message) => assert.rejects(maskPng({ ...TWO_FRAMES, ...wrong }, 0), refuses('data', message));
+    await rejects(maskPng(TWO_FRAMES, 2), 'param', /t = 2 \(expected a whole number, 0\.\.=1\)/);
+    await rejects(maskPng({ width: 2, height: 2 }, 0), 'data', /masks = an Object .*labels\(t\)/);
+    const masks = (wrong, message) => rejects(maskPng({ ...TWO_FRAMES, ...wrong }, 0), 'data', message);
     await masks({ width: 0 }, /masks\.width = 0/);
     await masks({ labels: () => new Uint8Array(11) }, /has 11 labels \(expected 12\)/);
     await masks({ labels: () => new Uint16Array(12).fill(256) }, /\[0\] = 256 .*0\.\.=255/);
@@ -159,9 +155,9 @@ describe('a ZIP of masks', () => {
       { first: 1, last: 1 },
     ];
     assert.deepEqual(JSON.parse(text(unzipSync(await masksZip({ ...TWO_FRAMES, shots }))['masks.json'])).shots, shots);
-    const some = unzipSync(await masksZip(TWO_FRAMES, { objects: (label) => label === 2 }));
+    const onlySecond = unzipSync(await masksZip(TWO_FRAMES, { objects: (label) => label === 2 }));
     assert.deepEqual(
-      [...readPng(some['00000.png']).pixels],
+      [...readPng(onlySecond['00000.png']).pixels],
       [...TWO_FRAMES.labels(0)].map((label) => (label === 2 ? 2 : 0)),
     );
   });
@@ -188,11 +184,10 @@ describe('a ZIP of masks', () => {
     const controller = new AbortController();
     const zip = masksZip(TWO_FRAMES, { signal: controller.signal, onProgress: () => controller.abort() });
     await assert.rejects(zip, { name: 'AbortError' });
-    const times = (wrong, message) =>
-      assert.rejects(masksZip({ ...TWO_FRAMES, times: wrong }), refuses('data', message));
+    const times = (wrong, message) => rejects(masksZip({ ...TWO_FRAMES, times: wrong }), 'data', message);
     await times([0], /has 1 times \(expected 2, one a frame\)/);
     await times([1, 1], /times\[1\] = 1 \(expected seconds, ascending\)/);
-    const options = (wrong, message) => assert.rejects(masksZip(TWO_FRAMES, wrong), refuses('param', message));
+    const options = (wrong, message) => rejects(masksZip(TWO_FRAMES, wrong), 'param', message);
     await options({ frameRate: 0 }, /frameRate = 0/);
     await options({ objects: [256] }, /objects = 256/);
     await options({ objects: 1 }, /objects = 1 \(expected a list of labels/);
@@ -300,7 +295,7 @@ describe('masks as COCO run lengths', () => {
     assert.deepEqual([...a.annotations, ...b.annotations], everyPart.annotations);
     assert.deepEqual([...a.videos[0].frame_times, ...b.videos[0].frame_times], everyPart.videos[0].frame_times);
     assert.equal(new Set(everyPart.annotations.map(({ id }) => id)).size, everyPart.annotations.length);
-    await assert.rejects(cocoRle({ ...clip, firstFrame: -1 }), refuses('data', /firstFrame = -1/));
+    await rejects(cocoRle({ ...clip, firstFrame: -1 }), 'data', /firstFrame = -1/);
   });
 
   test('are none where there is no object, and 255 for 255 objects', async () => {
@@ -321,7 +316,7 @@ describe('masks as COCO run lengths', () => {
   });
 
   test('that are damaged are refused with a message', async () => {
-    const wrong = (segmentation, message) => assert.rejects(fromCocoRle(segmentation), refuses('data', message));
+    const wrong = (segmentation, message) => rejects(fromCocoRle(segmentation), 'data', message);
     await wrong({ size: [2, 2], counts: '1' }, /cover 1 pixels \(expected 4\)/);
     await wrong({ size: [2, 2], counts: 'P' }, /counts = "P"/);
     await wrong({ size: [2, 2], counts: '~' }, /counts = "~"/);
@@ -382,30 +377,13 @@ describe('the palette', () => {
       'diamond',
       'disc',
     ]);
-    assert.throws(() => objectColor(256), refuses('param', /label = 256/));
-    assert.throws(() => objectShape(-1), refuses('param', /label = -1/));
+    assert.throws(() => objectColor(256), { code: 'param', message: /label = 256/ });
+    assert.throws(() => objectShape(-1), { code: 'param', message: /label = -1/ });
   });
-});
-
-test('a result without masks is refused with a message', async (t) => {
-  const session = await open(t);
-  await session.setTrajectories({
-    numFrames: 2,
-    width: 9,
-    height: 9,
-    startFrame: [0, 0],
-    offset: [0, 2, 4],
-    x: [1, 2, 6, 6],
-    y: [1, 2, 6, 6],
-  });
-  const result = await session.run();
-  await assert.rejects(maskPng(result, 0), refuses('state', /no masks/));
-  await assert.rejects(cocoRle(result), refuses('state', /no masks/));
 });
 
 test('a real run is written and read back to the pixel', async () => {
-  const frames = await framesOf();
-  const result = await segment(frames);
+  const result = await resultOf();
   assert.ok(result.objects.length >= 1);
   const files = unzipSync(await masksZip(result));
   const { annotations } = await cocoRle(result);
@@ -471,4 +449,235 @@ test('of windows, frames have the numbers of the clip, and objects can be chosen
   assert.deepEqual((await prompts({ ...BOXES, labels: () => new Uint8Array(width * height) })).prompts, []);
   await assert.rejects(prompts({ ...BOXES, numFrames: 0 }), { code: 'data' });
   await assert.rejects(prompts(BOXES, { object: 7 }), { code: 'param' });
+});
+
+const [WIDTH, HEIGHT] = [9, 7];
+const inside = (t, x, y) => x >= 2 + t && x < 5 + t && y >= 2 && y < 5;
+const masks = {
+  width: WIDTH,
+  height: HEIGHT,
+  numFrames: 3,
+  times: [1, 1.25, 1.3],
+  end: 2,
+  labels: (t) =>
+    Uint8Array.from({ length: WIDTH * HEIGHT }, (_, p) => Number(inside(t, p % WIDTH, Math.floor(p / WIDTH)))),
+};
+const frameOf = (t, width = WIDTH, height = HEIGHT) => {
+  const data = new Uint8ClampedArray(4 * width * height);
+  for (let p = 0; p < width * height; p += 1)
+    data.set([(7 * (p % width)) % 256, (9 * Math.floor(p / width)) % 256, 50 * t, 255], 4 * p);
+  return { data, width, height };
+};
+const frames = () => [0, 1, 2].map((t) => frameOf(t));
+
+async function encode(options, clip = masks, pictures = frames()) {
+  return new Uint8Array(await new Response(await encodeImages(clip, pictures, options)).arrayBuffer());
+}
+
+/** Returns the pixels of deflated rows. */
+function decodeRows(data, channels) {
+  const raw = unzlibSync(data);
+  const size = WIDTH * channels;
+  const pixels = new Uint8Array(HEIGHT * size);
+  for (let y = 0; y < HEIGHT; y += 1) {
+    const filter = raw[y * (size + 1)];
+    for (let k = 0; k < size; k += 1) {
+      const leftValue = k < channels ? 0 : pixels[y * size + k - channels];
+      const up = y > 0 ? pixels[(y - 1) * size + k] : 0;
+      assert.ok([0, 1, 2, 3].includes(filter), `filter ${filter}`);
+      const prediction = [0, leftValue, up, (leftValue + up) >> 1][filter];
+      pixels[y * size + k] = raw[y * (size + 1) + 1 + k] + prediction;
+    }
+  }
+  return pixels;
+}
+
+/** Returns the pixels of the cut-out of a frame. */
+const cutoutOf = (t) => {
+  const { data } = frameOf(t);
+  return Uint8Array.from({ length: 4 * WIDTH * HEIGHT }, (_, k) => {
+    const p = k >> 2;
+    if (!inside(t, p % WIDTH, Math.floor(p / WIDTH))) return 0;
+    return k % 4 === 3 ? 255 : data[k];
+  });
+};
+
+test('an archive has the cut-out of each frame, and the times', async () => {
+  const bytes = await encode({});
+  const files = unzipSync(bytes);
+  assert.deepEqual(Object.keys(files), ['00000.png', '00001.png', '00002.png', 'images.json']);
+  for (const t of [0, 1, 2]) {
+    const chunks = pngParts(files[`0000${t}.png`]);
+    assert.deepEqual(
+      chunks.map(({ type }) => type),
+      ['IHDR', 'IDAT', 'IEND'],
+    );
+    assert.deepEqual([...chunks[0].data], [0, 0, 0, WIDTH, 0, 0, 0, HEIGHT, 8, 6, 0, 0, 0]);
+    assert.deepEqual(decodeRows(chunks[1].data, 4), cutoutOf(t), `frame ${t}`);
+  }
+  const about = JSON.parse(new TextDecoder().decode(files['images.json']));
+  assert.deepEqual([about.times, about.end, about.width, about.files[2]], [masks.times, 2, WIDTH, '00002.png']);
+  assert.deepEqual(await encode({}), bytes);
+});
+
+/** Returns the elements of an XML text as `[path, content]`; fails if they are not nested. */
+function elementsOf(xml) {
+  const path = [];
+  const elements = [];
+  for (const [, closing, name, attributes, content] of xml.matchAll(/<(\/?)([a-z]+)([^<>]*)>([^<]*)/gi)) {
+    if (closing) assert.equal(path.pop(), name);
+    else {
+      path.push(name);
+      elements.push([path.join('/'), content.trim()]);
+      if (attributes.endsWith('/')) path.pop();
+    }
+  }
+  assert.deepEqual(path, []);
+  return elements;
+}
+
+for (const [fps, timebase, ntsc] of [
+  [30, 30, 'FALSE'],
+  [30000 / 1001, 30, 'TRUE'],
+  [25, 25, 'FALSE'],
+  [24000 / 1001, 24, 'TRUE'],
+  [60000 / 1001, 60, 'TRUE'],
+]) {
+  test(`an archive for editors has one image a frame at ${fps.toFixed(2)} frames a second, and a timeline`, async () => {
+    const clip = { ...masks, times: [0, 1, 2].map((t) => 1 + t / fps), end: 1 + 3 / fps };
+    const files = unzipSync(await encode({ format: 'editor' }, clip));
+    const names = [1, 2, 3].map((number) => `cutout/00000${number}.png`);
+    assert.deepEqual(Object.keys(files), [...names, 'timeline.xml', 'README.txt']);
+    names.forEach((name, t) => {
+      const chunks = pngParts(files[name]);
+      assert.deepEqual([...chunks[0].data], [0, 0, 0, WIDTH, 0, 0, 0, HEIGHT, 8, 6, 0, 0, 0]);
+      assert.deepEqual(decodeRows(chunks[1].data, 4), cutoutOf(t), name);
+    });
+    const xml = text(files['timeline.xml']);
+    assert.match(xml, /^<\?xml version="1.0" encoding="UTF-8"\?>\n<!DOCTYPE xmeml>\n<xmeml version="5">/);
+    const elements = elementsOf(xml);
+    const contents = (end) => new Set(elements.filter(([path]) => path.endsWith(end)).map(([, content]) => content));
+    assert.deepEqual([...contents('rate/timebase')], [String(timebase)]);
+    assert.deepEqual([...contents('rate/ntsc')], [ntsc]);
+    assert.deepEqual([...contents('duration'), ...contents('clipitem/end')], ['3', '3']);
+    assert.deepEqual([...contents('pathurl'), ...contents('alphatype')], ['./cutout/000001.png', 'straight']);
+    assert.deepEqual([...contents('width'), ...contents('height')], [String(WIDTH), String(HEIGHT)]);
+    assert.match(
+      text(files['README.txt']),
+      new RegExp(`${ntsc === 'TRUE' ? fps.toFixed(3) : fps}.* frames per second`),
+    );
+  });
+}
+
+test('images for editors repeat frames that last longer, and leave out those that are too short', async () => {
+  const archive = async (times, end) => {
+    const clip = { ...masks, times, end };
+    const files = unzipSync(await encode({ format: 'editor' }, clip));
+    const images = Object.entries(files).filter(([name]) => name.endsWith('.png'));
+    const decoded = images.map(([, bytes]) =>
+      [0, 1, 2].findIndex((t) => String(decodeRows(pngParts(bytes)[1].data, 4)) === String(cutoutOf(t))),
+    );
+    return { shown: decoded, xml: text(files['timeline.xml']), readme: text(files['README.txt']) };
+  };
+  const uneven = await archive([0, 0.04, 0.16], 0.2);
+  assert.deepEqual(uneven.shown, [0, 1, 1, 1, 2]);
+  assert.match(uneven.xml, /<timebase>25<.*<duration>5</s);
+  assert.match(uneven.readme, /repeat the one before: 2\n/);
+  const short = await archive([0, 0.01, 0.05], 0.09);
+  assert.deepEqual(short.shown, [1, 2]);
+  assert.match(short.readme, /left out: 1\n/);
+  // Editors have no 12.5 frames per second.
+  assert.deepEqual((await archive([0, 0.08, 0.16], 0.24)).shown, [0, 0, 1, 1, 2, 2]);
+  // Files that store milliseconds.
+  const rounded = await archive([0, 0.033, 0.067], 0.1);
+  assert.deepEqual(rounded.shown, [0, 1, 2]);
+  assert.match(rounded.xml, /<timebase>30</);
+});
+
+test('an animation has the durations of all frames, including the last', async () => {
+  const chunks = pngParts(await encode({ format: 'apng' }));
+  assert.deepEqual(
+    chunks.map(({ type }) => type),
+    ['IHDR', 'acTL', 'fcTL', 'IDAT', 'fcTL', 'fdAT', 'fcTL', 'fdAT', 'IEND'],
+  );
+  const numbers = (data, ...at) => at.map((k) => new DataView(data.buffer).getUint32(k));
+  assert.deepEqual(numbers(chunks[1].data, 0, 4), [3, 0]);
+  const heads = chunks.filter(({ type }) => type === 'fcTL').map(({ data }) => data);
+  const delays = heads.map(({ buffer }) => new DataView(buffer).getUint16(20) / new DataView(buffer).getUint16(22));
+  assert.deepEqual(delays, [0.25, 0.05, 0.7]);
+  const counted = chunks.filter(({ type }) => ['fcTL', 'fdAT'].includes(type)).map(({ data }) => numbers(data, 0)[0]);
+  assert.deepEqual(counted, [0, 1, 2, 3, 4]);
+  assert.deepEqual(decodeRows(chunks[3].data, 4), cutoutOf(0));
+  assert.deepEqual(decodeRows(chunks[7].data.slice(4), 4), cutoutOf(2));
+});
+
+test('opacity alone is grey, soft at feathered edges', async () => {
+  const grey = async (edges) => {
+    const [head, data] = pngParts(unzipSync(await encode({ style: 'alpha', edges }))['00000.png']);
+    assert.equal(head.data[9], 0);
+    return decodeRows(data.data, 1);
+  };
+  assert.deepEqual(
+    await grey({}),
+    masks.labels(0).map((label) => 255 * label),
+  );
+  const soft = await grey({ feather: 2 });
+  assert.ok(
+    soft.some((value) => value > 0 && value < 255),
+    String(soft),
+  );
+});
+
+test('objects that are not chosen are left out; smaller masks are enlarged', async () => {
+  const changedMasks = { ...masks, labels: (t) => masks.labels(t).map((label, p) => (p === 0 ? 2 : label)) };
+  const alphaOf = async (objects) => {
+    const files = unzipSync(await encode({ objects, style: 'alpha' }, changedMasks));
+    return decodeRows(pngParts(files['00001.png'])[1].data, 1);
+  };
+  assert.equal((await alphaOf([1]))[0], 0);
+  assert.equal((await alphaOf([2]))[0], 255);
+  const large = [0, 1, 2].map((t) => frameOf(t, 3 * WIDTH, 3 * HEIGHT));
+  const [head] = pngParts(unzipSync(await encode({}, masks, large))['00002.png']);
+  assert.deepEqual([head.data[3], head.data[7]], [3 * WIDTH, 3 * HEIGHT]);
+});
+
+test('reads a frame when its bytes are read, and ends the source if reading stops', async () => {
+  let read = 0;
+  let ended = false;
+  async function* slow() {
+    try {
+      for (let t = 0; t < 3; t += 1) {
+        read += 1;
+        yield frameOf(t);
+      }
+    } finally {
+      ended = true;
+    }
+  }
+  const reader = (await encodeImages(masks, slow(), { format: 'apng' })).getReader();
+  await new Promise((resolve) => setImmediate(resolve));
+  assert.equal(read, 0);
+  await reader.read();
+  assert.equal(read, 1);
+  await reader.cancel();
+  assert.deepEqual([read, ended], [1, true]);
+});
+
+test('invalid input is refused, and an abort is reported', async () => {
+  await rejects(
+    encodeImages(masks, frames(), { format: 'gif' }),
+    'param',
+    /format = "gif" \(expected 'zip', 'apng', 'editor'/,
+  );
+  await rejects(encodeImages(masks, frames(), { style: 'overlay' }), 'param', /style = "overlay"/);
+  await rejects(encodeImages(masks, null), 'param', /frames = null/);
+  await rejects(encodeImages({ ...masks, end: 1 }, frames()), 'data', /masks\.end = 1/);
+  await rejects(encode({}, masks, frames().slice(1)), 'data', /ended after 2 of 3/);
+  const stop = new AbortController();
+  const reading = encode({ signal: stop.signal, onProgress: () => stop.abort(new Error('enough')) });
+  await assert.rejects(reading, /enough/);
+});
+
+test('videos need a browser; the error names what to use instead', async () => {
+  await rejects(encodeVideo(masks, frames()), 'unsupported', /WebCodecs.*masksZip/);
 });

@@ -1,12 +1,16 @@
-// What the wasm build said about two scenes when it was last looked at: labels and masks to the last one, positions in
-// sum. A change that is meant is taken over with `REGENERATE=1 npm test -- node`, which rewrites the files and fails so
-// that nobody forgets to look.
+// Expected results: labels and masks of two scenes, and the hashes of the self test, the same in Node, in browsers (tests/engines)
+// and natively (cli/tests/cli.rs). After an intended change of results, `REGENERATE=1 npm test -- node` rewrites the files, and fails so that the
+// change is reviewed.
 
 import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
 import { existsSync, readFileSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
 import { test } from 'node:test';
 import { segmentVideo, synthClip } from 'tracecut';
+import * as tracecut from 'tracecut';
+import { selftest } from 'tracecut/selftest';
+import { root } from '../../scripts/tools.mjs';
 import { fnv1a, segment } from './support.mjs';
 
 const scenes = {
@@ -35,9 +39,10 @@ test('golden-windows is labelled as before, window by window', async () => {
   })();
   const windows = [];
   for await (const window of segmentVideo(source, { window: 12, overlap: 5 })) {
-    const { index, shot, firstFrame, settled } = window;
+    const { index, shot, firstFrame } = window;
+    const { from, to } = window.settled;
     const masks = [...window.frames()].map(({ labels }) => fnv1a(labels));
-    windows.push({ index, shot, firstFrame, from: settled.from, to: settled.to, masks });
+    windows.push({ index, shot, firstFrame, from, to, masks });
   }
   isAsBefore('golden-windows', { shots, window: 12, overlap: 5 }, { windows });
 });
@@ -52,8 +57,8 @@ function isAsBefore(name, scene, actual) {
     assert.fail(`${name}.json was rewritten: look at the difference, then run again without REGENERATE`);
   }
   assert.ok(existsSync(file), `${name}.json is missing; make it with REGENERATE=1`);
-  const { scene: made, ...expected } = JSON.parse(readFileSync(file, 'utf8'));
-  assert.deepEqual(made, scene);
+  const { scene: expectedScene, ...expected } = JSON.parse(readFileSync(file, 'utf8'));
+  assert.deepEqual(expectedScene, scene);
   assert.deepEqual(actual, expected);
 }
 
@@ -83,3 +88,40 @@ function areas(masks, objects) {
   for (const mask of masks) for (const label of mask) area[label] += 1;
   return area;
 }
+
+const file = join(root, 'cli', 'src', 'selftest', 'expected.json');
+const expected = JSON.parse(readFileSync(file, 'utf8'));
+
+test('computes every expected hash with two threads', async () => {
+  const names = [];
+  const result = await selftest({ onCheck: (check) => names.push(check.name), threads: 2 });
+  const hashes = Object.fromEntries(result.checks.map(({ name, hash }) => [name, hash]));
+  if (process.env.REGENERATE) {
+    writeFileSync(file, `${JSON.stringify({ version: tracecut.version, hashes }, null, 2)}\n`);
+    assert.fail(`${file} has the new hashes: review them and build again`);
+  }
+  assert.deepEqual(hashes, expected.hashes);
+  assert.equal(expected.version, tracecut.version);
+  assert.equal(result.same, true);
+  assert.deepEqual(names, Object.keys(expected.hashes));
+  assert.ok(names.length >= 15, `${names.length} hashes`);
+});
+
+test('reports an engine that rounds numbers differently', async (t) => {
+  t.mock.method(Math, 'round', Math.floor);
+  const result = await selftest();
+  assert.equal(result.same, false);
+  assert.ok(
+    result.checks.some((check) => check.name === 'discontinuities' && !check.same && check.hash !== check.expected),
+  );
+});
+
+test('rejects wrong options and stops when aborted', async () => {
+  await assert.rejects(
+    selftest({ thread: 2 }),
+    /thread = 2 \(expected a known option, such as threads; the options are onCheck, signal, /,
+  );
+  await assert.rejects(selftest(7), /options = 7/);
+  await assert.rejects(selftest({ threads: 0 }), /threads = 0 \(expected a whole number, 1\.\.=64\)/);
+  await assert.rejects(selftest({ signal: AbortSignal.abort() }), { name: 'AbortError' });
+});

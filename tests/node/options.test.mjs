@@ -1,4 +1,5 @@
-// Options of every public function: an unknown name is an error that suggests one of the same call and lists all of them.
+// Wrong arguments of public functions: unknown options, of which the error suggests one and lists all, and what drawing
+// functions refuse. Pixels are tested in a browser (tests/browser/draw.spec.mjs).
 
 import assert from 'node:assert/strict';
 import { after, test } from 'node:test';
@@ -41,7 +42,7 @@ const CALLS = {
   drawCutout: (o) => draw.drawCutout(context, frame, { ...masks, alpha: clip.mask(0) }, o),
   drawDiscontinuities: (o) => draw.drawDiscontinuities(context, edges, 0, o),
   drawFlow: (o) => draw.drawFlow(context, clip.flow(0), o),
-  drawLabels: (o) => draw.drawLabels?.(context, masks, 0, o) ?? node.drawLabels(context, masks, 0, o),
+  drawLabels: (o) => node.drawLabels(context, masks, 0, o),
   drawSuperpixels: (o) => draw.drawSuperpixels(context, regions, o),
   drawTrajectories: (o) => draw.drawTrajectories(context, trajectories, 0, o),
   editMasks: (o) => edit.editMasks(masks, o),
@@ -88,27 +89,12 @@ const CALLS = {
 
 /** Public functions without an object of options. */
 const WITHOUT = [
-  'decodeRuns',
-  'drawSaliency',
-  'encodeRuns',
-  'fitFrame',
-  'fitSize',
-  'flowColor',
-  'fromTracksDat',
-  'growRegions',
-  'heatColor',
-  'labelsNpy',
-  'objectColor',
-  'objectShape',
-  'openProject',
-  'parameters',
-  'readFrames',
-  'sceneMotion',
-  'searchReport',
-  'sortFiles',
-  'soundInfo',
+  'decodeRuns drawSaliency encodeRuns fitFrame fitSize flowColor fromTracksDat growRegions heatColor labelsNpy',
+  'objectColor objectShape openProject parameters readFrames sceneMotion searchReport sortFiles soundInfo',
   'tracksDat',
-];
+]
+  .join(' ')
+  .split(' ');
 
 const trajectories = {
   ...{ width: 64, height: 48, numFrames: 2 },
@@ -194,3 +180,77 @@ async function messageOf(call) {
   }
   return assert.fail('nothing was refused');
 }
+
+const RESULT = {
+  width: 40,
+  height: 30,
+  numFrames: 3,
+  labels: () => new Uint8Array(40 * 30),
+  trajectories: {
+    count: 1,
+    startFrame: Uint32Array.of(0),
+    offset: Uint32Array.of(0, 3),
+    x: Float32Array.of(5, 10, 15),
+    y: Float32Array.of(12, 12, 12),
+  },
+  clusters: { count: 1, label: Uint32Array.of(1), object: Uint8Array.of(1) },
+  edges: () => ({ i: new Uint32Array(), j: new Uint32Array(), d: new Float32Array() }),
+};
+
+/** A context that counts saved states; whatever is painted would be an error. */
+function createContext() {
+  const context = { numSaved: 0, canvas: { width: 40, height: 30 } };
+  context.save = () => (context.numSaved += 1);
+  context.restore = () => (context.numSaved -= 1);
+  context.translate = () => {};
+  context.drawImage = () => assert.fail('painted');
+  return context;
+}
+
+const DRAWING_CALLS = [
+  [(context) => node.drawLabels(context, RESULT, 3), 'param', /^t = 3 \(expected a whole number, 0\.\.=2\)/],
+  [
+    (context) => node.drawLabels(context, RESULT, 0, { opacity: 2 }),
+    'param',
+    /^opacity = 2 \(expected a number, 0\.\.=1\)/,
+  ],
+  [
+    (context) =>
+      node.drawLabels(context, { ...RESULT, labels: () => new Uint8Array(1200).fill(1) }, 0, {
+        colors: () => 'orange',
+      }),
+    'param',
+    /^colour = "orange" \(expected #rrggbb\)/,
+  ],
+  [
+    (context) => node.drawLabels(context, RESULT, 0, { fill: 1 }),
+    'param',
+    /^fill = 1 \(expected a known option; the options are opacity/,
+  ],
+  [() => node.drawLabels(null, RESULT, 0), 'param', /^context = null/],
+  [(context) => draw.drawTrajectories(context, {}, 0), 'data', /^result = an Object/],
+  [(context) => draw.drawTrajectories(context, RESULT, 0, { tail: -1 }), 'param', /^tail = -1/],
+  [(context) => draw.drawTrajectories(context, RESULT, 0, { color: 3 }), 'param', /^color = 3/],
+  [(context) => draw.drawDiscontinuities(context, RESULT, 0, { threshold: 'high' }), 'param', /^threshold = "high"/],
+  [(context) => draw.drawSuperpixels(context, {}), 'data', /^superpixels = an Object/],
+  [
+    (context) => draw.drawSuperpixels(context, { label: [0], count: 1, width: 1, height: 1 }, { fill: 'mean' }),
+    'param',
+    /^image = undefined/,
+  ],
+  [
+    (context) => draw.drawBoundaries(context, { width: 1, height: 1, pb: new Float32Array(2) }),
+    'data',
+    /^map = an Object/,
+  ],
+  [(context) => draw.drawCells(context, RESULT, 0, {}), 'param', /^color = undefined/],
+  [(context) => draw.fitFrame(context, { width: 0, height: 1 }), 'param', /^frame = an Object/],
+];
+
+test('wrong input is refused with its name, and the context keeps its state', () => {
+  for (const [call, code, message] of DRAWING_CALLS) {
+    const context = createContext();
+    assert.throws(() => call(context), { name: 'TraceCutError', code, message });
+    assert.equal(context.numSaved, 0, String(call));
+  }
+});

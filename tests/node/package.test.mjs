@@ -49,7 +49,14 @@ test('misuse fails to compile, and use compiles, whatever types a project knows'
   assert.ok(misuse.length >= 40, `${misuse.length} misuses`);
   for (const [project, [settings, names]] of Object.entries(PROJECTS)) {
     const files = names.split(' ').map((name) => join(folder, `${name}.ts`));
-    const { status, stdout } = tool('typescript/bin/tsc', '--strict', '--noEmit', ...settings.split(' '), ...files);
+    const { status, stdout } = tool(
+      'typescript/bin/tsc',
+      '--strict',
+      '--noEmit',
+      '--skipDefaultLibCheck',
+      ...settings.split(' '),
+      ...files,
+    );
     assert.equal(status, 0, `${project}: ${stdout}`);
   }
 });
@@ -79,27 +86,11 @@ test('no name is in two entries', async () => {
 
 test('the tarball holds the built package and nothing else', () => {
   const sources = modules().flatMap((name) => [`dist/${name}`, `dist/${name.replace(/\.js$/, '.d.ts')}`]);
+  const typed = ['glue', 'decoder', 'parameters', 'selftest/expected', 'inline'];
   const built = [
-    'glue.js',
-    'glue.d.ts',
-    'tracecut.d.ts',
-    'tracecut_bg.wasm',
-    'tracecut_bg.wasm.d.ts',
-    'decoder.js',
-    'decoder.d.ts',
-    'decoder_bg.wasm',
-    'decoder_bg.wasm.d.ts',
-    'parameters.js',
-    'parameters.d.ts',
-    'selftest/expected.js',
-    'selftest/expected.d.ts',
-    'dom.d.ts',
-    'vendor/media.js',
-    'vendor/zip.js',
-    'inline.js',
-    'inline.d.ts',
-    'worker.bundle.js',
-    'node/all.cjs',
+    ...typed.flatMap((name) => [`${name}.js`, `${name}.d.ts`]),
+    ...['tracecut', 'decoder'].flatMap((name) => [`${name}_bg.wasm`, `${name}_bg.wasm.d.ts`]),
+    ...['tracecut.d.ts', 'dom.d.ts', 'vendor/media.js', 'vendor/zip.js', 'worker.bundle.js', 'node/all.cjs'],
     ...['index', 'draw', 'edit', 'export', 'stages'].flatMap((name) => [`node/${name}.cjs`, `node/${name}.d.cts`]),
   ].map((name) => `dist/${name}`);
   const documents = ['CHANGELOG.md', 'LICENSE-APACHE', 'LICENSE-MIT', 'README.md', 'package.json'];

@@ -7,40 +7,62 @@ import { runInNewContext } from 'node:vm';
 import { MessageChannel } from 'node:worker_threads';
 import { createSession, synthClip, TraceCutError } from 'tracecut';
 import { serve } from '../../dist/worker/serve.js';
+import { fingerprint, fnv1a } from '../fingerprint.mjs';
 import { pngBytes } from '../png.mjs';
 import { withTrap } from '../faulty-wasm.mjs';
 
-export { fingerprint, fnv1a } from '../fingerprint.mjs';
+export { fingerprint, fnv1a };
 
-/** Small enough to run in a second, large enough to move: the scene of most tests. */
-export const SMALL = { width: 128, height: 72, frames: 8, seed: 5 };
+/** The smallest scene with an object: the scene of most tests. */
+export const SMALL = { width: 96, height: 54, frames: 8, seed: 5 };
 
 /** The stages of a run with masks, in order. */
-export const STAGES = [
-  'flow',
-  'trajectories',
-  'affinities',
-  'embedding',
-  'discontinuities',
-  'saliency',
-  'connectedness',
-  'clusters',
-  'superpixels',
-  'cut',
-  'masks',
-];
+export const STAGES =
+  'flow trajectories affinities embedding discontinuities saliency connectedness clusters superpixels cut masks'.split(
+    ' ',
+  );
 
-/** Returns the frames of a synthetic clip. */
-export async function framesOf(options = SMALL) {
-  const clip = await synthClip(options);
-  return Array.from({ length: clip.numFrames }, (_, t) => clip.frame(t));
+const frameLists = new Map();
+const results = new Map();
+
+/** Returns the value of a map for a scene, which is computed once in a process. */
+function computeOnce(map, scene, compute) {
+  const key = JSON.stringify(scene);
+  if (!map.has(key)) map.set(key, compute());
+  return map.get(key);
 }
 
+async function renderFrames(scene) {
+  const clip = await synthClip(scene);
+  const frames = Array.from({ length: clip.numFrames }, (_, t) => clip.frame(t));
+  clip.close();
+  return frames;
+}
+
+/** Returns the frames of a synthetic clip, the same ones each time. */
+export const framesOf = (scene = SMALL) => computeOnce(frameLists, scene, () => renderFrames(scene));
+
+/** Returns the result of a synthetic clip with default options, the same one each time. */
+export const resultOf = (scene = SMALL) => computeOnce(results, scene, async () => segment(await framesOf(scene)));
+
+/** Returns the fingerprint of that result. */
+export const printOf = async (scene) => fingerprint(await resultOf(scene));
+
 /** Collects an iterable as a list. */
-export async function all(items) {
+export async function collect(items) {
   const list = [];
   for await (const item of items) list.push(item);
   return list;
+}
+
+/** Returns the intersection over union of the pixels of two masks that are not zero. */
+export function overlapOf(a, b) {
+  let [intersection, union] = [0, 0];
+  a.forEach((label, p) => {
+    intersection += Number(label > 0 && b[p] > 0);
+    union += Number(label > 0 || b[p] > 0);
+  });
+  return intersection / union;
 }
 
 /** A frame of one colour, or of `colour(x, y)`. */
@@ -53,9 +75,9 @@ export function plain(width, height, colour = 0) {
   return { data, width, height };
 }
 
-/** A session that is closed when the test ends. */
+/** A session of one thread, which is closed when the test ends. Tests of workers use more threads. */
 export async function open(t, options) {
-  const session = await createSession(options);
+  const session = await createSession({ threads: 1, ...options });
   t.after(() => session.close());
   return session;
 }
@@ -67,9 +89,9 @@ export async function ready(t, options, frames) {
   return session;
 }
 
-/** Opens a session, pushes the frames, runs it and closes it. */
+/** Opens a session of one thread, pushes the frames, runs it and closes it. */
 export async function segment(frames, options) {
-  const session = await createSession(options);
+  const session = await createSession({ threads: 1, ...options });
   try {
     for (const frame of frames) await session.push(frame);
     return await session.run();

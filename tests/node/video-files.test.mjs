@@ -1,4 +1,5 @@
-// Video in Node: the pictures of files, each once and with its own time, by ffmpeg, and raw video from streams.
+// Video in Node: the pictures of files, each once and with its own time, by ffmpeg, and raw video from streams. Turned pictures,
+// pixels that are not square and sizes that change are in the intake table (tests/native/intake.test.mjs).
 
 import assert from 'node:assert/strict';
 import { execFileSync, spawnSync } from 'node:child_process';
@@ -10,7 +11,7 @@ import { after, test } from 'node:test';
 import { pathToFileURL } from 'node:url';
 import { createSession, framesOfRaw, framesOfVideo, segmentVideo, videoFrames, videoInfo } from 'tracecut/node';
 import { root } from '../../scripts/tools.mjs';
-import { all, fnv1a, framesOf, rejects } from './support.mjs';
+import { collect, fnv1a, framesOf, rejects } from './support.mjs';
 
 const folder = mkdtempSync(join(tmpdir(), 'tracecut-'));
 after(() => rmSync(folder, { recursive: true, force: true }));
@@ -54,7 +55,7 @@ const INTRA = [...X264, '-g', '1', '-bf', '0', '-crf', '10'];
 
 test('frames last until the next one, and the last as long as the file says', { skip }, async () => {
   const path = clip('five.mkv', [], { count: 4, rate: 5 });
-  const frames = await all(framesOfVideo(path));
+  const frames = await collect(framesOfVideo(path));
   assert.deepEqual(durations(frames), [0.2, 0.2, 0.2, 0.2]);
   assert.deepEqual(times(frames), [0, 0.2, 0.4, 0.6]);
   const result = await segmentVideo(framesOfVideo(path)).collect();
@@ -66,11 +67,11 @@ test('pictures come once, with the times of the file, however uneven these are',
   const uneven = (vf) => ['-vf', vf, '-fps_mode', 'passthrough', '-enc_time_base', '1:1000'];
   // A recording: whole milliseconds, and a pause after the first picture.
   const recording = clip('recording.mkv', uneven('settb=1/1000,setpts=N*49+mod(N*N*7\\,19)+gte(N\\,1)*250'));
-  const recorded = await all(framesOfVideo(recording));
+  const recorded = await collect(framesOfVideo(recording));
   assert.deepEqual(times(recorded), [0, 0.306, 0.357, 0.403, 0.463, 0.499, 0.549, 0.594]);
   // A pause on the way, and a beginning that is not zero, which the file keeps.
   const late = clip('-late: 1.mkv', uneven('settb=1/1000,setpts=500+N*40+gte(N\\,5)*500'));
-  const frames = await all(framesOfVideo(late));
+  const frames = await collect(framesOfVideo(late));
   assert.deepEqual(times(frames), [0.5, 0.54, 0.58, 0.62, 0.66, 1.2, 1.24, 1.28]);
   assert.deepEqual(durations(frames).slice(3, 6), [0.04, 0.54, 0.04]);
   const raw = ffmpeg('-i', `file:${late}`, '-f', 'rawvideo', '-pix_fmt', 'rgba', '-fps_mode', 'passthrough', '-');
@@ -82,7 +83,7 @@ test('pictures come once, with the times of the file, however uneven these are',
 
 test('a file that is cut off gives the whole frames before that, and an error that counts them', { skip }, async () => {
   const path = clip('whole.mkv');
-  const allFrames = await all(framesOfVideo(path));
+  const allFrames = await collect(framesOfVideo(path));
   const cut = join(folder, 'cut.mkv');
   const bytes = readFileSync(path);
   writeFileSync(cut, bytes.subarray(0, Math.floor(bytes.length * 0.6)));
@@ -92,7 +93,7 @@ test('a file that is cut off gives the whole frames before that, and an error th
   assert.deepEqual([error.code, error.frames], ['truncated', frames.length]);
   assert.match(error.message, /^cut\.mkv is cut off or damaged after \d whole frames$/);
   const damages = [];
-  const undamaged = await all(framesOfVideo(cut, { onDamage: (damage) => damages.push(damage) }));
+  const undamaged = await collect(framesOfVideo(cut, { onDamage: (damage) => damages.push(damage) }));
   assert.equal(undamaged.length, frames.length);
   assert.deepEqual([damages.length, damages[0].frames, damages[0].error.code], [1, frames.length, 'truncated']);
   // segmentVideo makes a result of them.
@@ -109,7 +110,7 @@ test('a file that is cut off gives the whole frames before that, and an error th
 
 test('of an MP4 that ends early no whole picture is lost', { skip: skipX264 }, async () => {
   const path = clip('fast.mp4', [...X264, '-g', '4', '-movflags', '+faststart'], { count: 16, size: '240x180' });
-  const allFrames = await all(framesOfVideo(path));
+  const allFrames = await collect(framesOfVideo(path));
   const bytes = readFileSync(path);
   writeFileSync(path, bytes.subarray(0, Math.floor(bytes.length * 0.6)));
   const { frames, error } = await untilError(framesOfVideo(path));
@@ -118,12 +119,12 @@ test('of an MP4 that ends early no whole picture is lost', { skip: skipX264 }, a
   assert.deepEqual([error.code, error.frames], ['truncated', frames.length]);
   const late = clip('late.mp4', X264);
   writeFileSync(late, readFileSync(late).subarray(0, 1000));
-  await rejects(all(framesOfVideo(late)), 'truncated', /^late\.mp4 is cut off: the index.* is missing$/);
+  await rejects(collect(framesOfVideo(late)), 'truncated', /^late\.mp4 is cut off: the index.* is missing$/);
 });
 
 test('a GIF that is cut off says so', { skip }, async () => {
   const path = clip('moves.gif', ['-c:v', 'gif', '-f', 'gif']);
-  assert.equal((await all(framesOfVideo(path))).length, 8);
+  assert.equal((await collect(framesOfVideo(path))).length, 8);
   const bytes = readFileSync(path);
   writeFileSync(path, bytes.subarray(0, Math.floor(bytes.length * 0.9)));
   const { frames, error } = await untilError(framesOfVideo(path));
@@ -133,7 +134,7 @@ test('a GIF that is cut off says so', { skip }, async () => {
 
 test('damage in the middle ends the frames before it', { skip: skipX264 }, async () => {
   const path = clip('damaged.mp4', INTRA, { count: 12, size: '240x180' });
-  const allFrames = await all(framesOfVideo(path));
+  const allFrames = await collect(framesOfVideo(path));
   const list = String(ffmpeg('-i', path, '-c', 'copy', '-f', 'framecrc', '-'));
   const sizes = [...list.matchAll(/^0,.*?,.*?,.*?, *(\d+),/gm)].map(([, size]) => Number(size));
   assert.equal(sizes.length, 12);
@@ -155,55 +156,16 @@ test('the default track is the video, or else the largest of several pictures', 
     ffmpeg(...inputs.flatMap((input) => ['-i', input]), ...maps, '-c', 'copy', ...args, path);
     return path;
   };
-  const defaultTrackColour = async (path) => {
-    const frames = await all(framesOfVideo(path));
+  const defaultTrack = async (path) => {
+    const frames = await collect(framesOfVideo(path));
     return [frames.length, sizeOf(frames[0])];
   };
-  assert.deepEqual(await defaultTrackColour(both('cover.mkv', [poster, video])), [8, '64x48'], 'a poster before it');
   const small = clip('small.mkv', [], { count: 4, size: '32x24' });
   const disposed = (first, second) => ['-disposition:v:0', first, '-disposition:v:1', second];
-  assert.deepEqual(await defaultTrackColour(both('a.mkv', [small, video], ...disposed('0', 'default'))), [8, '64x48']);
-  assert.deepEqual(await defaultTrackColour(both('b.mkv', [small, video], ...disposed('default', '0'))), [4, '32x24']);
-  assert.deepEqual(await defaultTrackColour(both('c.mkv', [small, video], ...disposed('0', '0'))), [8, '64x48']);
-  assert.deepEqual(await defaultTrackColour(poster), [1, '320x240']);
-});
-
-test('frames are upright and have square pixels', { skip }, async () => {
-  const wide = await all(framesOfVideo(clip('wide.mkv', ['-vf', 'setsar=4/3'], { size: '48x48' })));
-  const tall = await all(framesOfVideo(clip('tall.mkv', ['-vf', 'setsar=2/3'], { size: '64x32' })));
-  assert.deepEqual([sizeOf(wide[0]), sizeOf(tall[0])], ['64x48', '64x48']);
-  const path = clip('turned.mov', ['-c:v', 'png', '-pix_fmt', 'rgb24']);
-  const [{ frame: plain }] = await all(framesOfVideo(path));
-  const bytes = readFileSync(path);
-  const matrix = bytes.indexOf('tkhd') + 4 + 20 + 20;
-  const at = (x, y) => [...plain.data.subarray(4 * (y * 64 + x), 4 * (y * 64 + x) + 4)];
-  const firstFrameWith = async (a, b, c, d) => {
-    [a, b, 0, c, d, 0].forEach((value, k) => bytes.writeInt32BE(value * 65536, matrix + 4 * k));
-    writeFileSync(path, bytes);
-    const [{ frame }] = await all(framesOfVideo(path));
-    return (x, y) => [...frame.data.subarray(4 * (y * frame.width + x), 4 * (y * frame.width + x) + 4)];
-  };
-  const rotated = await firstFrameWith(0, 1, -1, 0);
-  assert.deepEqual([rotated(47, 0), rotated(0, 0)], [at(0, 0), at(0, 47)], 'by 90 degrees');
-  const mirrored = await firstFrameWith(-1, 0, 0, 1);
-  assert.deepEqual([mirrored(63, 0), mirrored(0, 47)], [at(0, 0), at(63, 47)]);
-});
-
-test('pictures whose size changes on the way are scaled to the first', { skip }, async () => {
-  const jpeg = ['-c:v', 'mjpeg', '-q:v', '2', '-pix_fmt', 'yuvj420p'];
-  const parts = [
-    clip('large.mkv', jpeg, { count: 3 }),
-    clip('less.mkv', ['-vf', 'scale=32:24', ...jpeg], { count: 3 }),
-  ];
-  const list = join(folder, 'list.txt');
-  writeFileSync(list, parts.map((part) => `file '${part}'\n`).join(''));
-  const path = join(folder, 'changes.mkv');
-  ffmpeg('-f', 'concat', '-safe', '0', '-i', list, '-c', 'copy', path);
-  const frames = await all(framesOfVideo(path));
-  assert.deepEqual(frames.map(sizeOf), Array(6).fill('64x48'));
-  const [before, after] = [frames[2].frame.data, frames[5].frame.data];
-  const difference = before.reduce((sum, value, k) => sum + Math.abs(value - after[k]), 0) / before.length;
-  assert.ok(difference > 0 && difference < 20, `${difference} grey levels between the third pictures of both`);
+  assert.deepEqual(await defaultTrack(both('a.mkv', [small, video], ...disposed('0', 'default'))), [8, '64x48']);
+  assert.deepEqual(await defaultTrack(both('b.mkv', [small, video], ...disposed('default', '0'))), [4, '32x24']);
+  assert.deepEqual(await defaultTrack(both('c.mkv', [small, video], ...disposed('0', '0'))), [8, '64x48']);
+  assert.deepEqual(await defaultTrack(poster), [1, '320x240']);
 });
 
 test('an error names the cause', { skip }, async () => {
@@ -211,7 +173,7 @@ test('an error names the cause', { skip }, async () => {
     writeFileSync(join(folder, name), bytes);
     return join(folder, name);
   };
-  const rejectsFile = (path, code, message) => rejects(all(framesOfVideo(path)), code, message);
+  const rejectsFile = (path, code, message) => rejects(collect(framesOfVideo(path)), code, message);
   await rejectsFile(join(folder, 'none.mp4'), 'no-video', /^none\.mp4 is missing: there is no such file$/);
   await rejectsFile(file('words.mp4', 'no video'), 'no-video', /^words\.mp4 is not a video/);
   await rejectsFile(file('words.txt', 'no video\n'.repeat(99)), 'no-video', /^words\.txt is not a video/);
@@ -228,12 +190,12 @@ test('an error names the cause', { skip }, async () => {
     /^moves\.webp is an animated WebP, which this ffmpeg/,
   );
   const small = clip('size.mkv');
-  await rejects(all(framesOfVideo(small, { maxPixels: 100 })), 'too-large', /3072 pixels .* maxPixels/);
+  await rejects(collect(framesOfVideo(small, { maxPixels: 100 })), 'too-large', /3072 pixels .* maxPixels/);
 });
 
 test('segmentVideo and videoFrames read a file by its path or address', async () => {
   const path = clip('direct.mkv');
-  const frames = await all(framesOfVideo(path));
+  const frames = await collect(framesOfVideo(path));
   const result = await segmentVideo(path).collect();
   assert.deepEqual(
     [...result.times],
@@ -271,10 +233,13 @@ test('a required package reads a file too', () => {
 test('wrong use, and no ffmpeg, are errors that say what to do', async () => {
   const missing = { ffmpeg: join(folder, 'no-ffmpeg-here') };
   const message = /could not be started: it was not found \(expected ffmpeg/;
-  await rejects(all(framesOfVideo('clip.mp4', missing)), 'unsupported', message);
-  await rejects(all(framesOfVideo(5)), 'data', /path = 5/);
-  await rejects(all(framesOfVideo('a', { program: 'x' })), 'param', /program/);
-  await assert.rejects(all(framesOfVideo('a', { signal: AbortSignal.abort(new Error('never mind')) })), /never mind/);
+  await rejects(collect(framesOfVideo('clip.mp4', missing)), 'unsupported', message);
+  await rejects(collect(framesOfVideo(5)), 'data', /path = 5/);
+  await rejects(collect(framesOfVideo('a', { program: 'x' })), 'param', /program/);
+  await assert.rejects(
+    collect(framesOfVideo('a', { signal: AbortSignal.abort(new Error('never mind')) })),
+    /never mind/,
+  );
 });
 
 test('an abort ends the reading of a file', { skip }, async () => {
@@ -283,10 +248,10 @@ test('an abort ends the reading of a file', { skip }, async () => {
   const reading = framesOfVideo(path, { signal: stop.signal });
   assert.equal((await reading.next()).value.index, 0);
   stop.abort(new Error('enough'));
-  await assert.rejects(all(reading), /enough/);
+  await assert.rejects(collect(reading), /enough/);
 });
 
-/** Writes a program in the place of ffmpeg, which prints a list, messages and pixels; with `forever` it does not end. */
+/** Writes a program that replaces ffmpeg and prints a list, messages and pixels; with `forever` it does not end. */
 function standIn(name, { list = '', messages = [], forever = false }) {
   const path = join(folder, name);
   const script = `#!${process.execPath}
@@ -379,7 +344,7 @@ test('leaving the loop, and an abort, end ffmpeg', { skip: noScripts }, async ()
   await reading.next();
   await reading.next();
   setImmediate(() => stop.abort(new Error('enough')));
-  await assert.rejects(all(reading), /enough/);
+  await assert.rejects(collect(reading), /enough/);
   assert.ok(!aborted.pids().some(isAlive));
 });
 
@@ -394,7 +359,7 @@ const rgb = ({ data }) => data.filter((_, k) => k % 4 < 3);
 
 test('raw frames are read in every format', async () => {
   const readOne = async (format, bytes) => {
-    const [{ frame }] = await all(framesOfRaw([Uint8Array.from(bytes)], { width: 2, height: 1, format }));
+    const [{ frame }] = await collect(framesOfRaw([Uint8Array.from(bytes)], { width: 2, height: 1, format }));
     assert.deepEqual([frame.width, frame.height, frame.data[3], frame.data[7]], [2, 1, 255, 255]);
     return [...rgb(frame)];
   };
@@ -414,14 +379,14 @@ test('frames have numbers and times, however the stream is cut into pieces', asy
       .filter((_, k) => k % size === 0)
       .map((_, k) => Uint8Array.from(bytes.slice(k * size, (k + 1) * size)));
     for (const source of [pieces, Readable.from(pieces), Readable.toWeb(Readable.from(pieces))]) {
-      const frames = await all(framesOfRaw(source, grey));
+      const frames = await collect(framesOfRaw(source, grey));
       assert.deepEqual(
         frames.map(({ frame, index, time, duration }) => [frame.data[0], index, time, duration]),
         [0, 1, 2].map((k) => [2 * k + 1, k, k / 4, 1 / 4]),
       );
     }
   }
-  assert.deepEqual(await all(framesOfRaw([], grey)), []);
+  assert.deepEqual(await collect(framesOfRaw([], grey)), []);
 });
 
 test('a stream that is cut off gives the frames before that, then an error that counts them', async () => {
@@ -435,7 +400,7 @@ test('a stream that is cut off gives the frames before that, then an error that 
 });
 
 test('what cannot be read is refused before memory is taken', async () => {
-  const refused = (options, code, message) => rejects(all(framesOfRaw([], { ...grey, ...options })), code, message);
+  const refused = (options, code, message) => rejects(collect(framesOfRaw([], { ...grey, ...options })), code, message);
   await refused({ format: 'yuv420p' }, 'param', /format = "yuv420p" \(expected rgba, bgra, rgb24, bgr24, gray\)/);
   await refused({ width: 16384, height: 16384 }, 'too-large', /268435456 pixels in a frame .*the parameter maxPixels/);
   await refused({ width: 0 }, 'frame-size', /width = 0/);
@@ -443,8 +408,8 @@ test('what cannot be read is refused before memory is taken', async () => {
   await refused({ maxPixels: 0 }, 'param', /maxPixels = 0/);
   await refused({ frameRate: 0 }, 'param', /frameRate/);
   await refused({ pixels: 1 }, 'param', /pixels/);
-  await rejects(all(framesOfRaw('clip.rgb', grey)), 'data', /source = "clip.rgb"/);
-  await rejects(all(framesOfRaw(['words'], grey)), 'data', /a piece of the stream/);
+  await rejects(collect(framesOfRaw('clip.rgb', grey)), 'data', /source = "clip.rgb"/);
+  await rejects(collect(framesOfRaw(['words'], grey)), 'data', /a piece of the stream/);
 });
 
 test('unread parts of a stream are cancelled', async () => {

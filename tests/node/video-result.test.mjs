@@ -1,12 +1,111 @@
-// What is collected of a clip: masks as runs, objects, trajectories over windows; and frames reduced.
+// What a video reports and collects: progress, masks as runs, objects, trajectories over windows; and frames reduced.
 
 import assert from 'node:assert/strict';
 import { before, describe, test } from 'node:test';
-import { fitSize, segmentVideo, videoFrames, videoInfo } from 'tracecut';
+import { createSession, fitSize, segmentEach, segmentVideo, videoFrames, videoInfo } from 'tracecut';
 import { editMasks } from 'tracecut/edit';
+import { trajectories } from 'tracecut/stages';
 import { countPixels, decodeRuns, encodeRuns } from '../../dist/session/serialize.js';
 import { reducePixels } from '../../dist/worker/pixels.js';
 import { framesOf, plain, png, rejects } from './support.mjs';
+
+const SCENE = { width: 96, height: 54, frames: 16, seed: 4 };
+const frames = await framesOf(SCENE);
+
+/** Throws unless the shares never fall, end at 1 and the time left is a number or null. */
+function checkReports(reports) {
+  assert.ok(reports.length > 0);
+  reports.forEach(({ stage, share, secondsLeft }, k) => {
+    assert.equal(typeof stage, 'string');
+    assert.ok(
+      share >= (reports[k - 1]?.share ?? 0) && share <= 1,
+      `${share} in ${stage} after ${reports[k - 1]?.share}`,
+    );
+    assert.ok(secondsLeft === null || (secondsLeft >= 0 && Number.isFinite(secondsLeft)));
+  });
+  assert.deepEqual([reports.at(-1).share, reports.at(-1).secondsLeft], [1, 0]);
+}
+
+/** Segments a source and returns the reports. */
+async function reportsOf(source, options = {}) {
+  const reports = [];
+  await segmentVideo(source, { threads: 1, ...options, onProgress: (progress) => reports.push(progress) }).collect();
+  return reports;
+}
+
+for (const worker of [false, true])
+  test(`a session's run and corrections, ${worker ? 'in a thread' : 'here'}`, async () => {
+    const session = await createSession({ worker });
+    for (const frame of frames.slice(0, 10)) await session.push(frame);
+    const reports = [];
+    const options = { onProgress: (progress) => reports.push(progress) };
+    const { objects } = await session.run(options);
+    checkReports(reports);
+    reports.length = 0;
+    await session.split(objects[0].label, undefined, options);
+    if (reports.length > 0) checkReports(reports);
+    session.close();
+  });
+
+test('a run that was aborted continues with a share of what is left', async () => {
+  const session = await createSession();
+  for (const frame of frames.slice(0, 10)) await session.push(frame);
+  const controller = new AbortController();
+  const onProgress = ({ stage }) => stage === 'superpixels' && controller.abort();
+  await assert.rejects(session.run({ onProgress, signal: controller.signal }), { name: 'AbortError' });
+  const reports = [];
+  await session.run({ onProgress: (progress) => reports.push(progress) });
+  checkReports(reports);
+  session.close();
+});
+
+test('runs without masks, and trajectories without frames', async () => {
+  const session = await createSession({ clip: { dense: false } });
+  for (const frame of frames.slice(0, 10)) await session.push(frame);
+  const reports = [];
+  const options = { onProgress: (progress) => reports.push(progress) };
+  await session.run(options);
+  checkReports(reports);
+  session.close();
+  reports.length = 0;
+  const tracks = await trajectories(frames.slice(0, 10), options);
+  checkReports(reports);
+  reports.length = 0;
+  const trackSession = await createSession();
+  await trackSession.setTrajectories({ ...tracks });
+  await trackSession.run(options);
+  assert.equal(reports.at(-1).share, 1);
+  trackSession.close();
+});
+
+test('a clip of many windows has one share over all of them', async () => {
+  for (const options of [
+    { window: 5, overlap: 3 },
+    { step: 2, window: 5 },
+  ])
+    checkReports(await reportsOf(frames, options));
+  const cut = await framesOf({ ...SCENE, frames: 5, seed: 7 });
+  checkReports(await reportsOf([...frames.slice(0, 8), ...cut], { window: 6 }));
+});
+
+test('the share of a source of unknown length begins when that is known', async () => {
+  async function* generated() {
+    yield* frames;
+  }
+  const reports = await reportsOf(generated(), { window: 8 });
+  assert.ok(reports.every(({ frames, share }) => frames.total !== null || share === 0));
+  checkReports(reports.filter(({ frames }) => frames.total !== null));
+});
+
+test('a source that ends early ends at 1 too, and each clip of a queue has its own share', async () => {
+  const damaged = [...frames.slice(0, 12), new Uint8Array(9), ...frames.slice(0, 9)];
+  checkReports(await reportsOf(damaged, { window: 8, onDamage() {} }));
+  const reports = [[], []];
+  const clips = ['a', 'b'].map((name) => ({ name, source: frames.slice(0, 8) }));
+  for await (const { error } of segmentEach(clips, { onProgress: (p) => reports[p.index].push(p) }))
+    assert.equal(error, null);
+  reports.forEach((clipReports) => checkReports(clipReports));
+});
 
 const identity = Uint8Array.from({ length: 256 }, (_, k) => k);
 
@@ -27,8 +126,9 @@ test('label maps come back from runs as they were, whatever they hold', () => {
   for (const map of maps) {
     const runs = encodeRuns(map);
     assert.deepEqual(decodeRuns(runs), map);
-    const areas = countPixels(runs);
-    for (const label of [0, 3, 8, 255]) assert.equal(areas[label], map.filter((value) => value === label).length);
+    const areas = new Array(256).fill(0);
+    for (const label of map) areas[label] += 1;
+    assert.deepEqual([...countPixels(runs)], areas);
   }
 });
 
@@ -74,8 +174,7 @@ describe('a collected clip', () => {
 
   before(async () => {
     windows = [];
-    for await (const window of segmentVideo(await frames, options)) windows.push(window);
-    result = await segmentVideo(await frames, options).collect();
+    result = await segmentVideo(await frames, options).collect((window) => void windows.push(window));
   });
 
   test('has the masks and times of its windows', () => {
@@ -113,14 +212,14 @@ describe('a collected clip', () => {
       for (let p = offset[i]; p < offset[i + 1]; p += 1) points.add(`${x[p]} ${y[p]} ${startFrame[i] + p - offset[i]}`);
     }
     assert.ok(longest > options.window, `the longest trajectory has ${longest} points`);
-    const ofWindows = new Set();
-    for (const { trajectories: own, firstFrame } of windows) {
-      for (let i = 0; i < own.count; i += 1) {
-        for (let p = own.offset[i]; p < own.offset[i + 1]; p += 1)
-          ofWindows.add(`${own.x[p]} ${own.y[p]} ${firstFrame + own.startFrame[i] + p - own.offset[i]}`);
+    const windowPoints = new Set();
+    for (const { trajectories: tracks, firstFrame } of windows) {
+      for (let i = 0; i < tracks.count; i += 1) {
+        for (let p = tracks.offset[i]; p < tracks.offset[i + 1]; p += 1)
+          windowPoints.add(`${tracks.x[p]} ${tracks.y[p]} ${firstFrame + tracks.startFrame[i] + p - tracks.offset[i]}`);
       }
     }
-    assert.deepEqual([...points].sort(), [...ofWindows].sort());
+    assert.deepEqual([...points].sort(), [...windowPoints].sort());
     const labels = new Set([0, ...result.objects.map((object) => object.label)]);
     assert.ok(
       label.every((value) => labels.has(value)),

@@ -43,7 +43,7 @@ export function installed(t, source) {
   const folder = realpathSync(mkdtempSync(join(tmpdir(), 'tracecut-')));
   t.after(() => rmSync(folder, { recursive: true, force: true }));
   if (source) cpSync(join(root, source), folder, { recursive: true });
-  // Only the tarball is installed: other dependencies of an example, such as a bundler, are those of this project.
+  // Only the tarball is installed: an example's other dependencies, such as a bundler, come from this project.
   const manifest = JSON.parse(source ? readOr(join(folder, 'package.json'), '{}') : '{}');
   cpSync(packedAndInstalled(), folder, { recursive: true, verbatimSymlinks: true });
   const installedManifest = JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8'));
@@ -172,3 +172,12 @@ import { outcome, throughVideo } from './segment.js';
 
 globalThis.outcome = Promise.all([outcome(), throughVideo()]);
 `;
+
+/** Returns a port of this machine that is free. */
+export async function freePort() {
+  const server = createServer();
+  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
+  const { port } = server.address();
+  await new Promise((resolve) => server.close(resolve));
+  return port;
+}

@@ -5,15 +5,13 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { encodeRuns } from 'tracecut/edit';
 import { NEW_OBJECT } from '../../build/model/brush.js';
-import { Candidates } from '../../build/model/candidates.js';
-import { traceRegion } from '../../build/model/candidates.js';
+import { Candidates, traceRegion } from '../../build/model/candidates.js';
 import { Store } from '../../build/model/store.js';
 import { movingFrames } from '../moving.mjs';
-import { createBrush, maskAt, masksOf, pixelsOf, regionsOf, show } from './editing.mjs';
-import { CLIP, openModel, openSampleWork } from './studio.mjs';
+import { CLIP, createBrush, maskAt, masksOf, openModel, openSampleWork, pixelsOf, regionsOf, show } from './studio.mjs';
 
 test('adds, paints, splits and erases in all windows of a clip, and undoes each step', async () => {
-  const { app, store } = await openModel(movingFrames(70, [96, 64]));
+  const { app, store } = await openModel(movingFrames(52, [88, 56]));
   await app.openFiles([CLIP]);
   assert.match(store.state.subline, /in 2 windows/);
   const { corrections } = store.state.job;
@@ -21,11 +19,11 @@ test('adds, paints, splits and erases in all windows of a clip, and undoes each 
   const labelAt = (t, x, y) => store.state.analysis.segmentation.objectAt(t, x, y);
   const before = masksOf(store);
 
-  store.set({ frame: 55 });
+  store.set({ frame: 50 });
   await brush.add({ x: 76, y: 14 }, 0, false);
   await brush.queue;
-  assert.equal(panel.texts.at(-1), 'Applied to frames 1–70.');
-  for (const t of [0, 30, 55, 69]) assert.equal(labelAt(t, 76, 14), panel.object, `frame ${t}`);
+  assert.equal(panel.texts.at(-1), 'Applied to frames 1–52.');
+  for (const t of [0, 30, 50, 51]) assert.equal(labelAt(t, 76, 14), panel.object, `frame ${t}`);
   const added = masksOf(store);
   if (panel.canGrow) {
     await brush.resize(1);
@@ -37,34 +35,34 @@ test('adds, paints, splits and erases in all windows of a clip, and undoes each 
     assert.equal(corrections.undoCount(), 1);
   }
 
-  brush.stroke({ t: 55, points: [66, 14, 70, 14], radius: 3 }, 'paint');
+  brush.stroke({ t: 50, points: [66, 14, 70, 14], radius: 3 }, 'paint');
   await brush.queue;
-  const painted = masksOf(store);
+  const paintedMasks = masksOf(store);
   for (let step = 0; step < 2; step += 1) await show(store, corrections.undo());
   assert.equal(masksOf(store), before);
   for (let step = 0; step < 2; step += 1) await show(store, corrections.redo());
-  assert.equal(masksOf(store), painted);
+  assert.equal(masksOf(store), paintedMasks);
 
   // Two strokes split the square; two join it again.
-  const halves = (t, left) => [labelAt(t, left + 4, 38), labelAt(t, left + 22, 38)];
-  const [whole] = halves(55, 35);
-  const line = (x) => ({ t: 55, points: [x, 30, x, 46], radius: 2 });
-  await show(store, corrections.splitStrokes([line(39), line(57)]));
-  const [first, second] = halves(55, 35);
-  assert.equal(first, whole);
+  const halves = (t, squareX) => [labelAt(t, squareX + 4, 38), labelAt(t, squareX + 22, 38)];
+  const [label] = halves(50, 40);
+  const line = (x) => ({ t: 50, points: [x, 30, x, 46], radius: 2 });
+  await show(store, corrections.splitStrokes([line(44), line(62)]));
+  const [first, second] = halves(50, 40);
+  assert.equal(first, label);
   assert.ok(second > 0 && second !== first);
-  const leftOf = { 30: 40, 50: 40, 69: 21 };
-  for (const [t, left] of Object.entries(leftOf)) assert.deepEqual(halves(Number(t), left), [first, second], t);
+  const squares = { 30: 40, 45: 45, 51: 39 };
+  for (const [t, x] of Object.entries(squares)) assert.deepEqual(halves(Number(t), x), [first, second], t);
   const split = masksOf(store);
-  await show(store, corrections.joinStrokes([line(39), line(57)]));
-  assert.deepEqual(halves(69, 21), [first, first]);
+  await show(store, corrections.joinStrokes([line(44), line(62)]));
+  assert.deepEqual(halves(51, 39), [first, first]);
   await show(store, corrections.undo());
   assert.equal(masksOf(store), split);
 
   panel.object = first;
-  brush.stroke({ t: 55, points: [39, 30, 39, 46], radius: 2 }, 'erase');
+  brush.stroke({ t: 50, points: [44, 30, 44, 46], radius: 2 }, 'erase');
   await brush.queue;
-  assert.equal(labelAt(55, 39, 38), 0);
+  assert.equal(labelAt(50, 44, 38), 0);
   while (corrections.undoCount() > 0) await show(store, corrections.undo());
   assert.equal(masksOf(store), before);
 });
@@ -160,13 +158,13 @@ test('takes exactly the outlined region with a click, in the chosen size, or rem
   const { list, at } = candidates.outlined;
   assert.ok(list.length > 1);
   candidates.resize(at > 0 ? -1 : 1);
-  const { at: chosen } = candidates.outlined;
-  assert.notEqual(chosen, at);
+  const { at: chosenIndex } = candidates.outlined;
+  assert.notEqual(chosenIndex, at);
   candidates.aimAt({ ...place, x: place.x + 0.2, t: 6, object: 0, isRemoving: false });
-  assert.equal(candidates.outlined.at, chosen, 'the size stays while the pointer is inside');
+  assert.equal(candidates.outlined.at, chosenIndex, 'the size stays while the pointer is inside');
 
   const before = maskAt(store, 6).slice();
-  const { pixels } = candidates.outlined.list[chosen];
+  const { pixels } = candidates.outlined.list[chosenIndex];
   brush.add(place, 0, false, candidates.take(6, false));
   await brush.queue;
   const { object } = panel;

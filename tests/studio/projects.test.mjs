@@ -1,15 +1,19 @@
-// Projects in the browser's storage: one per clip, room for eight, saved as they change; and interrupted runs.
+// Projects: their files, and the browser's storage with one per clip, saved as they change; and interrupted runs.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Autosave, rememberRuns } from '../../build/model/saved-projects.js';
-import { framesOf } from '../../build/model/corrections.js';
+import { segmentVideo } from 'tracecut';
+import * as kit from 'tracecut/edit';
+import { clipsZip, cocoRle } from 'tracecut/export';
+import { Autosave, listProjects, projectBytes, rememberRuns, saveProject } from '../../build/model/saved-projects.js';
+import { framesOf as changedFrames } from '../../build/model/corrections.js';
 import { RunMemory } from '../../build/model/interrupted-runs.js';
+import { createProjectFile, hashClip, Packer, readProjectFile, reopenProject } from '../../build/model/project-file.js';
 import { showCorrected } from '../../build/model/show-result.js';
-import { listProjects, projectBytes, saveProject } from '../../build/model/saved-projects.js';
-import { Packer, hashClip, createProjectFile, readProjectFile, reopenProject } from '../../build/model/project-file.js';
 import { Store } from '../../build/model/store.js';
-import { CLIP, SAMPLE, memoryStorage, openSampleWork } from './studio.mjs';
+import { toViewSettings, viewSettingsPatch } from '../../build/model/view-settings.js';
+import { framesOf, ready, rejects, SMALL } from '../node/support.mjs';
+import { CLIP, memoryStorage, openSampleWork, SAMPLE } from './studio.mjs';
 
 /** A record of the storage; `at` is its time, and part of its id. */
 const project = (at, more = {}) => ({
@@ -95,17 +99,17 @@ test('changes are saved once none came for a while', async (t) => {
 
 test('the result of a clip that is left at once is saved too', async () => {
   const { app, store, selection, storage, autosave } = await openAutosave();
-  const other = await reopenProject(await new Packer().pack(store.state, 'other'));
-  const about = { ...other.about, name: 'other.mp4' };
+  const otherProject = await reopenProject(await new Packer().pack(store.state, 'other'));
+  const about = { ...otherProject.about, name: 'other.mp4' };
   const files = [new File(['other'], 'other.mp4', { type: 'video/mp4' })];
   showCorrected(store, await selection.join(1, [2]));
   const mask = store.state.analysis.segmentation.mask(4).join();
-  await app.openProject('other.mp4', async () => ({ ...other, about, files }));
+  await app.openProject('other.mp4', async () => ({ ...otherProject, about, files }));
   await autosave.saving;
   assert.equal(store.state.name, 'other.mp4');
-  const saved = (await listProjects(storage)).find(({ name }) => name === 'clip.mp4');
-  assert.equal(saved.corrected, true);
-  await app.openProject('clip.mp4', () => reopenProject(saved));
+  const record = (await listProjects(storage)).find(({ name }) => name === 'clip.mp4');
+  assert.equal(record.corrected, true);
+  await app.openProject('clip.mp4', () => reopenProject(record));
   assert.equal(store.state.analysis.segmentation.mask(4).join(), mask);
   assert.equal(store.state.job.isCorrected, true);
 });
@@ -114,16 +118,16 @@ test('a project is saved, and opened again from the storage and from a file', as
   const { app, store, storage, autosave } = await openAutosave();
   const { corrections } = store.state.job;
   const stroke = { t: 4, points: [10, 90, 30, 90], radius: 6 };
-  showCorrected(store, framesOf(await corrections.paint({ label: corrections.newLabel(), stroke })));
+  showCorrected(store, changedFrames(await corrections.paint({ label: corrections.newLabel(), stroke })));
   store.set({ hidden: new Set([2]), edges: { ...store.state.edges, grow: 1 } });
   autosave.saveSoon();
   await autosave.saving;
-  const [saved] = await listProjects(storage);
-  assert.deepEqual([saved.name, saved.corrected, saved.edits.edits.length], ['clip.mp4', true, 1]);
+  const [record] = await listProjects(storage);
+  assert.deepEqual([record.name, record.corrected, record.edits.edits.length], ['clip.mp4', true, 1]);
   const mask = store.state.analysis.segmentation.mask(4).join('');
-  const file = await createProjectFile(saved);
-  for (const opened of [await reopenProject(saved), await readProjectFile(new File([file], 'a.tracecut'))]) {
-    await app.openProject('again', async () => opened);
+  const file = await createProjectFile(record);
+  for (const project of [await reopenProject(record), await readProjectFile(new File([file], 'a.tracecut'))]) {
+    await app.openProject('again', async () => project);
     assert.equal(store.state.phase, 'done');
     const { width, height, images } = store.state.picture;
     assert.deepEqual([width, height, images.length], [SAMPLE.width, SAMPLE.height, SAMPLE.frames]);
@@ -131,7 +135,7 @@ test('a project is saved, and opened again from the storage and from a file', as
     assert.deepEqual([...store.state.hidden], [2]);
     assert.equal(store.state.edges.grow, 1);
     assert.equal(store.state.job.corrections.undoCount(), 1, 'it can be undone');
-    assert.equal(opened.files[0].name, 'clip.mp4');
+    assert.equal(project.files[0].name, 'clip.mp4');
   }
   // A damaged file leaves the result on screen.
   await app.openFiles([new File([file.slice(0, 500)], 'work.tracecut')]);
@@ -143,14 +147,14 @@ test('a project is saved, and opened again from the storage and from a file', as
 
 /** Locks of a browser: `request` waits until the lock is free, or times out at once. */
 function fakeLocks() {
-  const held = new Map();
+  const locks = new Map();
   return {
-    held,
+    held: locks,
     async request(id, ...rest) {
-      if (rest.length > 1 && held.has(id)) throw new Error('timeout');
-      const done = Promise.resolve(rest.at(-1)());
-      held.set(id, done);
-      return done.finally(() => held.delete(id));
+      if (rest.length > 1 && locks.has(id)) throw new Error('timeout');
+      const work = Promise.resolve(rest.at(-1)());
+      locks.set(id, work);
+      return work.finally(() => locks.delete(id));
     },
   };
 }
@@ -158,12 +162,12 @@ function fakeLocks() {
 test('a run is remembered until it ends, and offered to other pages only after its page is gone', async (t) => {
   t.mock.timers.enable({ apis: ['setTimeout'] });
   const [storage, locks] = [memoryStorage(), fakeLocks()];
-  const [own, other] = [new RunMemory(storage, locks), new RunMemory(storage, locks)];
+  const [ownMemory, otherMemory] = [new RunMemory(storage, locks), new RunMemory(storage, locks)];
   const store = new Store();
   const accesses = [];
   const memory = {
-    remember: (state) => accesses.push(own.remember(state)),
-    forget: () => accesses.push(own.forget()),
+    remember: (state) => accesses.push(ownMemory.remember(state)),
+    forget: () => accesses.push(ownMemory.forget()),
   };
   rememberRuns(store, async () => memory);
   /** Waits until the memory was called `count` times in all. */
@@ -191,10 +195,139 @@ test('a run is remembered until it ends, and offered to other pages only after i
     [[run.id, 2]],
   );
   assert.equal((await listProjects(storage)).length, 0, 'it is no project');
-  assert.equal(await other.findInterrupted(), undefined);
+  assert.equal(await otherMemory.findInterrupted(), undefined);
   locks.held.clear();
-  assert.equal((await other.findInterrupted()).id, run.id);
+  assert.equal((await otherMemory.findInterrupted()).id, run.id);
   store.set({ phase: 'stopped' });
   await settle(3);
   assert.equal(storage.records.size, 0);
+});
+
+test('a result and a video are opened again as they were, with edits, words and files', async (t) => {
+  const frames = await framesOf({ ...SMALL, width: 128, height: 72 });
+  const session = await ready(t, {}, frames);
+  const result = await session.run();
+  const video = await segmentVideo(frames, { frameRate: 10, window: 6, overlap: 2 }).collect();
+  for (const masks of [result, video]) {
+    const editor = kit.editMasks(masks);
+    const edit = await editor.paint({ label: 7, stroke: { t: 2, points: [20, 20, 40, 30], radius: 5 } });
+    editor.extend(edit, 3, kit.encodeRuns(new Uint8Array(masks.width * masks.height).fill(1, 9, 59)), 0.8);
+    const clip = Uint8Array.from({ length: 3000 }, (_, k) => (k * 7) % 256);
+    const bytes = await kit.saveProject(masks, { editor, about: { trim: { start: 3 } }, files: { 'clip.mp4': clip } });
+    assert.deepEqual(
+      await kit.saveProject(masks, { editor, about: { trim: { start: 3 } }, files: { 'clip.mp4': clip } }),
+      bytes,
+    );
+    const reopened = await kit.openProject(new Blob([bytes]));
+    assert.deepEqual(reopened.about, { trim: { start: 3 } });
+    assert.deepEqual(reopened.files['clip.mp4'], clip);
+    for (let k = 0; k < masks.numFrames; k += 1) assert.deepEqual(reopened.masks.labels(k), masks.labels(k));
+    assert.deepEqual(reopened.masks.trajectories.x, masks.trajectories.x);
+    assert.deepEqual(reopened.masks.trajectories.offset, masks.trajectories.offset);
+    const again = kit.editMasks(reopened.masks);
+    again.restore(reopened.edits);
+    for (let k = 0; k < masks.numFrames; k += 1) assert.deepEqual(again.labels(k), editor.labels(k));
+    assert.ok((await cocoRle(reopened.masks, { frameRate: 5 })).annotations.length > 0);
+  }
+  assert.deepEqual((await kit.openProject(await kit.saveProject(video))).masks.times, video.times);
+  assert.deepEqual((await kit.openProject(await kit.saveProject(video))).masks.shots, video.shots);
+});
+
+test('masks of the caller are bytes too; times come from the frame rate', async () => {
+  const masks = { width: 4, height: 2, numFrames: 3, labels: (t) => Uint8Array.of(0, t, t, 0, 0, 0, 9, 9) };
+  const { masks: reopened, edits, files } = await kit.openProject(await kit.saveProject(masks, { frameRate: 2 }));
+  assert.equal(reopened.end, null);
+  const timed = { ...masks, times: [0, 1, 5], end: 5.5 };
+  assert.equal((await kit.openProject(await kit.saveProject(timed))).masks.end, 5.5);
+  assert.deepEqual([...reopened.times], [0, 0.5, 1]);
+  assert.deepEqual([...reopened.labels(2)], [0, 2, 2, 0, 0, 0, 9, 9]);
+  assert.deepEqual(
+    reopened.objects.map(({ label }) => label),
+    [1, 2, 9],
+  );
+  assert.deepEqual([edits, files, reopened.trajectories.count], [null, {}, 0]);
+});
+
+test('what is no project, or is damaged, is refused in words', async () => {
+  const masks = { width: 4, height: 2, numFrames: 1, labels: () => new Uint8Array(8) };
+  const bytes = await kit.saveProject(masks);
+  await rejects(kit.openProject('clip'), 'data', /file = "clip"/);
+  await rejects(kit.openProject(Uint8Array.of(1, 2, 3)), 'data', /not a project file/);
+  await rejects(kit.openProject(bytes.subarray(0, bytes.length / 2)), 'data', /not a project file/);
+  const { unzipSync, zipSync } = await import('../../dist/vendor/zip.js');
+  const openWith = (name, content) => kit.openProject(zipSync({ ...unzipSync(bytes), [name]: content }));
+  const text = (change) =>
+    new TextEncoder().encode(
+      JSON.stringify({ ...JSON.parse(new TextDecoder().decode(unzipSync(bytes)['project.json'])), ...change }),
+    );
+  await rejects(openWith('project.json', Uint8Array.of(1)), 'data', /project.json is damaged/);
+  await rejects(openWith('project.json', text({ width: 0 })), 'data', /width = 0/);
+  await rejects(openWith('project.json', text({ format: 9 })), 'data', /format of the project = 9/);
+  await rejects(openWith('project.json', text({ width: 5 })), 'data', /frame 0 covers 8 pixels \(expected 10\)/);
+  await rejects(openWith('masks.bin', Uint8Array.of(1, 2)), 'data', /masks.bin is cut off/);
+  await rejects(openWith('trajectories.bin', Uint8Array.of(9, 0, 0, 0, 1, 0, 0, 0)), 'data', /trajectories/);
+  await rejects(kit.saveProject(masks, { title: 'x' }), 'param', /title/);
+});
+
+test('files of a project have names that lead nowhere else, saved and opened', async () => {
+  const masks = { width: 4, height: 2, numFrames: 1, labels: () => new Uint8Array(8) };
+  const { unzipSync, zipSync } = await import('../../dist/vendor/zip.js');
+  const entries = unzipSync(await kit.saveProject(masks));
+  for (const name of [
+    '../clip.webm',
+    'a/../../clip.webm',
+    '/etc/clip',
+    '..\\..\\clip.webm',
+    '\\\\host\\clip',
+    'C:\\clip',
+    'c:clip',
+    'a//b',
+    'a/./b',
+    '..',
+    '',
+    'clip\0.webm',
+  ]) {
+    await rejects(kit.saveProject(masks, { files: { [name]: Uint8Array.of(1) } }), 'data', /the name of a file = "/);
+    await rejects(
+      kit.openProject(zipSync({ ...entries, [`files/${name}`]: Uint8Array.of(1) })),
+      'data',
+      /name of a file/,
+    );
+  }
+  const files = { 'at 10:30.webm': Uint8Array.of(1), 'a/b..c.mp4': Uint8Array.of(2), __proto__x: Uint8Array.of(3) };
+  assert.deepEqual((await kit.openProject(await kit.saveProject(masks, { files }))).files, files);
+});
+
+test('names of clips become folders of their archive, and no other', async () => {
+  const masks = { width: 4, height: 2, numFrames: 1, labels: () => new Uint8Array(8) };
+  const { unzipSync } = await import('../../dist/vendor/zip.js');
+  const names = ['../../up', '/etc/passwd', '..\\up', 'C:\\up', '..', '', 'nul\0', '<img onerror=x>', 'up'];
+  const paths = Object.keys(unzipSync(await clipsZip(names.map((name) => ({ name, masks })))));
+  assert.equal(new Set(paths.map((path) => path.split('/')[0].toLowerCase())).size, names.length + 1);
+  for (const path of paths) assert.match(path, /^([\w-]+\/[\w-]+\.(png|json)|report\.json)$/);
+});
+
+test('what the page keeps of a look is taken as far as it is legal', () => {
+  const picture = { name: 'picture', colour: '#010203', picture: {} };
+  const edges = { smallest: 0.5, grow: -3, feather: 2, smooth: 1 };
+  const state = { edges, hidden: new Set([2, 5]), backdrop: picture };
+  const settings = JSON.parse(JSON.stringify(toViewSettings(state)));
+  const blank = { backdrop: { name: 'dimmed', colour: '#ffffff', picture: null } };
+  assert.deepEqual(viewSettingsPatch(settings, blank), {
+    edges,
+    hidden: new Set([2, 5]),
+    backdrop: { name: 'transparent', colour: '#010203', picture: null },
+  });
+  assert.deepEqual(viewSettingsPatch(undefined, blank), {});
+  const wrong = {
+    edges: { smallest: 2, grow: '3', feather: NaN, smooth: 1e9 },
+    hidden: [1, -1, 'x', 256],
+    backdrop: { name: 'green', colour: 'url(x)' },
+  };
+  assert.deepEqual(viewSettingsPatch(wrong, blank), {
+    edges: { smallest: 0.02, grow: 0, feather: 0, smooth: 0 },
+    hidden: new Set([1]),
+    backdrop: { ...blank.backdrop, name: 'green' },
+  });
+  assert.deepEqual(viewSettingsPatch({ hidden: 7, backdrop: { name: 'picture' } }, blank).backdrop, blank.backdrop);
 });

@@ -5,8 +5,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { showCorrected } from '../../build/model/show-result.js';
 import { movingFrames } from '../moving.mjs';
-import { masksOf, regionsOf, show, strokeOn } from './editing.mjs';
-import { CLIP, openModel, waitForState } from './studio.mjs';
+import { CLIP, masksOf, openModel, regionsOf, show, strokeOn, waitForState } from './studio.mjs';
 
 /** Opens a clip and segments it. */
 async function openRun(frames = movingFrames(16, [96, 64])) {
@@ -38,10 +37,10 @@ test('a run of another part keeps what still applies, and lists the rest', async
   await app.rerun();
   assert.equal(store.state.timeline.numFrames, 13);
   // The frame that was the fifth.
-  const kept = regionsOf(store, 1);
-  assert.deepEqual(Object.keys(kept), ['0', '1', '2']);
-  assert.deepEqual(kept[2], objects[2]);
-  for (const axis of ['x', 'y']) assert.ok(Math.abs(kept[1][axis] - objects[1][axis]) < 2);
+  const carriedOver = regionsOf(store, 1);
+  assert.deepEqual(Object.keys(carriedOver), ['0', '1', '2']);
+  assert.deepEqual(carriedOver[2], objects[2]);
+  for (const axis of ['x', 'y']) assert.ok(Math.abs(carriedOver[1][axis] - objects[1][axis]) < 2);
   assert.equal(store.state.notice, 'These corrections no longer apply (undo restores them): erasing in frame 2.');
   await app.restore();
   assert.equal(masksOf(store), before);
@@ -49,11 +48,11 @@ test('a run of another part keeps what still applies, and lists the rest', async
 });
 
 test('a run at another size has corrections at the same places', async () => {
-  const { app, store } = await openRun(movingFrames(8, [400, 260]));
+  const { app, store } = await openRun(movingFrames(6, [200, 130]));
   await paint(store, { t: 4, from: [0.5, 0.7], to: [0.8, 0.7] });
   const newest = () => Object.values(regionsOf(store, 4)).at(-1);
   const before = newest();
-  store.set({ trim: { ...store.state.trim, side: 320 } });
+  store.set({ trim: { ...store.state.trim, side: 160 } });
   await app.rerun();
   const resized = newest();
   assert.ok(Math.abs(resized.area / (0.64 * before.area) - 1) < 0.05, `${resized.area} of ${before.area} pixels`);
@@ -62,7 +61,7 @@ test('a run at another size has corrections at the same places', async () => {
 });
 
 test('a run in several windows keeps corrections', async () => {
-  const { app, store } = await openRun(movingFrames(60, [96, 64]));
+  const { app, store } = await openRun(movingFrames(52, [88, 56]));
   assert.match(store.state.subline, /in \d windows/);
   await paint(store, { ...NEW_OBJECT, isCarried: false });
   await show(store, store.state.job.corrections.join(0, [1]));

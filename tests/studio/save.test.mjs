@@ -9,6 +9,7 @@ import { exportSource, fileStem } from '../../build/model/export.js';
 import { exportSizes, resizedFrames } from '../../build/model/export-text.js';
 import * as texts from '../../build/model/export-text.js';
 import { MAIN_EXPORTS, otherExports } from '../../build/model/exports.js';
+import { createRecipe } from '../../build/model/recipe.js';
 import { Smoothing } from '../../build/model/smoothing.js';
 import { maskEdges } from '../../build/model/view-settings.js';
 import { unzipSync } from '../../dist/vendor/zip.js';
@@ -17,9 +18,10 @@ import { SAMPLE, openSampleWork } from './studio.mjs';
 
 const FRAME = 12;
 
-/** The sample with a result, its exports at a size, and its masks without specks. */
-async function openExports(side = SAMPLE.width) {
+/** The sample with a result, its exports at a size, and its masks without specks. @param {number[]} hidden objects */
+async function openExports(side = SAMPLE.width, hidden = []) {
   const { store, selection } = await openSampleWork();
+  hidden.forEach((object) => selection.toggle(object));
   store.set({ frame: FRAME });
   const source = exportSource(store.state);
   const { stream, read } = resizedFrames(store.state.job, source.masks, side);
@@ -38,7 +40,7 @@ async function openExports(side = SAMPLE.width) {
   };
   const { width, height } = source.masks;
   const labels = (t) => adjustMask({ labels: source.masks.labels(t), width, height }, edges).labels;
-  return { store, choices, source, fileName, save, labels };
+  return { store, choices, source, subject, fileName, save, labels };
 }
 
 const text = (bytes) => new TextDecoder().decode(bytes);
@@ -101,6 +103,33 @@ test('all files have the chosen size', async () => {
     exportSizes(video, source.masks).map(({ label }) => label),
     ['Same as source, 1920 × 1080', 'Half, 960 × 540', 'Working size, 192 × 108', 'Other…'],
   );
+});
+
+test('exports contain the objects that are shown, in files with their own names', async () => {
+  const { store, source, subject, fileName, save } = await openExports(SAMPLE.width, [3]);
+  assert.deepEqual(source.masks.shots, [{ first: 0, last: 15 }]);
+  assert.deepEqual(['transparent', 'green', 'blurred', 'zip'].map(fileName), [
+    ...['cutout.webm', 'green.mp4', 'blur.mp4', 'masks.zip'],
+  ]);
+  // A cut-out on the backdrop of the page is named after that.
+  assert.deepEqual(['cutout-webm', 'cutout-mp4'].map(fileName), ['cutout.webm', 'green.mp4']);
+  subject.state = { ...source.state, backdrop: { ...source.state.backdrop, name: 'dimmed' } };
+  assert.deepEqual(['cutout-webm', 'cutout-mp4', 'green'].map(fileName), [
+    ...['spotlight.webm', 'spotlight.mp4', 'green.mp4'],
+  ]);
+  assert.equal(JSON.parse(text(await save('coco'))).annotations.length, 32);
+  const rows = text(await save('table'))
+    .trim()
+    .split('\n')
+    .slice(1);
+  assert.deepEqual([...new Set(rows.map((row) => row.split(',')[2]))], ['1', '2']);
+  const names = Object.keys(unzipSync(await save('zip-objects')));
+  assert.equal(names.filter((name) => name.endsWith('.png')).length, 32);
+  assert.match(text(await save('tracks')), /^16\n\d+\n/);
+  const { job } = store.state;
+  const recipe = JSON.parse(await createRecipe({ version, job, masks: source.masks, corrections: 2 }));
+  assert.deepEqual([recipe.tracecut, recipe.corrections, recipe.masks.frames], [version, 2, 16]);
+  assert.match(recipe.masks.sha256, /^[0-9a-f]{64}$/);
 });
 
 test('file names start with the name of the clip', () => {

@@ -1,15 +1,22 @@
-// The studio's model in Node: a platform without a browser, and the synthetic sample, segmented once for all test files.
+// The studio's model in Node: a platform without a browser, the synthetic sample, segmented once for all test files, and edits.
 
 import { createHash } from 'node:crypto';
 import { existsSync, mkdirSync, readFileSync, renameSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
+import { fitSize, segmentVideo } from 'tracecut';
 import { openProject, saveProject } from 'tracecut/edit';
-import { fitSize, segmentVideo, synthClip } from 'tracecut';
-import { root } from '../../scripts/tools.mjs';
 import { App } from '../../build/model/app.js';
-import { Selection } from '../../build/model/selection.js';
-import { Store } from '../../build/model/store.js';
+import { Brush } from '../../build/model/brush.js';
 import { PageError } from '../../build/model/messages.js';
+import { Selection } from '../../build/model/selection.js';
+import { showCorrected } from '../../build/model/show-result.js';
+import { Store } from '../../build/model/store.js';
+import { platform, setPlatform } from '../../dist/platform.js';
+import { root } from '../../scripts/tools.mjs';
+import { framesOf } from '../node/support.mjs';
+
+// One thread takes less processor time than two, and gives the same results.
+setPlatform({ ...platform, cores: () => 1 });
 
 /** A file that is opened as a clip. */
 export const CLIP = new File(['clip'], 'clip.mp4', { type: 'video/mp4' });
@@ -64,8 +71,8 @@ export function maskText({ analysis: { segmentation } }) {
 /** Returns a gate for `openModel`: frames from number `count` on are read only after `open()`. */
 export function frameGate(count = Infinity) {
   let open;
-  const opened = new Promise((resolve) => (open = resolve));
-  const gate = { count, open, wait: (t) => (t < gate.count ? null : opened) };
+  const isOpen = new Promise((resolve) => (open = resolve));
+  const gate = { count, open, wait: (t) => (t < gate.count ? null : isOpen) };
   return gate;
 }
 
@@ -95,20 +102,18 @@ export function sourceOf(frames, { kind = 'video', name = 'clip.mp4', gate } = {
 
 function resized(frame, side) {
   const { width, height } = fitSize(frame, side);
-  const data = new Uint8ClampedArray(4 * width * height);
-  for (let p = 0; p < width * height; p += 1) {
-    const [x, y] = [p % width, Math.floor(p / width)].map((at) => Math.floor(((at + 0.5) * frame.width) / width));
-    data.set(frame.data.subarray(4 * (y * frame.width + x), 4 * (y * frame.width + x) + 4), 4 * p);
-  }
-  return { data, width, height };
+  if (width === frame.width) return { data: frame.data.slice(), width, height };
+  const pixels = new Uint32Array(frame.data.buffer, frame.data.byteOffset, frame.width * frame.height);
+  const nearest = (k) => Math.floor(((k + 0.5) * frame.width) / width);
+  const small = Uint32Array.from({ length: width * height }, (_, p) => {
+    const [x, y] = [nearest(p % width), nearest(Math.floor(p / width))];
+    return pixels[y * frame.width + x];
+  });
+  return { data: new Uint8ClampedArray(small.buffer), width, height };
 }
 
-export async function sampleFrames() {
-  const clip = await synthClip(SAMPLE);
-  const frames = Array.from({ length: SAMPLE.frames }, (_, t) => clip.frame(t));
-  clip.close();
-  return frames;
-}
+/** Returns the frames of the sample, the same ones each time. */
+const sampleFrames = () => framesOf(SAMPLE);
 
 /**
  * Opens the model of a page. Each file that is opened in it has these frames.
@@ -131,7 +136,7 @@ export async function openModel(frames, { gate } = {}) {
 }
 
 /** Returns the bytes of the sample's project, which are cached in out/tests for each wasm file. */
-async function sampleProject() {
+async function readSampleProject() {
   const hash = createHash('sha256').update(readFileSync(join(root, 'dist', 'tracecut_bg.wasm')));
   const file = join(root, 'out', 'tests', `sample-${hash.digest('hex').slice(0, 16)}.tracecut`);
   if (existsSync(file)) return readFileSync(file);
@@ -148,10 +153,13 @@ async function sampleProject() {
   return bytes;
 }
 
+let sampleProject;
+
 /** Opens the model with the sample as a saved project: nothing is segmented. */
 export async function openSampleWork() {
   const model = await openModel();
-  const project = await openProject(await sampleProject());
+  sampleProject ??= readSampleProject();
+  const project = await openProject(await sampleProject);
   const trim = { start: 0, frames: SAMPLE.frames, step: 1, side: SAMPLE.width };
   const about = { name: 'clip.mp4', trim, changed: [], run: 'first' };
   const files = [CLIP];
@@ -168,4 +176,71 @@ export function memoryStorage() {
     list: async () => [...records.values()].sort((a, b) => b.at - a.at),
     remove: async (id) => void records.delete(id),
   };
+}
+
+/** Returns the mask of a frame. */
+export function maskAt(store, t) {
+  return store.state.analysis.segmentation.mask(t);
+}
+
+/** Returns the masks of all frames as text. */
+export function masksOf(store) {
+  const { numFrames } = store.state.analysis.segmentation.result;
+  return Array.from({ length: numFrames }, (_, t) => maskAt(store, t).join('')).join('|');
+}
+
+/** Returns the pixels of an object in a frame. */
+export function pixelsOf(store, t, object) {
+  const mask = maskAt(store, t);
+  return [...mask.keys()].filter((p) => mask[p] === object);
+}
+
+/** Returns the number of pixels and the centre of each label in a frame. */
+export function regionsOf(store, t) {
+  const { width } = store.state.analysis.segmentation.result;
+  const labels = [...new Set(maskAt(store, t))].sort((a, b) => a - b);
+  const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
+  return Object.fromEntries(
+    labels.map((label) => {
+      const pixels = pixelsOf(store, t, label);
+      const [x, y] = [pixels.map((p) => p % width), pixels.map((p) => Math.floor(p / width))].map(mean);
+      return [label, { area: pixels.length, x, y }];
+    }),
+  );
+}
+
+/** Returns a short stroke on an object. */
+export function strokeOn(store, t, object) {
+  const { width } = store.state.analysis.segmentation.result;
+  const pixels = pixelsOf(store, t, object);
+  const p = pixels[pixels.length >> 1];
+  const [x, y] = [p % width, Math.floor(p / width)];
+  return { t, points: [x, y, x + 2, y], radius: 1 };
+}
+
+/** Shows a correction once it is applied. @param {Promise<number[] | null>} correction resolves to the changed frames */
+export async function show(store, correction) {
+  showCorrected(store, await correction);
+}
+
+/**
+ * Returns a brush, with its status texts and what it tells the panel.
+ *
+ * @param {number} object that is painted at first
+ * @param {{isCarrying?: boolean}} [options] whether edits are carried to other frames
+ */
+export function createBrush(store, object, { isCarrying = true } = {}) {
+  const panel = { object, texts: [], canShrink: false, canGrow: false };
+  const brush = new Brush({
+    store,
+    corrector: () => store.state.job.corrections,
+    object: () => panel.object,
+    choose: (label) => (panel.object = label),
+    appliesToOthers: () => isCarrying,
+    onCarrying() {},
+    onSizes: (canShrink, canGrow) => Object.assign(panel, { canShrink, canGrow }),
+    showFrames: (frames) => showCorrected(store, frames),
+    showStatus: (text) => panel.texts.push(text),
+  });
+  return { brush, panel };
 }
