@@ -51,8 +51,8 @@ const KINDS = {
  * not optimised: larger, with the same results. With `onlyPage` only what the demo page loads: no declarations and no builds in one file.
  */
 export async function build({ force = false, fast = false, onlyPage = false } = {}) {
-  ensureNodeModules();
   ensureRust();
+  const installation = ensureNodeModules();
   mkdirSync(dist, { recursive: true });
   const stamps = readStamps(force);
 
@@ -63,24 +63,23 @@ export async function build({ force = false, fast = false, onlyPage = false } = 
   const kind = fast ? 'fast' : 'release';
   const { profile } = KINDS[kind];
   const decoder = wasmFile('tracecut_decoder', profile);
-  const engine = wasmFile('tracecut', profile);
+  const engine = wasmFile('tracecut_engine', profile);
   fetchCrates();
-  const bindgen = during('making the tool for the glue', 40, () => ensureOwnTool('bindgen'));
-  // The library first: to optimise it takes longest, and the other is compiled meanwhile.
-  await compileEngine(kind);
-  const engineMade = bindgen.then(() =>
+  await Promise.all([
+    installation,
+    during('making the tool for the glue', 40, () => ensureOwnTool('bindgen')),
+    during('compiling the library and what it needs', 60, () => compileCrates(kind)),
+  ]);
+  await Promise.all([
     step(stamps, 'wasm', [engine, lock, ...making], async () => {
       await buildWasm(engine, 'tracecut', kind);
       await buildGlue();
     }),
-  );
-  await compileDecoder(kind);
-  await bindgen;
-  await step(stamps, 'decoder', [decoder, lock, ...making], async () => {
-    await buildWasm(decoder, 'decoder', kind);
-    editDecoder();
-  });
-  await engineMade;
+    step(stamps, 'decoder', [decoder, lock, ...making], async () => {
+      await buildWasm(decoder, 'decoder', kind);
+      editDecoder();
+    }),
+  ]);
   await step(stamps, 'parameters', [engine, ...parameterSources(), ...scripts], () => writeParameters(dist));
   await step(stamps, 'vendor', [...vendored, lock, ...scripts], () => Promise.all(vendored.map(buildVendored)));
   writeExpected();
@@ -132,30 +131,25 @@ function readStamps(force) {
   return stamps;
 }
 
-function compileEngine(kind) {
-  const which = ['--package', 'tracecut', '--lib', '--crate-type', 'cdylib', '--features', 'wasm'];
-  return during('compiling the library and what it needs', 60, () => cargo(kind, 'rustc', which));
-}
-
-/** The files of the library that it needs are compiled with it. */
-function compileDecoder(kind) {
-  return during('compiling what reads files', 25, () => cargo(kind, 'build', ['--package', 'tracecut-decoder']));
-}
-
-/** Compiles to wasm; messages name a crate's files from its name on, so that the bytes are the same anywhere. */
-function cargo(kind, command, which) {
+/**
+ * Compiles the engine and what reads files to wasm. In optimised builds, messages name a crate's files from its name on, so that the bytes are
+ * the same anywhere; others share what `wasm-pack test` compiles.
+ */
+function compileCrates(kind) {
+  const { profile, optimise } = KINDS[kind];
   const flags = crateFolders().flatMap((place) => ['--remap-path-prefix', `${place}=crates`]);
-  const remapped = ['--config', `target.${WASM}.rustflags=${JSON.stringify(flags)}`];
+  const remapped = optimise ? ['--config', `target.${WASM}.rustflags=${JSON.stringify(flags)}`] : [];
+  const crates = ['--package', 'tracecut-wasm', '--package', 'tracecut-decoder', '--lib'];
   return runBeside('cargo', [
-    command,
+    'build',
     '--quiet',
     '--locked',
     '--profile',
-    KINDS[kind].profile,
+    profile,
     '--target',
     WASM,
     ...remapped,
-    ...which,
+    ...crates,
   ]);
 }
 

@@ -6,7 +6,7 @@ import { ensureNodeModules, fail, run } from './tools.mjs';
 
 const hint = 'Run npm run format.';
 const check = options();
-ensureNodeModules();
+await ensureNodeModules();
 run('cargo', ['fmt', '--all', ...(check ? ['--check'] : [])], { hint });
 run(
   process.execPath,

@@ -40,7 +40,7 @@ const PYTHON = '3.9';
 export async function makeLocally(names, version) {
   const unknown = names.find((name) => !Object.hasOwn(PARTS, name));
   if (unknown) fail(`There is no part "${unknown}" (expected ${Object.keys(PARTS).join(', ')}).`);
-  ensureNodeModules();
+  await ensureNodeModules();
   ensureRust();
   mkdirSync(out, { recursive: true });
   const made = [];
@@ -219,7 +219,7 @@ async function checkNpm(version) {
 
 /** Builds both packages and checks them. */
 async function check() {
-  ensureNodeModules();
+  await ensureNodeModules();
   const version = checkVersion();
   checkTree();
   const tarball = await checkNpm(version);

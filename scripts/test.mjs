@@ -13,7 +13,7 @@ import { ensureNodeModules, ensureRust, environment, fail, output, root } from '
 
 const { wireit } = JSON.parse(readFileSync(join(root, 'package.json'), 'utf8'));
 const { mode, parts, force } = readArguments();
-ensureNodeModules();
+await ensureNodeModules();
 ensureRust();
 const start = Date.now();
 const scripts = parts.filter(isPossible).map((part) => `${mode}:${part}`);

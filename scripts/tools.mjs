@@ -137,10 +137,12 @@ function needsShell(command) {
 }
 
 /** Installs node_modules if it is missing or older than the lock file. */
-export function ensureNodeModules() {
+export async function ensureNodeModules() {
   const installed = join(root, 'node_modules', '.package-lock.json');
   if (existsSync(installed) && statSync(installed).mtimeMs >= statSync(join(root, 'package-lock.json')).mtimeMs) return;
-  run('npm', ['ci', '--no-audit', '--no-fund'], { hint: 'The packages of package-lock.json could not be installed.' });
+  await during('installing npm packages', 15, () =>
+    runBeside('npm', ['ci', '--no-audit', '--no-fund'], { hint: 'The packages of package-lock.json could not be installed.' }),
+  );
 }
 
 /** Ensures a Rust toolchain that can build for wasm32. */
@@ -171,11 +173,22 @@ export function ensureRustTool(name) {
 }
 
 /**
- * Programs around libraries, in `scripts/NAME/main.rs`: the libraries they need, whether their features are off, and the names under
- * which they are installed. wasm-bindgen must be the release that the wasm file is compiled with.
+ * Programs around libraries, in `scripts/NAME/main.rs`: the libraries they need, features of libraries below these, and the names under
+ * which the programs are installed. wasm-bindgen must be the release that the wasm file is compiled with.
  */
 const ownTools = {
-  bindgen: { crates: { 'wasm-bindgen-cli-support': bindgenVersion() } },
+  bindgen: {
+    crates: { 'wasm-bindgen-cli-support': bindgenVersion() },
+    // As the tests' program has them: the crates that depend on these are compiled once for both.
+    features: {
+      'bitflags@2': ['std'],
+      'log@0.4': ['std'],
+      'memchr@2': ['use_std'],
+      'semver@1': ['serde'],
+      'serde_core@1': ['default'],
+      'serde_json@1': ['unbounded_depth'],
+    },
+  },
   // Without the features that download: everything they need is installed.
   'wasm-tests': {
     crates: { 'wasm-bindgen-cli': bindgenVersion(), 'wasm-pack': '0.15.1', clap: '4' },
@@ -192,13 +205,17 @@ export const ownToolSource = (name) => join(root, 'scripts', name, 'main.rs');
 
 /** Installs such a tool if it is missing, or its source or its libraries have changed. */
 export async function ensureOwnTool(name) {
-  const { crates, names = [] } = ownTools[name];
+  const { crates, features = {}, names = [] } = ownTools[name];
   const folder = join(root, '.tools', name);
   const dependencies = Object.entries(crates).map(([crate, version]) =>
     crate === 'clap'
       ? `clap = "${version}"`
       : `${crate} = { version = "=${version}", default-features = ${names.length === 0} }`,
   );
+  for (const [crate, wanted] of Object.entries(features)) {
+    const [library, version] = crate.split('@');
+    dependencies.push(`${library} = { version = "${version}", features = ${JSON.stringify(wanted)} }`);
+  }
   const [, version] = Object.entries(crates)[0];
   const files = {
     'src/main.rs': readFileSync(ownToolSource(name), 'utf8'),
