@@ -10,7 +10,7 @@ const isLong = Boolean(process.env.TRACECUT_LONG);
 export default defineConfig({
   testDir: join(root, 'tests'),
   testMatch: '**/*.spec.mjs',
-  globalSetup: join(root, 'tests', 'browser', 'setup.mjs'),
+  globalSetup: join(root, 'tests', 'browser', 'fixtures.mjs'),
   outputDir: join(root, 'out', 'playwright'),
   // Slow tests have this tag; `npm run test:long` runs them.
   ...(isLong ? { grep: /@long/ } : { grepInvert: /@long/ }),
@@ -24,6 +24,5 @@ export default defineConfig({
   use: {
     launchOptions: { executablePath: ensureBrowser(), args: BROWSER_FLAGS },
     viewport: { width: 1280, height: 800 },
-    trace: { mode: 'retain-on-failure', screenshots: false, sources: false },
   },
 });

@@ -39,16 +39,17 @@ async function prepare() {
   };
   const stateOf = (context) =>
     JSON.stringify([context.globalAlpha, context.lineWidth, context.fillStyle, context.getTransform()]);
-  // Draws on a canvas of `zoom` times the frame's size and returns colours at places of the frame (pixel centres).
+  // Draws on a canvas of `zoom` times the frame's size and returns the colours at places of the frame (pixel centres) by their names.
   const paint = ({ zoom = 1, places, isElement }, draw) => {
     const context = createCanvas(zoom, isElement).getContext('2d', { willReadFrequently: true });
     tracecut.fitFrame(context, result);
     const state = stateOf(context);
     draw(context);
     if (stateOf(context) !== state) throw new Error(`the state was ${state} and is ${stateOf(context)}`);
-    return places.map(([x, y]) => [
-      ...context.getImageData(Math.floor(zoom * (x + 0.5)), Math.floor(zoom * (y + 0.5)), 1, 1).data,
-    ]);
+    const colorAt = (place) => [
+      ...context.getImageData(...place.map((value) => Math.floor(zoom * (value + 0.5))), 1, 1).data,
+    ];
+    return Object.fromEntries(Object.entries(places).map(([name, place]) => [name, colorAt(place)]));
   };
   Object.assign(globalThis, { tracecut, result, createCanvas, paint });
 }
@@ -68,26 +69,20 @@ function expectColor(color, expected, tolerance = 3) {
 }
 
 test('masks are filled and outlined, on both kinds of canvas, and leave other pixels as they are', async () => {
-  const places = [
-    [14, 14],
-    [9.5, 14],
-    [25, 5],
-    [38, 14],
-  ];
+  const places = { inside: [14, 14], edge: [9.5, 14], outside: [25, 5], second: [38, 14] };
   for (const isElement of [true, false]) {
-    const [inside, edge, outside, second] = await paintWith('drawLabels', 1, {}, { places, zoom: 8, isElement });
-    expectColor(inside, [...OBJECT_1, 128]);
-    expectColor(edge, OBJECT_1);
-    expect(edge[3]).toBeGreaterThan(200);
-    expect(outside).toEqual(CLEAR);
-    expectColor(second, [...OBJECT_2, 128]);
+    const colors = await paintWith('drawLabels', 1, {}, { places, zoom: 8, isElement });
+    expectColor(colors.inside, [...OBJECT_1, 128]);
+    expectColor(colors.edge, OBJECT_1);
+    expect(colors.edge[3]).toBeGreaterThan(200);
+    expect(colors.outside).toEqual(CLEAR);
+    expectColor(colors.second, [...OBJECT_2, 128]);
   }
   const opaque = await paintWith('drawLabels', 1, { opacity: 1, outline: false, objects: [1] }, { places });
-  expect([opaque[0], opaque[3]]).toEqual([[...OBJECT_1, 255], CLEAR]);
-  const white = { opacity: 0, colors: ['', '#ffffff'] };
-  const [hollow, outline] = await paintWith('drawLabels', 1, white, { places, zoom: 8 });
-  expect(hollow).toEqual(CLEAR);
-  expectColor(outline, [255, 255, 255]);
+  expect([opaque.inside, opaque.second]).toEqual([[...OBJECT_1, 255], CLEAR]);
+  const white = await paintWith('drawLabels', 1, { opacity: 0, colors: ['', '#ffffff'] }, { places, zoom: 8 });
+  expect(white.inside).toEqual(CLEAR);
+  expectColor(white.edge, [255, 255, 255]);
 });
 
 test('outlines are centred between pixels, as wide as requested at every zoom', async () => {
@@ -113,41 +108,26 @@ test('outlines are centred between pixels, as wide as requested at every zoom', 
 test('points are at their trajectories, followed by their tails', async () => {
   const draw = (frame, options, places) =>
     paintWith('drawTrajectories', frame, { radius: 1, ...options }, { places, zoom: 8 });
-  const [point, tail, ended, background, early] = await draw(2, {}, [
-    [15, 12],
-    [12.5, 12],
-    [12, 18],
-    [30, 4],
-    [20, 25],
-  ]);
+  const places = { point: [15, 12], tail: [12.5, 12], ended: [12, 18], background: [30, 4], early: [20, 25] };
+  const { point, tail, ended, background, early } = await draw(2, {}, places);
   expectColor(point, [...OBJECT_1, 255]);
   expectColor(tail, OBJECT_1, 4);
   expect(tail[3]).toBeGreaterThan(100);
   expect(tail[3]).toBeLessThan(255);
   expect([ended, early]).toEqual([CLEAR, CLEAR]);
   expectColor(background, [0xa3, 0xa7, 0xad, 255]);
-  const [single, withoutTail, second] = await draw(1, { tail: 0, objects: [1] }, [
-    [10, 12],
-    [7.5, 12],
-    [38, 20],
-  ]);
-  expectColor(single, [...OBJECT_1, 255]);
-  expect([withoutTail, second]).toEqual([CLEAR, CLEAR]);
-  const [custom] = await draw(1, { color: 'rgb(10 20 30)' }, [[10, 12]]);
-  expectColor(custom, [10, 20, 30, 255]);
-  const [cluster3] = await draw(1, { color: 'cluster' }, [[38, 20]]);
-  expectColor(cluster3, [0xcc, 0x79, 0xa7, 255]);
+  const withoutTails = { point: [10, 12], tail: [7.5, 12], second: [38, 20] };
+  const single = await draw(1, { tail: 0, objects: [1] }, withoutTails);
+  expectColor(single.point, [...OBJECT_1, 255]);
+  expect([single.tail, single.second]).toEqual([CLEAR, CLEAR]);
+  expectColor((await draw(1, { color: 'rgb(10 20 30)' }, withoutTails)).point, [10, 20, 30, 255]);
+  expectColor((await draw(1, { color: 'cluster' }, withoutTails)).second, [0xcc, 0x79, 0xa7, 255]);
 });
 
 test('discontinuities are red above the threshold', async () => {
   // Between the points at (10, 12), (30, 4) and (38, 20).
-  const places = [
-    [20, 8],
-    [24, 16],
-    [34, 12],
-    [5, 5],
-  ];
-  const [strong, calm, weak, outside] = await paintWith('drawDiscontinuities', 1, {}, { places, zoom: 8 });
+  const places = { strong: [20, 8], calm: [24, 16], weak: [34, 12], outside: [5, 5] };
+  const { strong, calm, weak, outside } = await paintWith('drawDiscontinuities', 1, {}, { places, zoom: 8 });
   expectColor(strong, RED, 4);
   expectColor(weak, RED, 4);
   expect(strong[3]).toBeGreaterThan(weak[3]);
@@ -155,10 +135,10 @@ test('discontinuities are red above the threshold', async () => {
   expect(calm[3]).toBeGreaterThan(0);
   expect(calm[3]).toBeLessThan(80);
   expect(outside).toEqual(CLEAR);
-  const custom = { threshold: 0.8, calm: null, color: '#00ff00' };
-  const [green, hidden, below] = await paintWith('drawDiscontinuities', 1, custom, { places, zoom: 8 });
-  expectColor(green, [0, 255, 0], 4);
-  expect([hidden, below]).toEqual([CLEAR, CLEAR]);
+  const options = { threshold: 0.8, calm: null, color: '#00ff00' };
+  const green = await paintWith('drawDiscontinuities', 1, options, { places, zoom: 8 });
+  expectColor(green.strong, [0, 255, 0], 4);
+  expect([green.calm, green.weak]).toEqual([CLEAR, CLEAR]);
 });
 
 test('superpixels have mean or random colours, lines between them, and their edges', async () => {
@@ -184,14 +164,8 @@ test('superpixels have mean or random colours, lines between them, and their edg
     const imageContext = image.getContext('2d');
     imageContext.fillStyle = 'rgb(200 100 50)';
     imageContext.fillRect(0, 0, 20, 30);
-    const places = [
-      [5, 12],
-      [30, 12],
-      [19.4, 12],
-      [19.5, 20],
-      [10, 6.5],
-      [10, 22.5],
-    ];
+    const halves = { left: [5, 12], right: [30, 12], border: [19.4, 12] };
+    const places = { ...halves, constraint: [19.5, 20], gabriel: [10, 6.5], deleted: [10, 22.5] };
     return [
       { image },
       {},
@@ -201,46 +175,32 @@ test('superpixels have mean or random colours, lines between them, and their edg
       paint({ places, zoom: 8 }, (context) => tracecut.drawSuperpixels(context, superpixels, options)),
     );
   });
-  expectColor(mean[0], [200, 100, 50, 255]);
-  expectColor(mean[1], [0, 0, 0, 255]);
-  expect(mean[2][0], 'border').toBeLessThan(120);
-  expect(mean[2][3], 'border').toBeGreaterThan(150);
-  expect(random[0].slice(0, 3)).not.toEqual(random[1].slice(0, 3));
-  expectColor(edges[3], [0xff, 0x3b, 0x30, 255]);
-  expectColor(edges[4], [0x30, 0xd1, 0x58, 255]);
-  expect([edges[0], edges[5], deleted[4]]).toEqual([CLEAR, CLEAR, CLEAR]);
-  expect(deleted[5][3]).toBeGreaterThan(60);
+  expectColor(mean.left, [200, 100, 50, 255]);
+  expectColor(mean.right, [0, 0, 0, 255]);
+  expect(mean.border[0]).toBeLessThan(120);
+  expect(mean.border[3]).toBeGreaterThan(150);
+  expect(random.left.slice(0, 3)).not.toEqual(random.right.slice(0, 3));
+  expectColor(edges.constraint, [0xff, 0x3b, 0x30, 255]);
+  expectColor(edges.gabriel, [0x30, 0xd1, 0x58, 255]);
+  expect([edges.left, edges.deleted, deleted.gabriel]).toEqual([CLEAR, CLEAR, CLEAR]);
+  expect(deleted.deleted[3]).toBeGreaterThan(60);
 });
 
 test('maps have the colours of their values, and cells that of the nearest point', async () => {
   const maps = await drawing.page.evaluate(() => {
     const grid = { width: 20, height: 15, scaleX: 2, scaleY: 2 };
     const halves = (first, second) => Float32Array.from({ length: 300 }, (_, p) => (p % 20 < 10 ? first : second));
-    const paintMap = (draw) =>
-      paint(
-        {
-          places: [
-            [5, 15],
-            [35, 15],
-          ],
-        },
-        draw,
-      );
+    const paintMap = (draw) => Object.values(paint({ places: { left: [5, 15], right: [35, 15] } }, draw));
     const { drawBoundaries, drawSaliency, drawFlow, drawCells } = tracecut;
     const thinOptions = { of: 'thin', white: 0.2, black: 1 };
-    const cellPlaces = [
-      [10, 13],
-      [12, 17],
-      [30, 4],
-      [25, 25],
-    ];
+    const cellPlaces = { first: [10, 13], second: [12, 17], third: [30, 4], far: [25, 25] };
     const cellOptions = { color: (i) => (i === 2 ? null : '#102030'), reach: 3 };
     return {
       boundary: paintMap((context) => drawBoundaries(context, { ...grid, pb: halves(0, 0.6) })),
       thin: paintMap((context) => drawBoundaries(context, { ...grid, thin: halves(1, 0.2) }, thinOptions)),
       saliency: paintMap((context) => drawSaliency(context, { ...grid, saliency: halves(0, 1) })),
       flow: paintMap((context) => drawFlow(context, { ...grid, u: halves(0, 3), v: halves(0, 0) }, { scale: 3 })),
-      cells: paint({ places: cellPlaces }, (context) => drawCells(context, result, 1, cellOptions)),
+      cells: Object.values(paint({ places: cellPlaces }, (context) => drawCells(context, result, 1, cellOptions))),
     };
   });
   const [black, white, cell] = [

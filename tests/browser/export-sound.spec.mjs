@@ -3,7 +3,7 @@
 
 import { expect, test, useEmptyPage } from './fixtures.mjs';
 
-const shared = useEmptyPage(async (page) => {
+const soundPage = useEmptyPage(async (page) => {
   await page.evaluate(defineVideo);
   await page.evaluate(defineClicks);
 });
@@ -79,32 +79,17 @@ async function defineClicks() {
     const late = packets.filter(({ timestamp }) => timestamp > clicks[0] - 0.05);
     return mux('pcm-s16', late, { codec: 'pcm-s16', sampleRate, numberOfChannels: channels });
   };
-  /** Silent AAC packets, and loud ones of one coefficient, whose tone swells for a packet and fades in the next. */
+  /** AAC packets of one channel: silent ones, and loud ones of one coefficient, whose tone swells for a packet and fades in the next. */
+  const [silentPacket, loudPacket] = [
+    [0x00, 0xc8, 0x00, 0x07],
+    [0x01, 0x7c, 0x05, 0x05, 0x40, 0x00, 0x00, 0xa3, 0x80],
+  ].map((bytes) => Uint8Array.from(bytes));
   const aac = (clicks, seconds) => {
     const sampleRate = 44100;
-    const packet = (isLoud) => {
-      const bits = [];
-      const put = (value, count) => bits.push(...value.toString(2).padStart(count, '0'));
-      put(0, 7); // A single channel.
-      put(isLoud ? 190 : 100, 8); // Its gain.
-      put(0, 4); // Long windows.
-      put(isLoud ? 10 : 0, 6); // Bands of four coefficients.
-      put(0, 1);
-      if (isLoud) {
-        put(1, 4); // The code book of all bands.
-        put(10, 5);
-        put(0, 10); // All bands have the same gain.
-      }
-      put(0, 3);
-      if (isLoud) for (let quad = 0; quad < 10; quad += 1) quad === 8 ? put(0b10100, 5) : put(0, 1);
-      put(7, 3); // The end.
-      while (bits.length % 8 > 0) bits.push('0');
-      return Uint8Array.from({ length: bits.length / 8 }, (_, k) => parseInt(bits.slice(8 * k, 8 * k + 8).join(''), 2));
-    };
     const duration = 1024 / sampleRate;
     const loud = clicks.map((click) => Math.round(click / duration) - 1);
     const packets = Array.from({ length: Math.floor(seconds / duration) }, (_, n) => ({
-      data: packet(loud.includes(n)),
+      data: loud.includes(n) ? loudPacket : silentPacket,
       timestamp: n * duration,
       duration,
     }));
@@ -138,10 +123,14 @@ async function defineClicks() {
     for (const [time, energy] of energies.filter(([, value]) => value > highest / 30)) {
       const last = clicks.at(-1);
       if (last && time - last.end < 0.06)
-        Object.assign(last, { end: time, moment: last.moment + energy * time, energy: last.energy + energy });
-      else clicks.push({ end: time, moment: energy * time, energy });
+        Object.assign(last, {
+          end: time,
+          weightedTime: last.weightedTime + energy * time,
+          energy: last.energy + energy,
+        });
+      else clicks.push({ end: time, weightedTime: energy * time, energy });
     }
-    return { loudness: Math.sqrt(highest), times: clicks.map(({ moment, energy }) => moment / energy) };
+    return { loudness: Math.sqrt(highest), times: clicks.map(({ weightedTime, energy }) => weightedTime / energy) };
   };
   Object.assign(globalThis, { encodeClicks, readClicks });
 }
@@ -159,22 +148,22 @@ for (const [format, style] of [
   ['mp4', 'overlay'],
 ]) {
   test(`copies sound into ${format} files (${style}), of the same seconds and as long as the video`, async () => {
-    const { source, saved, info } = await shared.page.evaluate(
+    const { source, encoded, info } = await soundPage.page.evaluate(
       async (options) => {
         const blob = await encodeVideo(masks, frames, { ...options, sound: { source: tone, start: 0.5, end: 1.3 } });
-        return { source: await read(tone), saved: await read(blob), info: await soundInfo(tone) };
+        return { source: await read(tone), encoded: await read(blob), info: await soundInfo(tone) };
       },
       { format, style },
     );
     const formats = ['webm', 'mp4', 'wav'];
     expect(info).toEqual({ codec: 'opus', channels: 1, sampleRate: 48000, formats, converted: [] });
-    expect([saved.codec, saved.video.length]).toEqual(['opus', 20]);
-    expect(saved.video.at(-1).timestamp).toBeCloseTo(0.76, 2);
-    expect(Math.abs(saved.sound.at(-1).end - 0.8)).toBeLessThan(0.025);
-    expect(saved.sound[0].timestamp).toBeLessThan(0.025);
-    const first = source.sound.findIndex(({ bytes }) => bytes === saved.sound[0].bytes);
+    expect([encoded.codec, encoded.video.length]).toEqual(['opus', 20]);
+    expect(encoded.video.at(-1).timestamp).toBeCloseTo(0.76, 2);
+    expect(Math.abs(encoded.sound.at(-1).end - 0.8)).toBeLessThan(0.025);
+    expect(encoded.sound[0].timestamp).toBeLessThan(0.025);
+    const first = source.sound.findIndex(({ bytes }) => bytes === encoded.sound[0].bytes);
     expect(Math.abs(source.sound[first].timestamp - 0.5)).toBeLessThan(0.025);
-    saved.sound.forEach(({ bytes, timestamp }, k) => {
+    encoded.sound.forEach(({ bytes, timestamp }, k) => {
       const original = source.sound[first + k];
       expect(bytes, `packet ${k}`).toBe(original.bytes);
       expect(Math.abs(timestamp - Math.max(0, original.timestamp - 0.5)), `packet ${k}`).toBeLessThan(0.002);
@@ -183,7 +172,7 @@ for (const [format, style] of [
 }
 
 test('a source without sound gives a silent video; sound that cannot be written, and invalid options, are refused', async () => {
-  const { silent, formats, messages } = await shared.page.evaluate(async () => {
+  const { silent, formats, messages } = await soundPage.page.evaluate(async () => {
     const mute = await encodeVideo(masks, frames);
     const silent = await read(await encodeVideo(masks, frames, { sound: { source: mute } }));
     const pcm = await encodeClicks({ kind: 'pcm', channels: 1, sampleRate: 8000, clicks: [0.5] });
@@ -224,7 +213,7 @@ for (const [kind, channels, sampleRate] of [
   test(`converts ${kind} sound (${channels} × ${sampleRate} Hz) to Opus in WebM, in time`, async () => {
     // Some clicks are before and after the video.
     const clicks = kind === 'aac' ? [0.2, 0.63, 0.9, 1.12, 1.6] : [0.63, 0.9, 1.12, 1.6];
-    const { info, codec, before, after, start, end } = await shared.page.evaluate(
+    const { info, codec, before, after, start, end } = await soundPage.page.evaluate(
       async (options) => {
         const source = await encodeClicks(options);
         const style = options.kind === 'aac' ? 'cutout' : 'overlay';
@@ -260,7 +249,7 @@ for (const [kind, fps, numFrames] of [
 ]) {
   test(`images for editors have ${kind} sound as WAV, as long as ${numFrames} frames at ${fps.toFixed(2)} per second`, async () => {
     const clicks = [0.2, 0.63, 0.9, 1.12, 1.6];
-    const wav = await shared.page.evaluate(
+    const wav = await soundPage.page.evaluate(
       async ({ numFrames, fps, ...sound }) => {
         const { unzipSync } = await import('/dist/vendor/zip.js');
         const source = await encodeClicks(sound);

@@ -16,7 +16,7 @@ const INSIDE = [32, 20];
 const OUTSIDE = [6, 40];
 const OBJECT_1 = [0xe6, 0x9f, 0x00];
 
-const shared = useEmptyPage(prepare);
+const exportPage = useEmptyPage(prepare);
 
 async function prepare(page) {
   await page.evaluate(`globalThis.playedFrame = ${playedFrame}`);
@@ -39,9 +39,9 @@ async function playedFrame(blob, time) {
   Object.assign(video.style, { position: 'fixed', top: 0, left: 0, zIndex: 1000 });
   document.body.append(video);
   await first;
-  const sought = presented();
+  const presentedAgain = presented();
   video.currentTime = time;
-  await sought;
+  await presentedAgain;
   const { videoWidth: width, videoHeight: height, duration } = video;
   const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
   context.drawImage(video, 0, 0);
@@ -87,14 +87,14 @@ async function defineClip([width, height, times]) {
 /** Encodes the clip and reads the file: packets, and the third frame as a player shows it. */
 function encode(page, options, places = [INSIDE, OUTSIDE]) {
   return page.evaluate(
-    async ([chosen, spots]) => {
+    async ([encodeOptions, spots]) => {
       const progress = [];
-      const onProgress = ({ done, total }) => progress.push(`${done}/${total}`);
-      const pictures = chosen.style === 'masks' ? null : frames;
-      const blob = await tracecut.encodeVideo(masks, pictures, { ...chosen, onProgress });
+      const onProgress = (step) => progress.push(`${step.done}/${step.total}`);
+      const pictures = encodeOptions.style === 'masks' ? null : frames;
+      const blob = await tracecut.encodeVideo(masks, pictures, { ...encodeOptions, onProgress });
       const { width, height, duration, colorAt } = await playedFrame(blob, 0.12);
-      const shown = { size: [width, height], duration, colors: spots.map(colorAt) };
-      return { type: blob.type, progress, ...(await readPackets(blob)), ...shown };
+      const shownFrame = { size: [width, height], duration, colors: spots.map(colorAt) };
+      return { type: blob.type, progress, ...(await readPackets(blob)), ...shownFrame };
     },
     [options, places],
   );
@@ -109,7 +109,7 @@ const frameColor = ([x]) => [4 * x, 80, 128];
 const mix = (a, b) => a.map((value, k) => (value + b[k]) / 2);
 
 test('an overlay has every frame at its time, under its mask', async () => {
-  const { colors, duration, ...file } = await encode(shared.page, {});
+  const { colors, duration, ...file } = await encode(exportPage.page, {});
   expect(file).toEqual({
     ...{ type: 'video/webm', codec: 'vp9', starts: STARTS_MS, alphas: [false], size: [WIDTH, HEIGHT] },
     progress: ['1/6', '2/6', '3/6', '4/6', '5/6', '6/6'],
@@ -126,7 +126,7 @@ test('cut-out objects are transparent around, with clean edges', async () => {
     [43, 33],
     [46, 36],
   ];
-  const { colors, ...file } = await encode(shared.page, { style: 'cutout' }, [INSIDE, OUTSIDE, ...edge]);
+  const { colors, ...file } = await encode(exportPage.page, { style: 'cutout' }, [INSIDE, OUTSIDE, ...edge]);
   expect(file).toMatchObject({ codec: 'vp9', starts: STARTS_MS, alphas: [true], size: [WIDTH, HEIGHT] });
   expectColor(colors[0], [...frameColor(INSIDE), 255], 'inside');
   expectColor(colors[2], [...frameColor(edge[0]), 255], 'within the edge');
@@ -135,7 +135,7 @@ test('cut-out objects are transparent around, with clean edges', async () => {
 });
 
 test('cut-out objects lie on colours, their frame or a picture; in MP4 on green', async () => {
-  const { page } = shared;
+  const { page } = exportPage;
   const green = await encode(page, { style: 'cutout', format: 'mp4' });
   expect(green).toMatchObject({ type: 'video/mp4', codec: 'avc' });
   const brightness = (factor) => frameColor(OUTSIDE).map((value) => factor * value);
@@ -152,8 +152,8 @@ test('cut-out objects lie on colours, their frame or a picture; in MP4 on green'
   }
   const [, grey] = (await encode(page, { style: 'cutout', background: 'desaturated' })).colors;
   expect(Math.max(...grey.slice(0, 3)) - Math.min(...grey.slice(0, 3))).toBeLessThanOrEqual(8);
-  const other = await encode(page, { style: 'cutout', background: 'white', objects: [2] });
-  expectColor(other.colors[0], [255, 255, 255], 'an object that is not chosen');
+  const unchosen = await encode(page, { style: 'cutout', background: 'white', objects: [2] });
+  expectColor(unchosen.colors[0], [255, 255, 255], 'an object that is not chosen');
   const colors = await page.evaluate(
     async (places) => {
       const picture = new OffscreenCanvas(400, 100);
@@ -172,7 +172,7 @@ test('cut-out objects lie on colours, their frame or a picture; in MP4 on green'
 });
 
 test('MP4 adds a row and a column to odd sides, and keeps the times', async () => {
-  const { colors, duration, ...file } = await encode(shared.page, { format: 'mp4' }, [
+  const { colors, duration, ...file } = await encode(exportPage.page, { format: 'mp4' }, [
     [WIDTH, 40],
     [6, HEIGHT],
   ]);
@@ -183,7 +183,7 @@ test('MP4 adds a row and a column to odd sides, and keeps the times', async () =
 });
 
 test('masks alone need no frames, and a frame rate if they have no times; alpha is white on black', async () => {
-  const { page } = shared;
+  const { page } = exportPage;
   const { colors } = await encode(page, { style: 'masks', colors: ['#000000', '#2060c0'] });
   expectColor(colors[0], [0x20, 0x60, 0xc0], 'the object');
   expectColor(colors[1], [0, 0, 0], 'the background');
@@ -203,7 +203,7 @@ test('masks alone need no frames, and a frame rate if they have no times; alpha 
 });
 
 test('frames may be larger than their masks and of any kind, and are read one by one', async () => {
-  const results = await shared.page.evaluate(
+  const results = await exportPage.page.evaluate(
     async (places) => {
       const size = { resizeWidth: 2 * masks.width, resizeHeight: 2 * masks.height, resizeQuality: 'pixelated' };
       const large = await Promise.all(frames.map((frame) => createImageBitmap(frame, size)));
@@ -253,7 +253,7 @@ test('frames may be larger than their masks and of any kind, and are read one by
 });
 
 test('an abort ends encoding and the frame source', async () => {
-  const { name, ended, read, limit } = await shared.page.evaluate(async () => {
+  const { name, ended, read, limit } = await exportPage.page.evaluate(async () => {
     const controller = new AbortController();
     let [read, ended] = [0, false];
     const source = function* () {
@@ -266,13 +266,13 @@ test('an abort ends encoding and the frame source', async () => {
         ended = true;
       }
     };
-    const onProgress = ({ done }) => done === 2 && controller.abort();
+    const onProgress = (progress) => progress.done === 2 && controller.abort();
     const options = { style: 'cutout', signal: controller.signal, onProgress };
     const name = await tracecut.encodeVideo(masks, source(), options).then(
       () => 'done',
       (error) => error.name,
     );
-    // Frames are read ahead, as many as workers enlarge at once.
+    // Frames are read ahead, one for each worker that enlarges.
     return { name, ended, read, limit: 3 + Math.min(4, navigator.hardwareConcurrency) };
   });
   expect([name, ended]).toEqual(['AbortError', true]);
@@ -280,7 +280,7 @@ test('an abort ends encoding and the frame source', async () => {
 });
 
 test('invalid input and missing encoders are refused with a message', async () => {
-  const messages = await shared.page.evaluate(async () => {
+  const messages = await exportPage.page.evaluate(async () => {
     const refuse = (...args) => failure(tracecut.encodeVideo(...args));
     const list = [
       await refuse(masks, frames.slice(0, 4)),
@@ -323,8 +323,8 @@ test('takes the next codec if the browser lacks one, and says so if it lacks all
         new RegExp(pattern).test(config.codec) ? Promise.resolve({ supported: false, config }) : query(config);
     }, codecs);
     return page.evaluate(
-      (chosen) =>
-        tracecut.encodeVideo(masks, frames, chosen).then(
+      (encodeOptions) =>
+        tracecut.encodeVideo(masks, frames, encodeOptions).then(
           async (blob) => (await readPackets(blob)).codec,
           ({ message }) => message,
         ),
@@ -349,8 +349,8 @@ test.describe('colours', () => {
   test('videos have the colours of BT.709 in limited range', async () => {
     const entries = 'stream=width,pix_fmt,color_range,color_space,color_transfer,color_primaries';
     for (const options of [{ format: 'mp4' }, { format: 'webm' }, { style: 'cutout' }]) {
-      const bytes = await shared.page.evaluate(async (chosen) => {
-        const blob = await tracecut.encodeVideo(masks, frames, { ...chosen, quality: 'very-high' });
+      const bytes = await exportPage.page.evaluate(async (encodeOptions) => {
+        const blob = await tracecut.encodeVideo(masks, frames, { ...encodeOptions, quality: 'very-high' });
         return [...new Uint8Array(await blob.arrayBuffer())];
       }, options);
       const path = films.path(`colours.${options.format ?? 'webm'}`);
@@ -373,7 +373,7 @@ test.describe('colours', () => {
 });
 
 test('an animated PNG plays with its colours, its opacity and its times', async () => {
-  const { count, durations, wrong } = await shared.page.evaluate(async () => {
+  const { count, durations, wrong } = await exportPage.page.evaluate(async () => {
     const { encodeImages } = await import('/dist/export.js');
     const data = await new Response(await encodeImages(masks, frames, { format: 'apng' })).arrayBuffer();
     const decoder = new ImageDecoder({ data, type: 'image/png', colorSpaceConversion: 'none' });
@@ -417,7 +417,7 @@ async function maskFiles(tracecut) {
 }
 
 test('files of masks have the same bytes in a page, in a worker and in Node', async () => {
-  const { page } = shared;
+  const { page } = exportPage;
   const serve = (name, body) =>
     page.route(`**/${name}`, (route) => route.fulfill({ contentType: 'text/javascript', body }));
   await serve('files.js', `export ${maskFiles}`);

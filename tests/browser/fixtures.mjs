@@ -1,19 +1,20 @@
 // Fixtures of the tests in Chromium: servers of the site, pages at it that are watched for errors, and pages with the package alone.
+// Its default export runs once before all tests: it writes the site of what is built, which each worker serves.
 
 import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { fileURLToPath } from 'node:url';
 import { expect, test as base } from '@playwright/test';
 import { mounts, serve, serviceWorker } from '../../scripts/serve.mjs';
 import { siteList, writeSite } from '../../scripts/site.mjs';
+import { root } from '../../scripts/tools.mjs';
 
 export { expect };
 
 /** Sample clips that the served page opens with: the page's own takes five times as long as the small one. */
 export const SMALL = { width: 192, height: 108, frames: 16, seed: 4 };
-const TINY = { width: 96, height: 54, frames: 4, seed: 1 };
-const SAMPLES = { small: SMALL, tiny: TINY };
+const TINY = { width: 64, height: 36, frames: 4, seed: 1 };
+const SAMPLES = { small: SMALL, brief: { width: 128, height: 72, frames: 8, seed: 1 }, tiny: TINY };
 
 /** The sample in the scripts of the site as they are built. */
 const BUILT_SAMPLE = '{width:480,height:270,frames:24,seed:0}';
@@ -22,15 +23,28 @@ const STRICT_POLICY = "script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'";
 /**
  * @typedef {'package' | 'whole' | SampleName} SiteKind the package and the page as they are written; the built site; the built
  *   site with another sample
- * @typedef {'small' | 'tiny'} SampleName
+ * @typedef {'small' | 'brief' | 'tiny'} SampleName
  */
 
 export const test = base.extend({
   /** Errors and warnings of all pages of this worker, failed requests, and requests to other hosts. A test that expects some empties it. */
   faults: [async ({}, use) => use([]), { scope: 'worker' }],
 
-  /** Pages opened during the current test. */
-  ownPages: [async ({}, use) => use(new Set()), { scope: 'worker' }],
+  /**
+   * Opens an empty page in a context of its own: `newPage(options)`, with options of a browser context. It is closed after the
+   * test that opened it; one opened in `beforeAll` stays.
+   */
+  newPage: [
+    async ({ browser, faults }, use) => {
+      await use(async (options) => {
+        const page = await (await browser.newContext(options)).newPage();
+        openPages.add(page);
+        page.on('pageerror', (error) => faults.push(`page error: ${error.message}`));
+        return page;
+      });
+    },
+    { scope: 'worker' },
+  ],
 
   /** Addresses of the site, by `SiteKind`; each server starts when it is first asked for. */
   sites: [
@@ -45,23 +59,14 @@ export const test = base.extend({
     { scope: 'worker' },
   ],
 
-  /**
-   * Opens a page of the studio: `openStudio({ sample, query, url, ...options of a browser context })`. A page opened in a
-   * test is closed after it; one opened in `beforeAll` stays.
-   */
+  /** Opens a page of the studio: `openStudio({ sample, query, url, ...options of a browser context })`. */
   openStudio: [
-    async ({ browser, sites, faults, ownPages }, use) => {
+    async ({ newPage, sites, faults }, use) => {
       await use(async ({ sample = 'small', query = '', url, ...options } = {}) => {
-        const context = await browser.newContext({
-          viewport: { width: 1280, height: 800 },
-          reducedMotion: 'reduce',
-          serviceWorkers: 'block',
-          ...options,
-        });
+        const viewport = { width: 1280, height: 800 };
+        const page = await newPage({ viewport, reducedMotion: 'reduce', serviceWorkers: 'block', ...options });
         // Nobody answers a dialog of the browser here: files come as downloads.
-        await context.addInitScript(() => (globalThis.showSaveFilePicker = undefined));
-        const page = await context.newPage();
-        ownPages.add(page);
+        await page.addInitScript(() => (globalThis.showSaveFilePicker = undefined));
         const address = url ?? (await sites(sample));
         watchStudio(page, address, faults);
         await page.goto(address + query);
@@ -71,29 +76,22 @@ export const test = base.extend({
     { scope: 'worker' },
   ],
 
-  /**
-   * Opens a page that has the package under `tracecut`, and the functions of `page-helpers.mjs`: `openLibrary({ modules })`,
-   * where `modules` are more files of `tests/` that the page may import.
-   */
+  /** Opens a page that has the package under `tracecut`, and the functions of `page-helpers.mjs`. */
   openLibrary: [
-    async ({ browser, sites, faults, ownPages }, use) => {
-      await use(async ({ modules = [] } = {}) => {
-        const page = await (await browser.newContext()).newPage();
-        ownPages.add(page);
-        page.on('pageerror', (error) => faults.push(`page error: ${error.message}`));
+    async ({ newPage, sites, faults }, use) => {
+      await use(async () => {
+        const page = await newPage();
         // The console also has the demuxer's complaints about frames that nobody closed.
         page.on('console', (message) => {
           if (['error', 'warning'].includes(message.type()) && !/404|net::ERR/.test(message.text()))
             faults.push(message.text());
         });
-        // A script of the site, shown as a page: a page that a test makes up may not request from other servers of this machine.
-        const url = await sites('package');
-        await serveModules(page, url, ['browser/page-helpers.mjs', ...modules]);
-        await page.goto(`${url}dist/index.js`);
+        // A file of the site: a page that a test makes up may not request from other servers of this machine.
+        await page.goto(`${await sites('package')}empty.js`);
         await page.evaluate(async () => {
           document.body.innerHTML = '<input type="file" id="file" multiple>';
           globalThis.tracecut = await import('/model/library.js');
-          Object.assign(globalThis, await import('/browser/page-helpers.mjs'));
+          Object.assign(globalThis, await import('/tests/browser/page-helpers.mjs'));
         });
         return page;
       });
@@ -113,11 +111,9 @@ export const test = base.extend({
    * are faults.
    */
   openPage: [
-    async ({ browser, faults, ownPages }, use) => {
+    async ({ newPage, faults }, use) => {
       await use(async (url, prepare = async () => {}) => {
-        const page = await (await browser.newContext()).newPage();
-        ownPages.add(page);
-        page.on('pageerror', (error) => faults.push(`page error: ${error.message}`));
+        const page = await newPage();
         page.on('console', (message) => message.type() === 'error' && faults.push(message.text()));
         page.on('response', (response) => response.ok() || faults.push(`${response.status()} ${response.url()}`));
         await prepare(page);
@@ -130,20 +126,17 @@ export const test = base.extend({
 
   /**
    * Opens an empty page of the site with a content security policy, the strictest that the package works with if none is
-   * given: `openEmptyPage({ policy, modules })`, where `modules` are files of `tests/` that the page may import.
+   * given: `openEmptyPage({ policy })`.
    */
   openEmptyPage: [
-    async ({ browser, sites, ownPages }, use) => {
-      await use(async ({ policy = STRICT_POLICY, modules = [] } = {}) => {
-        const url = await sites('package');
-        const page = await (await browser.newContext()).newPage();
-        ownPages.add(page);
+    async ({ newPage, sites }, use) => {
+      await use(async ({ policy = STRICT_POLICY } = {}) => {
+        const [url, page] = [`${await sites('package')}empty`, await newPage()];
         const body = '<!doctype html><title>empty</title>';
-        await page.route(`${url}empty`, (route) =>
+        await page.route(url, (route) =>
           route.fulfill({ contentType: 'text/html', headers: { 'Content-Security-Policy': policy }, body }),
         );
-        await serveModules(page, url, modules);
-        await page.goto(`${url}empty`);
+        await page.goto(url);
         return page;
       });
     },
@@ -171,60 +164,71 @@ export const test = base.extend({
   ],
 
   checkPages: [
-    async ({ faults, ownPages }, use) => {
+    async ({ faults }, use) => {
       // Pages of `beforeAll` stay.
-      ownPages.clear();
+      openPages.clear();
       await use();
-      for (const page of ownPages) await page.context().close();
-      const found = faults.splice(0);
-      expect(found).toEqual([]);
+      for (const page of openPages) await page.context().close();
+      expect(faults.splice(0)).toEqual([]);
     },
     { auto: true },
   ],
 });
 
+/** Pages that this worker opened and that no file keeps. */
+const openPages = new Set();
+
 /** Waits until a run of the studio has ended and returns `done` or `error`. */
-export async function runEnd(page) {
-  await page.waitForFunction(() => ['done', 'error'].includes(document.body.dataset.state));
-  return page.evaluate(() => document.body.dataset.state);
+export function runEnd(page) {
+  return page.evaluate(() => {
+    const { body } = document;
+    return new Promise((resolve) => {
+      const resolveAtEnd = () => ['done', 'error'].includes(body.dataset.state) && resolve(body.dataset.state);
+      new MutationObserver(resolveAtEnd).observe(body, { attributeFilter: ['data-state'] });
+      resolveAtEnd();
+    });
+  });
 }
 
 /**
- * A studio page with a segmented sample, shared by all tests of the enclosing file or `test.describe`. Read `page` inside tests.
+ * Returns a page that all tests of the enclosing file or `test.describe` share: read `page` inside tests.
  *
- * @param {Parameters<typeof openStudio>[0]} [options]
+ * @param {(fixtures: object) => Promise<import('@playwright/test').Page>} open opens the page
  */
-export function useSample(options) {
+function usePage(open) {
   const shared = { /** @type {import('@playwright/test').Page} */ page: null };
-  test.beforeAll(async ({ openStudio }) => {
-    shared.page = await openStudio(options);
-    expect(await runEnd(shared.page), await shared.page.locator('#error').innerText()).toBe('done');
+  test.beforeAll(async ({ openStudio, openLibrary, openEmptyPage }) => {
+    shared.page = await open({ openStudio, openLibrary, openEmptyPage });
   });
   test.afterAll(() => shared.page?.context().close());
   return shared;
 }
 
-/** A page with the package, shared by all tests of a file; `prepare(page)` runs first. Read `page` inside tests. */
-export function useLibrary(prepare = async () => {}, options) {
-  const shared = { /** @type {import('@playwright/test').Page} */ page: null };
-  test.beforeAll(async ({ openLibrary }) => {
-    shared.page = await openLibrary(options);
-    await prepare(shared.page);
-  });
-  test.afterAll(() => shared.page?.context().close());
-  return shared;
+/** Shares a studio page with a segmented sample. @param {Parameters<typeof openStudio>[0]} [options] */
+export const useSample = (options) => usePage(({ openStudio }) => openSample(openStudio, options));
+
+/** Opens a studio page, and waits until its sample is segmented. */
+export async function openSample(openStudio, options) {
+  const page = await openStudio(options);
+  expect(await runEnd(page), await page.locator('#error').innerText()).toBe('done');
+  return page;
 }
 
-/** An empty page, shared by all tests of a file; `prepare(page)` runs first. Read `page` inside tests. */
-export function useEmptyPage(prepare, options) {
-  const shared = { /** @type {import('@playwright/test').Page} */ page: null };
-  test.beforeAll(async ({ openEmptyPage }) => {
-    shared.page = await openEmptyPage(options);
-    await prepare(shared.page);
+/** Shares a page with the package; `prepare(page)` runs first. */
+export const useLibrary = (prepare = async () => {}) =>
+  usePage(async ({ openLibrary }) => {
+    const page = await openLibrary();
+    await prepare(page);
+    return page;
   });
-  test.afterAll(() => shared.page?.context().close());
-  return shared;
-}
+
+/** Shares an empty page; `prepare(page)` runs first. */
+export const useEmptyPage = (prepare) =>
+  usePage(async ({ openEmptyPage }) => {
+    const page = await openEmptyPage();
+    await prepare(page);
+    return page;
+  });
 
 /** Gives a file to a page of `openLibrary`, where it is `globalThis.file` from then on. */
 export async function giveFile(page, path) {
@@ -237,28 +241,20 @@ export async function downloadBytes(download) {
   return readFileSync(await download.path());
 }
 
-/** Serves files of `tests/` to a page. */
-async function serveModules(page, url, names) {
-  for (const name of names) {
-    const path = fileURLToPath(new URL(`../${name}`, import.meta.url));
-    await page.route(url + name, (route) => route.fulfill({ path, contentType: 'text/javascript' }));
-  }
-}
-
 function watchStudio(page, url, faults) {
   page.on('console', (message) => {
     const isExpected = message.text().includes('Service Worker registration blocked by Playwright');
     if (['error', 'warning'].includes(message.type()) && !isExpected)
       faults.push(`${message.type()}: ${message.text()}`);
   });
-  page.on('pageerror', (error) => faults.push(`page error: ${error.message}`));
   page.on('request', (request) => {
     if (!request.url().startsWith(url) && !/^(blob|data):/.test(request.url()))
       faults.push(`request to ${request.url()}`);
   });
   page.on('requestfailed', (request) => {
-    // A player that releases its file stops reading it.
-    if (!request.url().startsWith('blob:')) faults.push(`failed: ${request.url()}`);
+    // A page that is left, reloaded or closed stops loading, and a player that releases its file stops reading it.
+    const isStopped = request.failure()?.errorText === 'net::ERR_ABORTED' || request.url().startsWith('blob:');
+    if (!isStopped) faults.push(`failed: ${request.url()}`);
   });
 }
 
@@ -267,14 +263,17 @@ const ENTRIES = Object.fromEntries(
   ['draw', 'edit', 'export', 'stages'].map((name) => [`/dist/${name}.js`, "export * from './index.js';"]),
 );
 
+/** Files of `tests/`, which pages may import. */
+const TEST_FILES = { prefix: '/tests/', folder: join(root, 'tests') };
+
 /** Serves a kind of site. @param {SiteKind} kind */
 async function serveSite(kind) {
   const folder = process.env.TRACECUT_TEST_SITE;
-  if (kind === 'package') return serve();
+  if (kind === 'package') return serve({ places: [TEST_FILES, ...mounts], instead: { '/empty.js': '' } });
   const scripts = kind === 'whole' ? [] : scriptsWithSample(folder, JSON.stringify(SAMPLES[kind]));
   // The page is one file with its start script, and has nothing to fetch ahead.
   const instead = { ...Object.fromEntries(scripts), ...ENTRIES, '/view/page.js': '' };
-  const places = [{ prefix: '/', folder }, ...mounts];
+  const places = [TEST_FILES, { prefix: '/', folder }, ...mounts];
   return serve({ places, instead, list: () => siteList(folder, instead) });
 }
 
@@ -286,4 +285,11 @@ function scriptsWithSample(folder, sample) {
     .filter(([, script]) => script.includes(BUILT_SAMPLE));
   if (scripts.length < 2) throw new Error('The scripts of page and lab do not name the sample.');
   return scripts.map(([path, script]) => [path, script.replace(BUILT_SAMPLE, sample)]);
+}
+
+export default async function setUp() {
+  const folder = mkdtempSync(join(tmpdir(), 'tracecut-site-'));
+  await writeSite(folder, { splits: false });
+  process.env.TRACECUT_TEST_SITE = folder;
+  return () => rmSync(folder, { recursive: true, force: true });
 }

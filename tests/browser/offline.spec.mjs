@@ -7,9 +7,9 @@ import { dirname, join } from 'node:path';
 import { gzipSync } from 'node:zlib';
 import { listed, serviceWorker } from '../../scripts/serve.mjs';
 import { siteList } from '../../scripts/site.mjs';
-import { movingFrames, plainFrame } from '../moving.mjs';
-import { downloadBytes, expect, runEnd, test } from './fixtures.mjs';
-import { openSave, pngFile, pngFiles } from './studio-page.mjs';
+import { movingFrames } from '../moving.mjs';
+import { expect, openSample, runEnd, test } from './fixtures.mjs';
+import { openSave, pngFiles, saveExport, stillFiles } from './studio-page.mjs';
 
 /** Largest transfer size of a visit until the sample is segmented, in bytes. */
 const MAX_VISIT_BYTES = { '': 556e3, 'lab/': 457e3 };
@@ -18,16 +18,8 @@ const labels = (page) => page.evaluate(() => [...globalThis.tracecutStudio.resul
 
 /** Opens the studio at the site and waits for the sample. */
 async function openSite(openStudio, ownSite, options) {
-  const page = await openStudio({ url: ownSite.url, ...options });
-  expect(await runEnd(page)).toBe('done');
+  const page = await openSample(openStudio, { url: ownSite.url, ...options });
   return page;
-}
-
-/** Saves what a button of the dialog saves, and returns its bytes. */
-async function save(page, id) {
-  await openSave(page);
-  const [download] = await Promise.all([page.waitForEvent('download'), page.click(`[data-export="${id}"]`)]);
-  return downloadBytes(download);
 }
 
 for (const [place, maxBytes] of Object.entries(MAX_VISIT_BYTES))
@@ -76,7 +68,8 @@ test('works offline after the first visit, with all its parts', async ({ openStu
   await page.setInputFiles('#file', pngFiles(movingFrames(3, [48, 32])));
   await expect(page.locator('#clip-name')).toHaveText('frame0.png … frame2.png');
   expect(await runEnd(page)).toBe('done');
-  expect(JSON.parse(await save(page, 'coco')).images).toHaveLength(3);
+  await openSave(page);
+  expect(JSON.parse((await saveExport(page, 'coco')).bytes).images).toHaveLength(3);
   const files = siteList(ownSite.folder).files.map(([name]) => name);
   expect(names.length).toBeGreaterThan(40);
   expect(names.filter((name) => !files.includes(name))).toEqual([]);
@@ -236,10 +229,20 @@ test.describe('the service worker', () => {
     const [one, within] = [await openTab(context, 'one'), await openTab(context, 'one/within')];
     expect([await install(one), await install(within)]).toEqual(['activated', 'activated']);
     publish('one', 'second');
-    await one.evaluate(async () => (await navigator.serviceWorker.getRegistration()).update());
+    await one.evaluate(async () => {
+      const registration = await navigator.serviceWorker.getRegistration();
+      await registration.update();
+      const worker = registration.installing ?? registration.waiting;
+      await new Promise((resolve) => {
+        const resolveAtEnd = () => worker.state === 'installed' && resolve();
+        worker.addEventListener('statechange', resolveAtEnd);
+        resolveAtEnd();
+      });
+    });
     await one.close();
+    // The version takes over once the tab is gone, and removes the files of the first one.
+    await within.waitForFunction(async () => (await caches.keys()).length === 2);
     const again = await openTab(context, 'one');
-    await again.waitForFunction(async () => (await caches.keys()).length === 2);
     contents.delete('/one/within/a.js');
     await within.reload();
     expect(await read(within, 'a.js')).toBe('within');
@@ -267,17 +270,9 @@ test.describe('the service worker', () => {
 });
 
 test.describe('faults', () => {
-  const clip = (name) =>
-    [0, 1, 2].map((t) =>
-      pngFile(
-        `${name}${t}.png`,
-        plainFrame(48, 32, (x, y) => [(x * 5 + t * 9) % 256, y * 7, 0]),
-      ),
-    );
-
   /** Opens a clip and waits for its result. */
   async function open(page, name) {
-    await page.setInputFiles('#file', clip(name));
+    await page.setInputFiles('#file', stillFiles(name));
     await expect(page.locator('#clip-name')).toContainText(name);
     expect(await runEnd(page)).toBe('done');
   }
@@ -296,8 +291,7 @@ test.describe('faults', () => {
     );
 
   test('a full storage leaves saved projects, and the page asks before a result is lost', async ({ openStudio }) => {
-    const page = await openStudio({ sample: 'tiny' });
-    await runEnd(page);
+    const page = await openSample(openStudio, { sample: 'tiny' });
     await open(page, 'first');
     await expect(page.locator('body')).toHaveAttribute('data-saved', /./);
     const before = await savedProjects(page);
@@ -312,7 +306,8 @@ test.describe('faults', () => {
       };
     });
     await open(page, 'second');
-    expect((await save(page, 'coco')).length).toBeGreaterThan(0);
+    await openSave(page);
+    expect((await saveExport(page, 'coco')).bytes.length).toBeGreaterThan(0);
     const other = await page.context().newPage();
     await other.goto(page.url());
     const asked = page.waitForEvent('dialog');
@@ -324,8 +319,7 @@ test.describe('faults', () => {
   });
 
   test('reports a wasm file that does not load, and loads it for the next clip', async ({ openStudio, faults }) => {
-    const page = await openStudio({ sample: 'tiny' });
-    await runEnd(page);
+    const page = await openSample(openStudio, { sample: 'tiny' });
     await page.context().route('**/tracecut_bg.wasm', (route) => route.abort('connectionreset'));
     await page.reload();
     expect(await runEnd(page)).toBe('error');

@@ -7,16 +7,15 @@ import { expect, test, useEmptyPage } from './fixtures.mjs';
 
 /** The smallest scene of its kind in which an object is found. */
 const SCENE = { width: 96, height: 54, frames: 6, seed: 4 };
-const MODULES = ['fingerprint.mjs', 'faulty-wasm.mjs', 'call-sequences.mjs'];
 
 // A page with the strictest content security policy that the package works with.
-const emptyPage = useEmptyPage(prepare, { modules: MODULES });
+const emptyPage = useEmptyPage(prepare);
 
 /** Imports the package into a page. */
 function prepare(page) {
   return page.evaluate(async (scene) => {
     const tracecut = await import('/model/library.js');
-    const prints = await import('/fingerprint.mjs');
+    const prints = await import('/tests/fingerprint.mjs');
     const clip = await tracecut.synthClip(scene);
     const frames = Array.from({ length: scene.frames }, (_, t) => clip.frame(t));
     const createFilled = async (options, list = frames) => {
@@ -130,7 +129,7 @@ test('any number of threads gives the same result; threads are workers that end 
 test('an internal error ends its worker, and other sessions continue', async () => {
   const outcome = await emptyPage.page.evaluate(async () => {
     const { createFilled, failure, fingerprint, frames, segment } = globalThis.kit;
-    const { withTrap } = await import('/faulty-wasm.mjs');
+    const { withTrap } = await import('/tests/faulty-wasm.mjs');
     const bytes = new Uint8Array(await (await fetch('/dist/tracecut_bg.wasm')).arrayBuffer());
     const options = { threads: 1 };
     const session = await createFilled(options);
@@ -183,7 +182,7 @@ test('a wasm file that is missing, is something else, or is forbidden by the pol
   expect(await load(emptyPage.page, { wasm: '/empty' })).toMatch(
     /^TraceCutError wasm-load: .*HTML.*optimizeDeps.exclude/,
   );
-  const page = await openEmptyPage({ policy: "script-src 'self'", modules: MODULES });
+  const page = await openEmptyPage({ policy: "script-src 'self'" });
   await page.evaluate(async () => {
     const { createSession } = await import('/model/library.js');
     const failure = (promise) => promise.catch(({ name, code, message }) => `${name} ${code}: ${message}`);
@@ -194,13 +193,13 @@ test('a wasm file that is missing, is something else, or is forbidden by the pol
 
 for (const options of [{ threads: 1 }, { threads: 2 }, { worker: false }])
   test(`random call sequences with ${JSON.stringify(options)} have valid outcomes`, async ({ openEmptyPage }) => {
-    const page = await openEmptyPage({ modules: MODULES });
+    const page = await openEmptyPage();
     const { counts, unhandled } = await page.evaluate(async (sessionOptions) => {
       const unhandled = [];
       addEventListener('unhandledrejection', ({ reason }) => unhandled.push(String(reason)));
       const [api, { prepareSequences, runSequence }] = await Promise.all([
         import('/model/library.js'),
-        import('/call-sequences.mjs'),
+        import('/tests/call-sequences.mjs'),
       ]);
       const setup = await prepareSequences(api, sessionOptions);
       const counts = {};

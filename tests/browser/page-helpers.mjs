@@ -1,5 +1,5 @@
-// Functions for tests in a page with the package: clips whose frames show their numbers. `openLibrary` (fixtures.mjs) makes them
-// global in its pages.
+// Functions for tests that run in pages: clips whose frames show their numbers, and bytes as text. `openLibrary` (fixtures.mjs)
+// makes them global in its pages; others import them from `/tests/browser/page-helpers.mjs`.
 
 const SIZE = { width: 128, height: 64 };
 
@@ -51,7 +51,10 @@ export function numberCanvas() {
   return { canvas, context: canvas.getContext('2d') };
 }
 
-/** Encodes a video file of pictures: `draw(context, k)` draws the one that is shown at `times[k]`. */
+/**
+ * Encodes a video file of pictures: `draw(context, k)` draws the one that is shown at `times[k]`, the last one as long as the
+ * one before. Without `hasLength` the file does not say how long it is.
+ */
 export async function encodeClip({
   times,
   draw,
@@ -61,19 +64,19 @@ export async function encodeClip({
   width = SIZE.width,
   height = SIZE.height,
   keyEvery = 1,
+  bitrate = 2e6,
+  hasLength = true,
 }) {
   const media = await import('/dist/vendor/media.js');
-  const output = new media.Output({
-    format: new media[`${container}OutputFormat`](),
-    target: new media.BufferTarget(),
-  });
-  const source = new media.VideoSampleSource({ codec, bitrate: 2e6, keyFrameInterval: keyEvery });
+  const format = new media[`${container}OutputFormat`]({ appendOnly: !hasLength });
+  const output = new media.Output({ format, target: new media.BufferTarget() });
+  const source = new media.VideoSampleSource({ codec, bitrate, keyFrameInterval: keyEvery });
   output.addVideoTrack(source, { rotation });
   await output.start();
   const context = new OffscreenCanvas(width, height).getContext('2d');
   for (const [k, timestamp] of times.entries()) {
     draw(context, k);
-    const duration = (times[k + 1] ?? timestamp + 0.04) - timestamp;
+    const duration = (times[k + 1] ?? 2 * timestamp - times[k - 1]) - timestamp;
     const sample = new media.VideoSample(context.canvas, { timestamp, duration });
     await source.add(sample);
     sample.close();
@@ -85,8 +88,11 @@ export async function encodeClip({
 /** Encodes a video file whose frame `k` shows the number `k` at `times[k]`. */
 export const makeClip = (options) => encodeClip({ draw: drawNumber, ...options });
 
+/** Returns the numbers from 0 to `count` - 1. */
+export const range = (count) => Array.from({ length: count }, (_, k) => k);
+
 /** Returns the times of `count` frames at `rate` frames per second. */
-export const evenTimes = (count, rate) => Array.from({ length: count }, (_, k) => k / rate);
+export const evenTimes = (count, rate) => range(count).map((k) => k / rate);
 
 /** Returns the numbers, times, durations and indices of the frames of a source, and the size of the last one. */
 export async function numbersOf(source, options) {
@@ -109,4 +115,13 @@ export async function failure(promise) {
   } catch (error) {
     return { code: error.code ?? error.name, message: error.message };
   }
+}
+
+/** Returns the bytes of a blob as text, which travels from a page in far less time than an array of numbers. */
+export async function base64Of(blob) {
+  const reader = new FileReader();
+  const loaded = new Promise((resolve) => (reader.onload = resolve));
+  reader.readAsDataURL(blob);
+  await loaded;
+  return reader.result.split(',')[1];
 }

@@ -2,9 +2,8 @@
 // something. Nothing runs, and nothing leaves the page.
 
 import { createServer } from 'node:http';
-import { plainFrame } from '../moving.mjs';
-import { pngBytes } from '../png.mjs';
 import { expect, test, useSample } from './fixtures.mjs';
+import { stillFiles, waitForPhase } from './studio-page.mjs';
 
 const MARKUP = '<img src=x onerror="globalThis.broken=1"><script>globalThis.broken=1</scr' + 'ipt>"\'';
 
@@ -91,13 +90,9 @@ test.afterAll(() => {
 test('shows names of files and parts of links that are markup as text', async () => {
   const { page } = studio;
   const name = MARKUP.replaceAll('/', '');
-  const images = [0, 1, 2].map((k) => {
-    const frame = plainFrame(48, 32, (x, y) => [(x * 5 + k * 9) % 256, y * 7, 0]);
-    return { name: `${name}${k}.png`, mimeType: 'image/png', buffer: pngBytes(frame, { channels: 4 }) };
-  });
-  await page.setInputFiles('#file', images);
+  await page.setInputFiles('#file', stillFiles(name));
   await expect(page.locator('#clip-name')).toContainText('<img src=x');
-  await page.waitForFunction(() => document.body.dataset.phase === 'done');
+  await waitForPhase(page, 'done');
   await page.setInputFiles('#file', [{ name: `${name}.xyz`, mimeType: 'x/y', buffer: Buffer.from('nothing') }]);
   await expect(page.locator('#notice')).toContainText('<img src=x');
   await expect(page.locator('img[src="x"]')).toHaveCount(0);

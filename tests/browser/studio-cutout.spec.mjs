@@ -8,7 +8,7 @@ import { accessibilityFaults, giveBytes, openLook, openSave, pngFile, saveExport
 const FRAME = 12;
 const GREEN = [0, 0xb1, 0x40, 255];
 
-const shared = useSample({ bypassCSP: true });
+const sample = useSample({ bypassCSP: true });
 
 /** Runs in the page: colours on screen and of the frame, deep inside objects 1 and 2 and in the background. */
 function readColors() {
@@ -33,49 +33,49 @@ function readColors() {
   return [1, 2, 0].map((label) => {
     const at = mask.findIndex((_, p) => isInside(label, p));
     const [x, y] = [at % width, Math.floor(at / width)];
-    return { shown: shownAt((x + 0.5) * scale, (y + 0.5) * scale), own: ownAt(x, y) };
+    return { onScreen: shownAt((x + 0.5) * scale, (y + 0.5) * scale), ofFrame: ownAt(x, y) };
   });
 }
 
-const colors = () => shared.page.evaluate(readColors);
+const colors = () => sample.page.evaluate(readColors);
 
-function expectOwnColor({ shown, own }) {
-  expect(Math.max(...own.map((value, k) => Math.abs(value - shown[k]))), `${shown}, not ${own}`).toBeLessThanOrEqual(
+function expectOwnColor({ onScreen, ofFrame }) {
+  expect(Math.max(...ofFrame.map((value, k) => Math.abs(value - onScreen[k]))), `${onScreen}, not ${ofFrame}`).toBeLessThanOrEqual(
     24,
   );
 }
 
 test('shows the objects in their own colours, transparent around', async () => {
-  const { page } = shared;
+  const { page } = sample;
   await seek(page, FRAME);
   await expect(page.locator('#backdrop-row')).toBeHidden();
   await page.check('[name="view"][value="cutout"]', { force: true });
   await expect(page.locator('#backdrop-row')).toBeVisible();
-  const [one, two, ground] = await colors();
-  expect(ground.shown[3]).toBe(0);
-  expectOwnColor(one);
-  expectOwnColor(two);
+  const [first, second, background] = await colors();
+  expect(background.onScreen[3]).toBe(0);
+  expectOwnColor(first);
+  expectOwnColor(second);
   expect(await accessibilityFaults(page)).toEqual([]);
 });
 
 test('shows objects on green, a colour, the frame blurred, grey or dark, or a picture', async () => {
-  const { page } = shared;
+  const { page } = sample;
   const groundOn = async (backdrop) => {
     await page.selectOption('#backdrop', backdrop);
     return (await colors())[2];
   };
-  expect((await groundOn('green')).shown).toEqual(GREEN);
+  expect((await groundOn('green')).onScreen).toEqual(GREEN);
   await page.selectOption('#backdrop', 'colour');
   await page.fill('#backdrop-colour', '#204080');
-  expect((await colors())[2].shown).toEqual([0x20, 0x40, 0x80, 255]);
+  expect((await colors())[2].onScreen).toEqual([0x20, 0x40, 0x80, 255]);
   const blurred = await groundOn('blurred');
-  expect(blurred.shown[3]).toBe(255);
-  expect(blurred.shown).not.toEqual(blurred.own);
+  expect(blurred.onScreen[3]).toBe(255);
+  expect(blurred.onScreen).not.toEqual(blurred.ofFrame);
   const grey = await groundOn('desaturated');
-  expect(Math.max(...grey.shown.slice(0, 3)) - Math.min(...grey.shown.slice(0, 3))).toBeLessThanOrEqual(2);
-  expect(grey.shown).not.toEqual(grey.own);
+  expect(Math.max(...grey.onScreen.slice(0, 3)) - Math.min(...grey.onScreen.slice(0, 3))).toBeLessThanOrEqual(2);
+  expect(grey.onScreen).not.toEqual(grey.ofFrame);
   const dark = await groundOn('dimmed');
-  for (const c of [0, 1, 2]) expect(Math.abs(dark.shown[c] - 0.35 * dark.own[c])).toBeLessThanOrEqual(2);
+  for (const c of [0, 1, 2]) expect(Math.abs(dark.onScreen[c] - 0.35 * dark.ofFrame[c])).toBeLessThanOrEqual(2);
   const [chooser] = await Promise.all([page.waitForEvent('filechooser'), page.selectOption('#backdrop', 'picture')]);
   await chooser.setFiles([
     pngFile(
@@ -84,31 +84,31 @@ test('shows objects on green, a colour, the frame blurred, grey or dark, or a pi
     ),
   ]);
   await expect(page.locator('#backdrop')).toHaveValue('picture');
-  await expect.poll(async () => (await colors())[2].shown).toEqual([90, 160, 250, 255]);
+  await expect.poll(async () => (await colors())[2].onScreen).toEqual([90, 160, 250, 255]);
 });
 
 test('smoothed masks are shown and saved', async () => {
-  const { page } = shared;
-  const shown = () => page.evaluate(() => globalThis.tracecutStudio.app.viewer.edgedMask().labels.join(''));
-  const unsmoothed = await shown();
+  const { page } = sample;
+  const onScreen = () => page.evaluate(() => globalThis.tracecutStudio.app.viewer.edgedMask().labels.join(''));
+  const unsmoothed = await onScreen();
   await openLook(page);
   await page.fill('#edge-smooth', '1');
   await expect(page.locator('#edge-smooth-text')).toHaveText('±1');
-  const smooth = await shown();
+  const smooth = await onScreen();
   expect(smooth === unsmoothed).toBe(false);
   await openSave(page);
   const { bytes } = await saveExport(page, 'png');
-  const saved = readPng(bytes)
+  const savedMask = readPng(bytes)
     .pixels.map((value) => Number(value > 0))
     .join('');
-  expect(saved === smooth.replace(/[1-9]/g, '1')).toBe(true);
+  expect(savedMask === smooth.replace(/[1-9]/g, '1')).toBe(true);
   await page.click('#export-close');
   await page.fill('#edge-smooth', '0');
-  expect((await shown()) === unsmoothed).toBe(true);
+  expect((await onScreen()) === unsmoothed).toBe(true);
 });
 
 test('edges grow, shrink and fade, and small pieces go; videos have the same edges', async () => {
-  const { page } = shared;
+  const { page } = sample;
   const measure = () =>
     page.evaluate(() => {
       const { alpha, labels } = globalThis.tracecutStudio.app.viewer.view.mask();
@@ -166,14 +166,14 @@ async function compareWithScreen(frame) {
 }
 
 test('objects that are not kept are neither shown nor saved', async () => {
-  const { page } = shared;
+  const { page } = sample;
   await page.selectOption('#backdrop', 'green');
   await page.uncheck('[data-object="1"] input');
-  const [one, two] = await colors();
-  expect(one.shown).toEqual(GREEN);
-  expectOwnColor(two);
+  const [first, second] = await colors();
+  expect(first.onScreen).toEqual(GREEN);
+  expectOwnColor(second);
   await openSave(page);
-  await expect(page.locator('#export-kept')).toHaveText(/^Only Object 2, Object 3 will be saved/);
+  await expect(page.locator('#export-kept')).toHaveText(/^Only Object 2, Object 3 will be savedMask/);
   await expect(page.locator('[data-export="cutout-webm"]')).toHaveText('Green WebM');
   expect((await saveExport(page, 'cutout-webm')).name).toBe('sample-clip-green.webm');
   await page.click('#export-close');
@@ -183,7 +183,7 @@ test('objects that are not kept are neither shown nor saved', async () => {
 });
 
 test('the background is saved without the objects', async () => {
-  const { page } = shared;
+  const { page } = sample;
   await seek(page, FRAME);
   await openSave(page);
   const { name, bytes } = await saveExport(page, 'background-png');
@@ -210,12 +210,12 @@ async function compareBackground(frame) {
     context.drawImage(image, 0, 0);
     return new Uint32Array(context.getImageData(0, 0, bitmap.width, bitmap.height).data.buffer);
   };
-  const [background, own] = [pixelsOf(bitmap), pixelsOf(await job.images.open(frame))];
+  const [background, ofFrame] = [pixelsOf(bitmap), pixelsOf(await job.images.open(frame))];
   const counts = { objects: 0, changed: 0, rest: 0, unchanged: 0 };
   segmentation.mask(frame).forEach((label, p) => {
     counts[label > 0 ? 'objects' : 'rest'] += 1;
-    if (label > 0) counts.changed += background[p] !== own[p];
-    else counts.unchanged += background[p] === own[p];
+    if (label > 0) counts.changed += background[p] !== ofFrame[p];
+    else counts.unchanged += background[p] === ofFrame[p];
   });
   const name = `${String(frame + 1).padStart(4, '0')}.png`;
   return {

@@ -1,11 +1,11 @@
 // A result is fixed with the mouse, by keyboard and by touch. The rules behind the tools are tested in Node
 // (tests/node/studio-painting.test.mjs, studio-steps.test.mjs).
 
-import { expect, runEnd, test, useSample } from './fixtures.mjs';
-import { fiveObjects } from './five-objects.mjs';
+import { expect, openSample, runEnd, test, useSample } from './fixtures.mjs';
 import {
   correct,
   drag,
+  fiveObjects,
   frameOnScreen,
   labelAt,
   masks,
@@ -25,7 +25,7 @@ const BACKGROUND = [30, 100];
 const undo = (page) => correct(page, () => page.click('#correct-undo'));
 const objects = (page) =>
   page.locator('.object').evaluateAll((rows) => rows.map(({ dataset }) => dataset.object).join());
-const expectObjects = (page, wanted) => expect.poll(() => objects(page)).toBe(wanted);
+const expectObjects = (page, expected) => expect.poll(() => objects(page)).toBe(expected);
 
 test.describe('with the mouse', () => {
   const sample = useSample({ sample: 'tiny' });
@@ -43,7 +43,7 @@ test.describe('with the mouse', () => {
     const before = await masks(page);
     await page.click('#canvas', { position: await inCanvas(page, ...INSIDE[2]) });
     await expect(page.locator('#correct-object')).toHaveValue('2');
-    await expect(page.locator('#correct-facts')).toHaveText(/^upper left, .*%$/);
+    await expect(page.locator('#correct-facts')).toHaveText(/^upper leftEdge, .*%$/);
     await expect(page.locator('#show-all')).toBeHidden();
     await seek(page, 2);
 
@@ -56,7 +56,7 @@ test.describe('with the mouse', () => {
     expect(await paint(page, [60, 70], [90, 74])).toBe('Applied to frame 3.');
     expect(await labelAt(page, 2, 75, 72)).toBe(0);
     await page.check('#brush-carry');
-    const painted = await masks(page);
+    const paintedMasks = await masks(page);
 
     expect(await undo(page)).toBe('Undone. 5 moving objects.');
     await correct(page, () => page.keyboard.press('Control+z'));
@@ -64,7 +64,7 @@ test.describe('with the mouse', () => {
     await expect(page.locator('#correct-undo')).toBeDisabled();
     expect(await correct(page, () => page.click('#correct-redo'))).toBe('Redone. 5 moving objects.');
     await correct(page, () => page.keyboard.press('Control+y'));
-    expect(await masks(page)).toBe(painted);
+    expect(await masks(page)).toBe(paintedMasks);
     await expect(page.locator('#correct-redo')).toBeDisabled();
   });
 
@@ -199,23 +199,23 @@ test.describe('with the mouse', () => {
     await page.mouse.up();
     await expect(page.locator('#correct-object')).toHaveValue('1');
     await expect(page.locator('#correct-undo')).toBeDisabled();
-    const joined = await correct(page, async () => {
+    const message = await correct(page, async () => {
       await drag(page, [INSIDE[2], INSIDE[4]]);
       await page.mouse.up();
     });
-    expect(joined).toBe('Object 4 joined with Object 2. 4 moving objects.');
+    expect(message).toBe('Object 4 joined with Object 2. 4 moving objects.');
     await expectObjects(page, '0,1,2,3,5');
     await undo(page);
     await expectObjects(page, '0,1,2,3,4,5');
     await page.keyboard.press('+');
-    const left = () => page.evaluate(() => globalThis.tracecutStudio.app.viewer.zoom.x);
-    const before = await left();
+    const leftEdge = () => page.evaluate(() => globalThis.tracecutStudio.app.viewer.zoom.x);
+    const before = await leftEdge();
     const box = await page.locator('#canvas').boundingBox();
     await page.mouse.move(box.x + 0.3 * box.width, box.y + 0.8 * box.height);
     await page.mouse.down();
     await page.mouse.move(box.x + 0.3 * box.width - 60, box.y + 0.8 * box.height, { steps: 4 });
     await page.mouse.up();
-    expect(await left()).toBeGreaterThan(before);
+    expect(await leftEdge()).toBeGreaterThan(before);
     await page.keyboard.press('0');
   });
 
@@ -301,10 +301,9 @@ test.describe('with the mouse', () => {
 });
 
 test('an added object gets its size after a tap on touch screens', async ({ openStudio }) => {
-  const page = await openStudio({
+  const page = await openSample(openStudio, {
     ...{ sample: 'tiny', viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true },
   });
-  await runEnd(page);
   await openFive(page, FIVE);
   await openFix(page);
   await page.selectOption('#correct-object', '4');
@@ -324,8 +323,7 @@ test('an added object gets its size after a tap on touch screens', async ({ open
 
 test('a project is opened, fixed with the brush and saved as a video by keyboard alone', async ({ openStudio }) => {
   // One column, which scrolls.
-  const page = await openStudio({ sample: 'tiny', viewport: { width: 800, height: 900 } });
-  await runEnd(page);
+  const page = await openSample(openStudio, { sample: 'tiny', viewport: { width: 800, height: 900 } });
   const { project } = await fiveObjects(page, FIVE);
   await tabTo(page, '#open');
   const choosing = page.waitForEvent('filechooser');
@@ -393,12 +391,12 @@ test('a project is opened, fixed with the brush and saved as a video by keyboard
 async function tabTo(page, selector, key = 'Tab') {
   for (let presses = 0; presses < 60; presses += 1) {
     await page.keyboard.press(key);
-    const focus = await page.evaluate((wanted) => {
+    const focus = await page.evaluate((expected) => {
       const focused = document.activeElement;
       const marked = focused.type === 'radio' ? (focused.closest('.card') ?? focused.nextElementSibling) : focused;
       const { outlineStyle, outlineWidth } = getComputedStyle(marked);
       const isMarked = focused === document.body || (outlineStyle !== 'none' && outlineWidth !== '0px');
-      return { isMarked, isReached: focused.matches(wanted), text: focused.outerHTML.slice(0, 80) };
+      return { isMarked, isReached: focused.matches(expected), text: focused.outerHTML.slice(0, 80) };
     }, selector);
     expect(focus.isMarked, focus.text).toBe(true);
     if (focus.isReached) return;
@@ -415,7 +413,7 @@ async function inCanvas(page, x, y) {
 /** Returns the number of pixels of an object in the first frame. */
 function areaOf(page, object) {
   return page.evaluate(
-    (wanted) => globalThis.tracecutStudio.app.segmentation.mask(0).filter((label) => label === wanted).length,
+    (expected) => globalThis.tracecutStudio.app.segmentation.mask(0).filter((label) => label === expected).length,
     object,
   );
 }

@@ -5,22 +5,24 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { plainFrame } from '../moving.mjs';
 import { root } from '../../scripts/tools.mjs';
-import { expect, runEnd, test, useSample } from './fixtures.mjs';
-import { fiveObjects } from './five-objects.mjs';
+import { expect, openSample, runEnd, test, useSample } from './fixtures.mjs';
 import {
   CONTRAST,
   NO_CONTRAST,
   accessibilityFaults,
-  correct,
+  fiveObjects,
+  holdFrames,
   openFive,
   openFix,
   openLook,
   openRedo,
   openSave,
   paint,
-  pngFile,
+  pngFiles,
+  releaseFrames,
   selectTool,
   showOnly,
+  waitForPhase,
 } from './studio-page.mjs';
 
 const WIDE = { width: 160, height: 90, frames: 4 };
@@ -82,13 +84,17 @@ test.describe('the picture', () => {
           places.add([canvas.width, canvas.height, canvas.left, canvas.top].map(Math.round).join());
         };
         if (!isBrief) {
-          const { video } = await fiveObjects(page, shape);
-          await page.setInputFiles('#file', [video]);
+          // Images from the second on do not come, so that the run does not end.
+          await holdFrames(page, 1);
+          const frame = plainFrame(shape.width, shape.height);
+          await page.setInputFiles('#file', pngFiles(Array(shape.frames).fill(frame)));
+          await waitForPhase(page, 'running');
           await page.waitForFunction((aspect) => {
             const { clientWidth, clientHeight } = document.querySelector('#canvas');
-            return document.body.dataset.phase === 'running' && Math.abs(clientWidth / clientHeight - aspect) < 0.05;
+            return Math.abs(clientWidth / clientHeight - aspect) < 0.05;
           }, shape.width / shape.height);
           await measure('running');
+          await releaseFrames(page);
         }
         await openFive(page, shape);
         await measure('done');
@@ -258,8 +264,7 @@ test.describe('a phone', () => {
 });
 
 test('shows every control in forced colours', async ({ openStudio }) => {
-  const page = await openStudio({ sample: 'tiny', forcedColors: 'active' });
-  await runEnd(page);
+  const page = await openSample(openStudio, { sample: 'tiny', forcedColors: 'active' });
   await openFive(page, WIDE);
   await openLook(page);
   // A control of one colour cannot be seen.
@@ -345,8 +350,7 @@ test.describe('the first screen', () => {
     });
 
   test('moves nothing when it ends, with the result or a file of the user', async ({ openStudio }) => {
-    const page = await openStudio({ sample: 'tiny', viewport: { width: 1440, height: 900 } });
-    await runEnd(page);
+    const page = await openSample(openStudio, { sample: 'tiny', viewport: { width: 1440, height: 900 } });
     await expect(page.locator('#welcome')).toHaveCount(0);
     const shifts = await page.evaluate(
       () =>
@@ -389,14 +393,14 @@ test.describe('an accessibility checker', () => {
       const isDesk = shared === desk;
       const { page } = shared;
       await page.setViewportSize(viewport);
-      /** @param hasColours true if the state has colours that no other has */
-      const check = async (state, { hasColours = true } = {}) => {
+      /** @param within the part that the state changes; without `hasColours` another state has all its colours */
+      const check = async (state, { within, hasColours = true } = {}) => {
         const isWhole = isDesk && hasColours;
         if (isDesk || !hasColours)
-          expect(await accessibilityFaults(page, isWhole ? {} : NO_CONTRAST), state).toEqual([]);
+          expect(await accessibilityFaults(page, { within, ...(isWhole ? {} : NO_CONTRAST) }), state).toEqual([]);
         if (isWhole) {
           await page.emulateMedia({ colorScheme: 'dark' });
-          expect(await accessibilityFaults(page, CONTRAST), `${state}, dark`).toEqual([]);
+          expect(await accessibilityFaults(page, { within, ...CONTRAST }), `${state}, dark`).toEqual([]);
           await page.emulateMedia({ colorScheme: 'light' });
         }
         expect(await page.evaluate(cutTexts), state).toEqual([]);
@@ -405,10 +409,10 @@ test.describe('an accessibility checker', () => {
       await openFive(page, { ...WIDE, doubts: [{ from: 1, to: 3 }] });
       await check('result');
       await page.keyboard.press('n');
-      await check('place to check');
+      await check('place to check', { within: '.stage' });
       for (const view of ['beside', 'slider', 'cutout', 'overlay']) {
         await page.check(`[name="view"][value="${view}"]`, { force: true });
-        if (view === 'cutout') await check(view, { hasColours: false });
+        if (view === 'cutout') await check(view, { within: '.stage', hasColours: false });
       }
       await openFix(page);
       for (const object of [1, 2]) await page.click(`[data-object="${object}"] .object-main`, { modifiers: ['Shift'] });
@@ -416,41 +420,40 @@ test.describe('an accessibility checker', () => {
       await selectTool(page, 'paint');
       await page.uncheck('#brush-carry');
       await paint(page, [30, 70], [60, 80]);
-      await check('fix, painted');
+      await check('fix, painted', { within: '.stage' });
       await selectTool(page, 'apart');
-      await check('fix, strokes', { hasColours: false });
+      await check('fix, strokes', { within: '.stage', hasColours: false });
       await page.click('#correct-done');
       await showOnly(page);
       await openLook(page);
-      await check('edges and layers');
+      await check('edges and layers', { within: '#look' });
       await page.evaluate(() => (document.querySelector('#look').open = false));
       await openRedo(page);
-      await check('redo');
+      await check('redo', { within: '#redo' });
       await page.click('#redo-run');
       await page.waitForSelector('#confirm[open]');
-      await check('question', { hasColours: false });
+      await check('question', { within: '#confirm', hasColours: false });
       await page.keyboard.press('Escape');
       await page.keyboard.press('Escape');
       await expect(page.locator('dialog[open]')).toHaveCount(0);
       await page.keyboard.press('?');
       await page.waitForSelector('#help[open]');
-      await check('help');
+      await check('help', { within: '#help' });
       await page.click('#help-close');
       await openSave(page);
       await page.click('#recipe-box > summary');
-      await check('save');
+      await check('save', { within: '#export' });
       await page.click('#export-close');
       await page.focus('#trim-from');
       await page.keyboard.press('ArrowRight');
       await page.waitForSelector('#trim-run', { state: 'visible' });
-      await check('trim', { hasColours: false });
+      await check('trim', { within: '#trim', hasColours: false });
       await page.waitForSelector('#projects-open', { state: 'visible' });
       await page.click('#projects-open');
       await page.waitForSelector('#projects[open]');
-      await check('projects');
+      await check('projects', { within: '#projects' });
       await page.click('#projects-close');
-      const frames = [0, 1].map((k) => pngFile(`plain${k}.png`, plainFrame(96, 64)));
-      await page.setInputFiles('#file', frames);
+      await page.setInputFiles('#file', pngFiles([0, 1].map(() => plainFrame(96, 64))));
       await page.waitForSelector('#suggestions', { state: 'visible' });
       await check('nothing found');
       await page.click('#sample');

@@ -2,9 +2,9 @@
 
 import { join } from 'node:path';
 import { root } from '../../scripts/tools.mjs';
+import { plainFrame } from '../moving.mjs';
 import { pngBytes } from '../png.mjs';
 import { downloadBytes, expect } from './fixtures.mjs';
-import { fiveObjects } from './five-objects.mjs';
 
 /** Opens the tools that fix a result, which are loaded when they are first opened. */
 export async function openFix(page) {
@@ -142,14 +142,18 @@ export function picture(page) {
 /**
  * Returns what axe-core finds wrong with the page as it is, one line each. The page's context needs `bypassCSP`.
  *
- * @param {object} [options] options of axe-core: `runOnly` and `rules`
+ * @param {object} [options] options of axe-core: `runOnly` and `rules`; `within` is the selector of a part to check alone
  */
 export async function accessibilityFaults(page, options = {}) {
   if (!(await page.evaluate(() => 'axe' in globalThis)))
     await page.addScriptTag({ path: join(root, 'node_modules', 'axe-core', 'axe.min.js') });
-  return page.evaluate(async (chosen) => {
-    const { violations, passes } = await globalThis.axe.run(document, { resultTypes: ['violations'], ...chosen });
-    if (!chosen.runOnly && passes.length < 10) return [`only ${passes.length} rules had anything to check`];
+  return page.evaluate(async ({ within, ...chosenRules }) => {
+    const { violations, passes } = await globalThis.axe.run(within ?? document, {
+      resultTypes: ['violations'],
+      ...chosenRules,
+    });
+    if (!chosenRules.runOnly && !within && passes.length < 10)
+      return [`only ${passes.length} rules had anything to check`];
     return violations.flatMap(({ id, nodes }) =>
       nodes.map(({ target, failureSummary }) => `${id}: ${target.join(' ')}: ${failureSummary}`),
     );
@@ -161,8 +165,29 @@ export const CONTRAST = { runOnly: ['color-contrast'] };
 export const NO_CONTRAST = { rules: { 'color-contrast': { enabled: false } } };
 
 /** Returns files for `setInputFiles` with these frames, in their order. */
-export function pngFiles(frames) {
-  return frames.map((frame, t) => pngFile(`frame${t}.png`, frame));
+export function pngFiles(frames, name = 'frame') {
+  return frames.map((frame, t) => pngFile(`${name}${t}.png`, frame));
+}
+
+/** Returns the three images of a small clip in which nothing moves. */
+export const stillFiles = (name) =>
+  pngFiles(
+    [0, 9, 18].map((red) => plainFrame(48, 32, (x, y) => [(x * 5 + red) % 256, y * 7, 0])),
+    name,
+  );
+
+/** Drops files on a page. @param {{name: string, mimeType: string, buffer: Buffer}[]} files */
+export function dropFiles(page, files) {
+  const contents = files.map(({ name, mimeType, buffer }) => [name, mimeType, buffer.toString('base64')]);
+  return page.evaluate((list) => {
+    const dataTransfer = new DataTransfer();
+    for (const [name, type, base64] of list) {
+      const bytes = Uint8Array.from(atob(base64), (char) => char.charCodeAt(0));
+      dataTransfer.items.add(new File([bytes], name, { type }));
+    }
+    for (const type of ['dragenter', 'dragover', 'drop'])
+      document.body.dispatchEvent(new DragEvent(type, { dataTransfer, bubbles: true, cancelable: true }));
+  }, contents);
 }
 
 /** Waits for a phase of the page (see studio/model/store.ts). */
@@ -175,6 +200,20 @@ export async function runAgain(page) {
   await page.click('#redo-open');
   await page.click('#redo-run');
 }
+
+/** Lets the images of a clip from number `count` on wait in the page until `releaseFrames` is called there. */
+export async function holdFrames(page, count) {
+  await page.evaluate((first) => {
+    const decode = globalThis.createImageBitmap.bind(globalThis);
+    const released = new Promise((resolve) => (globalThis.releaseFrames = resolve));
+    globalThis.createImageBitmap = async (source, ...rest) => {
+      if (source instanceof File && Number(/\d+/.exec(source.name)) >= first) await released;
+      return decode(source, ...rest);
+    };
+  }, count);
+}
+
+export const releaseFrames = (page) => page.evaluate(() => globalThis.releaseFrames());
 
 /** Saves one export of the open dialog and returns its name and bytes. The main exports are cards, which are chosen first. */
 export async function saveExport(page, id) {
@@ -200,4 +239,105 @@ export async function waitForPreview(page, id) {
   await expect(preview).toHaveAttribute('data-shows', id);
   await expect(preview).not.toHaveAttribute('data-waits');
   await expect(preview.locator(':scope > *')).toHaveCount(1);
+}
+
+/** Runs in the page: creates a video of five objects and its project, of this size, and returns both as base64. */
+async function createFive({ width, height, frames, parts = 0, doubts = [], scale = 1, hasSound = false }) {
+  const { base64Of, encodeClip } = await import('/tests/browser/page-helpers.mjs');
+  const { saveProject } = await import('/dist/edit.js');
+  const side = Math.round(Math.min(width, height) / 7);
+  // Parts of one thing are side by side; all other objects stand apart and move the other way.
+  const placeOf = (k, t) => (k < parts ? [20 + k * side + 3 * t, 4 + t] : placeApart(k, parts > 0 ? -2 * t : t));
+  const placeApart = (k, t) => [
+    Math.round(((k + 0.5) * (width - side)) / 5.5 + t),
+    Math.round((k * (height - side)) / 5 + t),
+  ];
+  const draw = (context, t) => {
+    context.setTransform(scale, 0, 0, scale, 0, 0);
+    for (let y = 0; y < height; y += 8)
+      for (let x = 0; x < width; x += 8) {
+        context.fillStyle = `hsl(${((x * 7 + y * 3) % 80) + 60} 30% ${40 + ((x * 13 + y * 29) % 30)}%)`;
+        context.fillRect(x, y, 8, 8);
+      }
+    for (let k = 0; k < 5; k += 1) {
+      context.fillStyle = `hsl(${70 * k} 80% 50%)`;
+      context.fillRect(...placeOf(k, t), side, side);
+    }
+  };
+  const times = Array.from({ length: frames }, (_, t) => t / 10);
+  let video = await encodeClip({ times, draw, width: scale * width, height: scale * height, keyEvery: 5 });
+  if (hasSound) {
+    const { encodeVideo, videoFrames } = await import('/dist/index.js');
+    const [rate, count] = [8000, 8000];
+    const wav = new DataView(new ArrayBuffer(44 + 2 * count));
+    for (const [at, word] of Object.entries({ 0: 'RIFF', 8: 'WAVEfmt ', 36: 'data' }))
+      new Uint8Array(wav.buffer).set(new TextEncoder().encode(word), at);
+    const longs = { 4: 36 + 2 * count, 16: 16, 24: rate, 28: 2 * rate, 40: 2 * count };
+    for (const [at, value] of Object.entries(longs)) wav.setUint32(at, value, true);
+    for (const [at, value] of Object.entries({ 20: 1, 22: 1, 32: 2, 34: 16 })) wav.setUint16(at, value, true);
+    for (let k = 0; k < count; k += 1) wav.setInt16(44 + 2 * k, 9000 * Math.sin(k / 5), true);
+    const masks = { width: 16, height: 9, numFrames: frames, labels: () => new Uint8Array(144), times };
+    const options = { quality: 'very-high', sound: { source: wav.buffer, end: frames / 10 } };
+    video = await encodeVideo(masks, videoFrames(video), options);
+  }
+  const labels = (t) => {
+    const mask = new Uint8Array(width * height);
+    for (let k = 0; k < 5; k += 1) {
+      const [left, top] = placeOf(k, t);
+      for (let y = top; y < top + side; y += 1) mask.fill(k + 1, y * width + left, y * width + left + side);
+    }
+    return mask;
+  };
+  // Lines of points over the ground, which stands still, and over each object.
+  const lines = [];
+  for (let y = 4; y < height; y += 16)
+    for (let x = 4; x < width; x += 16) {
+      const label = labels(0)[y * width + x];
+      const [left, top] = placeOf(label - 1, 0);
+      const at = (t) => (label === 0 ? [x, y] : placeOf(label - 1, t).map((v, axis) => v + [x - left, y - top][axis]));
+      lines.push({ label, points: Array.from({ length: frames }, (_, t) => at(t)) });
+    }
+  const trajectories = {
+    count: lines.length,
+    startFrame: new Uint32Array(lines.length),
+    offset: Uint32Array.from({ length: lines.length + 1 }, (_, k) => k * frames),
+    x: Float32Array.from(lines.flatMap(({ points }) => points.map(([x]) => x))),
+    y: Float32Array.from(lines.flatMap(({ points }) => points.map(([, y]) => y))),
+    label: Uint8Array.from(lines, ({ label }) => label),
+  };
+  const source = {
+    width,
+    height,
+    numFrames: frames,
+    shots: [{ first: 0, last: frames - 1 }],
+    times: Float64Array.from(times),
+    end: frames / 10,
+    labels,
+    ...(parts > 0 ? { trajectories } : {}),
+    doubts,
+  };
+  const trim = { start: 0, frames, step: 1, side: Math.max(width, height) };
+  const about = { name: 'five.webm', trim, changed: [], types: { 'five.webm': 'video/webm' } };
+  const files = { 'five.webm': new Uint8Array(await video.arrayBuffer()) };
+  const project = await saveProject(source, { about, files });
+  return Promise.all([video, new Blob([project])].map(base64Of));
+}
+
+/** Files of five objects by their options. */
+const cache = new Map();
+
+/**
+ * @param {import('@playwright/test').Page} page
+ * @param {{width: number, height: number, frames: number, parts?: number, doubts?: object[], scale?: number, hasSound?: boolean}} options
+ *   size of the masks; `parts` of the objects touch and move alike; the video is larger by `scale`
+ * @returns {Promise<{video: object, project: object}>} files for `setInputFiles`
+ */
+export async function fiveObjects(page, options) {
+  const key = JSON.stringify(options);
+  if (!cache.has(key)) cache.set(key, await page.evaluate(createFive, options));
+  const [video, project] = cache.get(key);
+  return {
+    video: { name: 'five.webm', mimeType: 'video/webm', buffer: Buffer.from(video, 'base64') },
+    project: { name: 'five.tracecut', mimeType: 'application/zip', buffer: Buffer.from(project, 'base64') },
+  };
 }

@@ -127,16 +127,16 @@ test.describe('a sample', () => {
     const opacity = () => page.evaluate(meanOpacity);
     const set = (name, value) => page.locator(`[data-setting="masks.${name}"]`).fill(String(value));
     await set('fill', 0.5);
-    const whole = await opacity();
+    const filled = await opacity();
     await set('opacity', 0.5);
-    expect((await opacity()) / whole).toBeCloseTo(0.5, 1);
+    expect((await opacity()) / filled).toBeCloseTo(0.5, 1);
     await set('opacity', 0);
     expect(await opacity()).toBe(0);
     await set('opacity', 1);
     await set('fill', 0);
     const outlines = await opacity();
     expect(outlines).toBeGreaterThan(0);
-    expect(outlines).toBeLessThan(0.5 * whole);
+    expect(outlines).toBeLessThan(0.5 * filled);
     await showOnly(page);
     await page.keyboard.press('1');
     await expect(page.locator('[data-layer="masks"]')).not.toBeChecked();
@@ -330,10 +330,10 @@ test.describe('a sample', () => {
     expect(await runEnd(page)).toBe('done');
     expect(await page.evaluate(() => globalThis.tracecutStudio.app.job.images.width)).toBe(480);
     const isShownAt = (size) =>
-      page.waitForFunction((wanted) => {
+      page.waitForFunction((expectedWidth) => {
         const { viewer } = globalThis.tracecutStudio.app;
         viewer.draw();
-        return viewer.view.image?.width === wanted;
+        return viewer.view.image?.width === expectedWidth;
       }, size);
     await seek(page, 4);
     await isShownAt(width);

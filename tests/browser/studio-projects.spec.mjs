@@ -1,7 +1,7 @@
 // Projects in the browser's storage: offered after a closed tab, listed, deleted; project files; interrupted runs.
 
-import { plainFrame, textureAt } from '../moving.mjs';
-import { expect, runEnd, test } from './fixtures.mjs';
+import { movingFrames } from '../moving.mjs';
+import { expect, openSample, runEnd, test } from './fixtures.mjs';
 import {
   accessibilityFaults,
   drag,
@@ -9,24 +9,12 @@ import {
   openFix,
   openLook,
   openSave,
-  pngFile,
+  pngFiles,
   saveExport,
   selectTool,
 } from './studio-page.mjs';
 
-/** A textured square that moves over a textured background, as files. */
-function clipFiles(count) {
-  return Array.from({ length: count }, (_, t) => {
-    const isInside = (x, y) => x >= 10 + 2 * t && x < 38 + 2 * t && y >= 16 && y < 48;
-    const frame = plainFrame(96, 64, (x, y) => {
-      const value = isInside(x, y) ? textureAt(x - 2 * t, y, 2) : textureAt(x, y, 1);
-      return [value, value, isInside(x, y) ? 255 - value : value];
-    });
-    return pngFile(`frame${String(t).padStart(3, '0')}.png`, frame);
-  });
-}
-
-const CLIP = clipFiles(9);
+const CLIP = pngFiles(movingFrames(9, [96, 64]));
 
 /** Does something that changes the project, and waits until all is saved. */
 async function untilSaved(page, act) {
@@ -40,7 +28,7 @@ async function untilSaved(page, act) {
 
 const waitForFrames = async (page, count) => {
   await page.waitForFunction(
-    (wanted) => globalThis.tracecutStudio.app.segmentation?.result.numFrames === wanted,
+    (numFrames) => globalThis.tracecutStudio.app.segmentation?.result.numFrames === numFrames,
     count,
   );
   expect(await runEnd(page)).toBe('done');
@@ -98,8 +86,7 @@ const readView = (page) =>
 test('a corrected project is offered after its tab was killed, saved as a file, and deleted when confirmed', async ({
   openStudio,
 }) => {
-  let page = await openStudio({ sample: 'tiny', bypassCSP: true });
-  await runEnd(page);
+  let page = await openSample(openStudio, { sample: 'tiny', bypassCSP: true });
   await openClip(page);
   await addObject(page);
   await untilSaved(page, async () => {
@@ -123,7 +110,7 @@ test('a corrected project is offered after its tab was killed, saved as a file, 
 
   await openSave(page);
   const { name, bytes } = await saveExport(page, 'project');
-  expect(name).toBe('frame000-project.tracecut');
+  expect(name).toBe('frame0-project.tracecut');
   await page.click('#export-close');
   await openFix(page);
   await page.click('#correct-undo');
@@ -133,12 +120,11 @@ test('a corrected project is offered after its tab was killed, saved as a file, 
   await expect(page.locator('#correct-redo')).toBeDisabled();
   expect((await masks(page)) === corrected).toBe(true);
 
-  const other = await openStudio({ sample: 'tiny' });
-  await runEnd(other);
-  await other.setInputFiles('#file', { name: 'work.tracecut', mimeType: 'application/zip', buffer: bytes });
-  await waitForFrames(other, 9);
-  expect((await masks(other)) === corrected).toBe(true);
-  expect(await readView(other)).toEqual(view);
+  const otherPage = await openSample(openStudio, { sample: 'tiny' });
+  await otherPage.setInputFiles('#file', { name: 'work.tracecut', mimeType: 'application/zip', buffer: bytes });
+  await waitForFrames(otherPage, 9);
+  expect((await masks(otherPage)) === corrected).toBe(true);
+  expect(await readView(otherPage)).toEqual(view);
 
   page = await reopen(page);
   await page.click('#recent-discard');
@@ -154,14 +140,13 @@ test('a corrected project is offered after its tab was killed, saved as a file, 
 test('an earlier corrected result of a clip is offered, listed with its picture, and opened by keyboard', async ({
   openStudio,
 }) => {
-  const page = await openStudio({ sample: 'tiny', bypassCSP: true });
-  await runEnd(page);
+  const page = await openSample(openStudio, { sample: 'tiny', bypassCSP: true });
   await openClip(page);
   await addObject(page);
   const corrected = await masks(page);
-  await openClip(page, clipFiles(8));
+  await openClip(page, CLIP.slice(0, 8));
   await openClip(page);
-  await expect(page.locator('#recent-text')).toHaveText(/^You have a corrected project of frame000/);
+  await expect(page.locator('#recent-text')).toHaveText(/^You have a corrected project of frame0/);
   expect((await masks(page)) === corrected).toBe(false);
   const plain = { corrected: false, hasPicture: true };
   expect(await page.evaluate(readProjects)).toMatchObject([
@@ -195,8 +180,7 @@ test('an earlier corrected result of a clip is offered, listed with its picture,
 });
 
 test('asks to delete a project if storage is full of corrected ones, and then saves', async ({ openStudio }) => {
-  const page = await openStudio({ sample: 'tiny', bypassCSP: true });
-  await runEnd(page);
+  const page = await openSample(openStudio, { sample: 'tiny', bypassCSP: true });
   await page.evaluate(async () => {
     const storage = await import('/view/storage.js');
     for (let at = 1; at <= 8; at += 1)
@@ -218,7 +202,7 @@ test('asks to delete a project if storage is full of corrected ones, and then sa
     await page.keyboard.press('Enter');
   });
   const projects = await page.evaluate(readProjects);
-  expect([projects.length, projects[0].name]).toEqual([8, 'frame000.png … frame008.png']);
+  expect([projects.length, projects[0].name]).toEqual([8, 'frame0.png … frame8.png']);
   await expect(page.locator('#recent')).toBeHidden();
   await page.context().close();
 });
@@ -233,8 +217,7 @@ async function findInterrupted() {
 }
 
 test('an interrupted run is offered with its settings once no other tab continues it', async ({ openStudio }) => {
-  let page = await openStudio({ sample: 'tiny', bypassCSP: true });
-  await runEnd(page);
+  let page = await openSample(openStudio, { sample: 'tiny', bypassCSP: true });
   const files = CLIP.map(({ name, buffer }) => ({ name, bytes: [...buffer] }));
   await page.evaluate(async (list) => {
     const [{ RunMemory }, storage] = await Promise.all([
@@ -243,7 +226,7 @@ test('an interrupted run is offered with its settings once no other tab continue
     ]);
     const clip = list.map(({ name, bytes }) => new File([new Uint8Array(bytes)], name, { type: 'image/png' }));
     const trim = { start: 0, frames: 3, step: 3, side: 480 };
-    const state = { name: 'frame000.png', source: { files: clip }, trim, changed: new Map() };
+    const state = { name: 'frame0.png', source: { files: clip }, trim, changed: new Map() };
     await new RunMemory(storage, navigator.locks).remember(state);
   }, files);
   const beside = await page.context().newPage();
@@ -254,8 +237,8 @@ test('an interrupted run is offered with its settings once no other tab continue
   await beside.close();
 
   page = await reopen(page);
-  await expect(page.locator('#recent-text')).toHaveText('The run of frame000.png was interrupted.');
-  await expect(page.locator('#recent-open')).toHaveText('Run again: frame000.png');
+  await expect(page.locator('#recent-text')).toHaveText('The run of frame0.png was interrupted.');
+  await expect(page.locator('#recent-open')).toHaveText('Run again: frame0.png');
   await runEnd(page);
   expect(await accessibilityFaults(page)).toEqual([]);
   await untilSaved(page, () => page.click('#recent-open'));

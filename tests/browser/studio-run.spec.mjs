@@ -1,22 +1,28 @@
-// Runs on the page of the studio: files opened, cancelled and continued, the coarse preview, suggestions, and the trim.
+// Runs on the page of the studio: files as people drop them, runs cancelled and continued, the coarse preview, suggestions, and the
+// trim.
 
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { root } from '../../scripts/tools.mjs';
 import { ensureClips, hasFfmpeg } from '../intake.mjs';
 import { movingFrames, plainFrame, shiftingFrames, textureAt } from '../moving.mjs';
-import { downloadBytes, expect, runEnd, test, useSample } from './fixtures.mjs';
+import { expect, openSample, runEnd, test, useSample } from './fixtures.mjs';
 import {
   accessibilityFaults,
+  dropFiles,
+  holdFrames,
   masks,
   openRedo,
   openSave,
   pngFile,
   pngFiles,
+  releaseFrames,
   runAgain,
+  saveExport,
   setControl,
   waitForPhase,
 } from './studio-page.mjs';
+import { needsFfmpeg } from './video-clips.mjs';
 
 const PHONE = { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true };
 
@@ -28,47 +34,21 @@ async function open(page, files) {
 
 const trimOf = (page) => page.evaluate(() => globalThis.tracecutStudio.trim);
 
-/** Lets the images of a clip from number `count` on wait in the page until `releaseFrames` is called there. */
-async function holdFrames(page, count) {
-  await page.evaluate((first) => {
-    const decode = globalThis.createImageBitmap.bind(globalThis);
-    const released = new Promise((resolve) => (globalThis.releaseFrames = resolve));
-    globalThis.createImageBitmap = async (source, ...rest) => {
-      if (source instanceof File && Number(/\d+/.exec(source.name)) >= first) await released;
-      return decode(source, ...rest);
-    };
-  }, count);
-}
-
-const releaseFrames = (page) => page.evaluate(() => globalThis.releaseFrames());
-
-/** Runs in the page: encodes a video of plain frames whose red grows by 10; its length is not in the file. */
-async function encodeReds(count) {
-  const media = await import('/dist/vendor/media.js');
-  const format = new media.WebMOutputFormat({ appendOnly: true });
-  const output = new media.Output({ format, target: new media.BufferTarget() });
-  const source = new media.VideoSampleSource({ codec: 'vp8', bitrate: 1e6, keyFrameInterval: 1 });
-  output.addVideoTrack(source);
-  await output.start();
-  const context = new OffscreenCanvas(128, 64).getContext('2d');
-  for (let k = 0; k < count; k += 1) {
-    context.fillStyle = `rgb(${10 * k}, 90, 90)`;
-    context.fillRect(0, 0, 128, 64);
-    const sample = new media.VideoSample(context.canvas, { timestamp: k / 10, duration: 0.1 });
-    await source.add(sample);
-    sample.close();
-  }
-  await output.finalize();
-  return [...new Uint8Array(output.target.buffer)];
-}
-
-/** Frames of the video, a tenth of a second each. */
-const NUM_REDS = 24;
-
+/** Returns a video of plain frames whose red grows by 10, a tenth of a second each; its length is not in the file. */
 async function redsVideo(page) {
-  const bytes = await page.evaluate(encodeReds, NUM_REDS);
-  return { name: 'reds.webm', mimeType: 'video/webm', buffer: Buffer.from(bytes) };
+  const bytes = await page.evaluate(async () => {
+    const { base64Of, encodeClip, evenTimes } = await import('/tests/browser/page-helpers.mjs');
+    const draw = (context, k) => {
+      context.fillStyle = `rgb(${10 * k}, 90, 90)`;
+      context.fillRect(0, 0, 128, 64);
+    };
+    return base64Of(await encodeClip({ times: evenTimes(24, 10), draw, hasLength: false }));
+  });
+  return { name: 'reds.webm', mimeType: 'video/webm', buffer: Buffer.from(bytes, 'base64') };
 }
+
+/** Returns a file of the intake table, without a type. */
+const clipFile = (name, source) => ({ name, mimeType: '', buffer: readFileSync(join(ensureClips(), source)) });
 
 test.describe('a run', () => {
   const sample = useSample({ sample: 'tiny', bypassCSP: true });
@@ -93,30 +73,52 @@ test.describe('a run', () => {
     await page.click('#error-sample');
     expect(await runEnd(page)).toBe('done');
     await expect(page.locator('#error')).toBeHidden();
-    await expect(page.locator('#subline')).toHaveText(/^4 frames of 96 × 54/);
+    await expect(page.locator('#subline')).toHaveText(/^4 frames of 64 × 36/);
   });
 
   test('begins when images are dropped', async () => {
     const { page } = sample;
     await expect(page.locator('#camera-open'), 'of a computer').toBeHidden();
-    const files = pngFiles(movingFrames(6, [64, 48])).map(({ name, buffer }) => ({ name, bytes: [...buffer] }));
-    await page.evaluate((list) => {
-      const dataTransfer = new DataTransfer();
-      for (const { name, bytes } of list)
-        dataTransfer.items.add(new File([new Uint8Array(bytes)], name, { type: 'image/png' }));
-      for (const type of ['dragenter', 'drop'])
-        document.body.dispatchEvent(new DragEvent(type, { dataTransfer, bubbles: true, cancelable: true }));
-    }, files);
+    await dropFiles(page, pngFiles(movingFrames(6, [64, 48])));
     await expect(page.locator('#clip-name')).toHaveText('frame0.png … frame5.png');
     expect(await runEnd(page)).toBe('done');
     await expect(page.locator('#subline')).toHaveText(/^6 frames of 64 × 48/);
     await expect(page.locator('body')).not.toHaveClass(/is-dropping/);
   });
 
+  test('reads a video without a known type, and shows its average frame rate', async () => {
+    needsFfmpeg();
+    const { page } = sample;
+    await open(page, [clipFile('clip', 'vfr.mp4')]);
+    await expect(page.locator('#counter')).toHaveText(/\/ 16$/);
+    await expect(page.locator('#headline')).toHaveText('1 moving object');
+    await expect(page.locator('#clip-facts')).toHaveText('120 × 90, 0.9 s at 17.14 fps');
+  });
+
+  test('uses the frames of a truncated video before the damage, also in saved files', async () => {
+    needsFfmpeg();
+    const { page } = sample;
+    await open(page, [clipFile('cut.mp4', 'cut-off.mp4')]);
+    await expect(page.locator('#notice')).toHaveText(/^The file is damaged: the first 8 of 16 frames/);
+    await openSave(page);
+    expect(JSON.parse((await saveExport(page, 'coco')).bytes).images).toHaveLength(8);
+    await page.click('#export-close');
+  });
+
+  test('sorts images by their numbers, without hidden files, and uses those before a damaged one', async () => {
+    const images = pngFiles(movingFrames(10, [96, 64])).map((file) => ({ ...file, mimeType: '' }));
+    images[6].buffer = images[6].buffer.subarray(0, 60);
+    const hidden = images.map(({ name }) => ({ name: `._${name}`, mimeType: '', buffer: Buffer.from('Mac OS X') }));
+    const { page } = sample;
+    await open(page, [...hidden, ...images.toReversed()]);
+    await expect(page.locator('#notice')).toHaveText(/^The file is damaged: the first 6 of 10 frames/);
+    await expect(page.locator('#counter')).toHaveText(/\/ 6$/);
+  });
+
   test('shows finished frames; cancelled, it keeps them, and continues to the same result', async () => {
     const { page } = sample;
     await open(page, pngFiles(movingFrames(60, [64, 48])));
-    const whole = (await masks(page)).split('|');
+    const finished = (await masks(page)).split('|');
     // Enough frames for the first window, but not for the second.
     await holdFrames(page, 55);
     await runAgain(page);
@@ -128,23 +130,19 @@ test.describe('a run', () => {
     await waitForPhase(page, 'done');
     await expect(page.locator('#notice')).toHaveText(/^Stopped early: \d\d of 60 frames/);
     const part = (await masks(page)).split('|');
-    expect(part).toEqual(whole.slice(0, part.length));
+    expect(part).toEqual(finished.slice(0, part.length));
     await expect(page.locator('#counter')).toHaveText(`1 / ${part.length}`);
     await expect(page.locator('#correct-open'), 'a partial result is not corrected').toBeHidden();
     await openSave(page);
-    for (const id of ['coco', 'overlay-webm']) {
-      const [download] = await Promise.all([page.waitForEvent('download'), page.click(`[data-export="${id}"]`)]);
-      const bytes = await downloadBytes(download);
-      if (id === 'coco') expect(JSON.parse(bytes).images).toHaveLength(part.length);
-      else expect(bytes.length).toBeGreaterThan(1000);
-    }
+    expect(JSON.parse((await saveExport(page, 'coco')).bytes).images).toHaveLength(part.length);
+    expect((await saveExport(page, 'overlay-webm')).bytes.length).toBeGreaterThan(1000);
     await page.click('#export-close');
     await page.click('#resume');
     await waitForPhase(page, 'running');
     await expect(page.locator('#counter')).toHaveText(/\/ 60$/);
     await releaseFrames(page);
     expect(await runEnd(page)).toBe('done');
-    expect((await masks(page)).split('|')).toEqual(whole);
+    expect((await masks(page)).split('|')).toEqual(finished);
     await expect(page.locator('#correct-open')).toBeVisible();
     await expect(page.locator('#resume')).toBeHidden();
   });
@@ -152,15 +150,20 @@ test.describe('a run', () => {
   test('has a coarse preview, which stays after a cancel and gives way to another clip', async () => {
     const { page } = sample;
     const mark = page.locator('#preview-mark');
-    const frames = Array.from({ length: 50 }, (_, t) =>
-      plainFrame(320, 216, (x, y) => {
-        const isInside = x >= 20 + 2 * t && x < 100 + 2 * t && y >= 50 && y < 130;
-        const value = isInside ? textureAt((x - 2 * t) >> 1, y >> 1, 2) : textureAt(x >> 1, y >> 1, 1);
-        return [value, value, isInside ? 255 - value : value];
-      }),
+    const numRead = 20;
+    const files = pngFiles(
+      Array.from({ length: numRead }, (_, t) =>
+        plainFrame(320, 216, (x, y) => {
+          const isInside = x >= 20 + 2 * t && x < 100 + 2 * t && y >= 50 && y < 130;
+          const value = isInside ? textureAt((x - 2 * t) >> 1, y >> 1, 2) : textureAt(x >> 1, y >> 1, 1);
+          return [value, value, isInside ? 255 - value : value];
+        }),
+      ),
     );
-    await holdFrames(page, 20);
-    await page.setInputFiles('#file', pngFiles(frames));
+    // Enough frames for a preview; the others are never read.
+    for (let t = numRead; t < 50; t += 1) files.push({ ...files[0], name: `frame${t}.png` });
+    await holdFrames(page, numRead);
+    await page.setInputFiles('#file', files);
     await expect(page.locator('body')).toHaveAttribute('data-preview', '');
     await expect(mark).toBeVisible();
     await expect(mark).toHaveText('Coarse preview');
@@ -214,7 +217,7 @@ test.describe('the trim', () => {
     await drawn(page);
     const reds = await page
       .locator('#trim-strip canvas')
-      .evaluateAll((all) => all.map((canvas) => canvas.getContext('2d').getImageData(9, 9, 1, 1).data[0]));
+      .evaluateAll((canvases) => canvases.map((canvas) => canvas.getContext('2d').getImageData(9, 9, 1, 1).data[0]));
     // The middle of each of twelve equal parts.
     expect(reds).toHaveLength(12);
     reds.forEach((red, k) => expect(Math.abs(red - 10 * (2 * k + 1)), `picture ${k}`).toBeLessThan(5));
@@ -303,8 +306,7 @@ test.describe('the trim', () => {
   });
 
   test('fits a phone, whose camera records a clip, with handles for fingers', async ({ openStudio }) => {
-    const page = await openStudio({ sample: 'tiny', bypassCSP: true, ...PHONE });
-    expect(await runEnd(page)).toBe('done');
+    const page = await openSample(openStudio, { sample: 'tiny', bypassCSP: true, ...PHONE });
     const [chooser] = await Promise.all([page.waitForEvent('filechooser'), page.tap('#camera-open')]);
     expect(await chooser.element().getAttribute('capture')).toBe('environment');
     expect(await chooser.element().getAttribute('accept')).toBe('video/*');

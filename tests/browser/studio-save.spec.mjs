@@ -3,7 +3,7 @@
 import { createHash } from 'node:crypto';
 import { gifFile } from '../gif.mjs';
 import { plainFrame, textureAt } from '../moving.mjs';
-import { expect, runEnd, test, useSample } from './fixtures.mjs';
+import { expect, openSample, runEnd, test, useSample } from './fixtures.mjs';
 import {
   accessibilityFaults,
   giveBytes,
@@ -24,16 +24,16 @@ const TIMES = [0, 0.1, 0.2, 0.3, 0.4, 0.5];
 
 const CHOICES = ['transparent', 'green', 'blurred', 'zip'];
 
-const shared = useSample({ sample: 'tiny', bypassCSP: true });
+const dialogPage = useSample({ sample: 'tiny', bypassCSP: true });
 
-test.beforeAll(() => shared.page.evaluate(defineReaders));
+test.beforeAll(() => dialogPage.page.evaluate(defineReaders));
 
 /** Each test opens its clip and dialog itself. */
-test.afterEach(() => shared.page.evaluate(() => document.querySelector('#export').close()));
+test.afterEach(() => dialogPage.page.evaluate(() => document.querySelector('#export').close()));
 
 /** Opens the project, and the dialog at a frame with the main choices alone. */
 async function openDialog(frame = 2, shape = FIVE) {
-  const { page } = shared;
+  const { page } = dialogPage;
   await openFive(page, shape);
   await seek(page, frame);
   await page.evaluate(() => (document.querySelector('#export-more').open = false));
@@ -135,7 +135,7 @@ test('offers four exports and others behind “More”; each is saved as its pre
   const page = await openDialog(3);
   expect(await page.locator('#export .primary:visible').count()).toBe(1);
   const offered = () =>
-    page.locator('[data-export]:visible').evaluateAll((all) => all.map((one) => one.dataset.export));
+    page.locator('[data-export]:visible').evaluateAll((inputs) => inputs.map(({ dataset }) => dataset.export));
   expect(await offered()).toEqual(CHOICES);
   for (const id of CHOICES) {
     await page.check(`[data-export="${id}"]`);
@@ -245,7 +245,7 @@ async function distanceFromObjectColor(t) {
 }
 
 test('the sound of a clip plays with its result, unless it is muted', async () => {
-  const { page } = shared;
+  const { page } = dialogPage;
   await openFive(page, FIVE);
   await expect(page.locator('#mute')).toHaveAttribute('aria-label', 'Mute');
   await page.evaluate(() => {
@@ -279,9 +279,9 @@ test('the preview is never empty, and the dialog does not move from opening to t
       context.drawImage(element, 0, 0, 240, 136);
       return context.getImageData(0, 0, 240, 136).data.filter((value, at) => at % 4 < 3 && value > 60).length;
     };
-    const look = () => {
+    const watch = () => {
       if (!globalThis.frames) return;
-      requestAnimationFrame(look);
+      requestAnimationFrame(watch);
       if (!document.querySelector('#export').open) return;
       globalThis.firstBright ??= countBright(preview.lastElementChild);
       const places = ['#export', '#export-main', '#export-run', '#export-cancel', '.export-foot']
@@ -290,7 +290,7 @@ test('the preview is never empty, and the dialog does not move from opening to t
         .map((element) => element.id.replace(/run|cancel/, 'button') + element.getBoundingClientRect().top);
       globalThis.frames.push({ places: places.join(' '), isEmpty: preview.childElementCount === 0 });
     };
-    look();
+    watch();
   });
   await page.click('#export-open');
   for (const id of ['blurred', 'green', 'transparent']) {
@@ -331,13 +331,13 @@ test('the preview shows actual pixels, which can be dragged', async () => {
   const place = await page.locator('#export-preview').boundingBox();
   expect(place.width).toBeLessThan(800);
   await page.mouse.click(place.x + place.width / 4, place.y + place.height / 4);
-  const look = () =>
+  const watch = () =>
     page.evaluate(() => {
       const box = document.querySelector('#export-preview');
       const { width } = box.firstElementChild.getBoundingClientRect();
       return { width, left: box.scrollLeft, top: box.scrollTop };
     });
-  const before = await look();
+  const before = await watch();
   expect(before.width).toBe(1280);
   expect(Math.abs(before.left - (1280 - place.width) / 4), 'the point under the pointer stays').toBeLessThan(20);
   await page.mouse.move(place.x + 200, place.y + 200);
@@ -346,7 +346,7 @@ test('the preview shows actual pixels, which can be dragged', async () => {
   await page.mouse.up();
   await expect
     .poll(async () => {
-      const { width, left, top } = await look();
+      const { width, left, top } = await watch();
       return [width, left - before.left, top - before.top].map(Math.round);
     })
     .toEqual([1280, 50, 40]);
@@ -405,7 +405,7 @@ test('images are streamed to a chosen file if the browser allows it', async () =
 });
 
 test('saved videos have the delays of a GIF', async () => {
-  const { page } = shared;
+  const { page } = dialogPage;
   const delays = [5, 30, 5, 60, 5, 25];
   const frames = delays.map((_, t) =>
     plainFrame(96, 64, (x, y) => {
@@ -451,11 +451,10 @@ test('a link carries the settings to another page', async ({ openStudio }) => {
 });
 
 test('each state has one main button: open, save, or finish fixing', async ({ openStudio }) => {
-  const page = await openStudio({ sample: 'tiny' });
-  expect(await runEnd(page)).toBe('done');
+  const page = await openSample(openStudio, { sample: 'tiny' });
   const mainButtons = () =>
     page.evaluate(() =>
-      [...document.querySelectorAll('.primary')].filter((one) => one.checkVisibility()).map(({ id }) => id),
+      [...document.querySelectorAll('.primary')].filter((button) => button.checkVisibility()).map(({ id }) => id),
     );
   expect(await mainButtons()).toEqual(['open']);
   await expect(page.locator('#subline')).toBeHidden();

@@ -2,8 +2,8 @@
 
 import { createServer } from 'node:http';
 import { expect, test, useLibrary } from './fixtures.mjs';
+import { range } from './page-helpers.mjs';
 
-const range = (count) => Array.from({ length: count }, (_, k) => k);
 /** Code of a DOMException with the name AbortError. */
 const ABORT_ERR = 20;
 

@@ -1,5 +1,5 @@
 // The intake table: frames of files by ffmpeg, masks of folders by readFrames, containers as the package reads them in
-// browsers, and masks on the command line. What browsers decode is tested in tests/browser/intake.spec.mjs.
+// browsers, and masks on the command line. What browsers decode is tested in tests/browser/video-files.spec.mjs.
 
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
