@@ -91,8 +91,8 @@ export const test = base.extend({
         await page.evaluate(async () => {
           document.body.innerHTML = '<input type="file" id="file" multiple>';
           globalThis.tracecut = await import('/model/library.js');
-          Object.assign(globalThis, await import('/tests/browser/page-helpers.mjs'));
         });
+        await addHelpers(page);
         return page;
       });
     },
@@ -196,23 +196,28 @@ export function runEnd(page) {
  * @param {(fixtures: object) => Promise<import('@playwright/test').Page>} open opens the page
  */
 function usePage(open) {
-  const shared = { /** @type {import('@playwright/test').Page} */ page: null };
+  const holder = { /** @type {import('@playwright/test').Page} */ page: null };
   test.beforeAll(async ({ openStudio, openLibrary, openEmptyPage }) => {
-    shared.page = await open({ openStudio, openLibrary, openEmptyPage });
+    holder.page = await open({ openStudio, openLibrary, openEmptyPage });
   });
-  test.afterAll(() => shared.page?.context().close());
-  return shared;
+  test.afterAll(() => holder.page?.context().close());
+  return holder;
 }
 
-/** Shares a studio page with a segmented sample. @param {Parameters<typeof openStudio>[0]} [options] */
+/** Shares a studio page with a segmented sample. @param {object} [options] of `openStudio` */
 export const useSample = (options) => usePage(({ openStudio }) => openSample(openStudio, options));
 
-/** Opens a studio page, and waits until its sample is segmented. */
-export async function openSample(openStudio, options) {
+/** Opens a studio page with the functions of `page-helpers.mjs`, and waits until its sample is segmented. */
+export async function openSample(openStudio, options = {}) {
   const page = await openStudio(options);
   expect(await runEnd(page), await page.locator('#error').innerText()).toBe('done');
+  if (!options.url) await addHelpers(page);
   return page;
 }
+
+/** Makes the functions of `page-helpers.mjs` global in a page. */
+const addHelpers = (page) =>
+  page.evaluate(async () => void Object.assign(globalThis, await import('/tests/browser/page-helpers.mjs')));
 
 /** Shares a page with the package; `prepare(page)` runs first. */
 export const useLibrary = (prepare = async () => {}) =>

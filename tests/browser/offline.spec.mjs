@@ -93,16 +93,16 @@ test('offers a new version, and changes to it once it is the only tab', async ({
   await page.evaluate(async () => (await navigator.serviceWorker.getRegistration()).update());
   await expect(update).toBeVisible();
   // Open tabs and new ones stay with the first version.
-  const other = await page.context().newPage();
-  await other.goto(page.url());
-  expect(await runEnd(other)).toBe('done');
+  const secondTab = await page.context().newPage();
+  await secondTab.goto(page.url());
+  expect(await runEnd(secondTab)).toBe('done');
   rmSync(path);
-  expect(await Promise.all([page, other].map(hasFile))).toEqual([false, false]);
+  expect(await Promise.all([page, secondTab].map(hasFile))).toEqual([false, false]);
   await update.click();
   await expect(page.getByText('Close other tabs first')).toBeVisible();
   await expect(page.locator('body')).toHaveAttribute('data-state', 'done');
-  expect(await Promise.all([page, other].map(hasFile))).toEqual([false, false]);
-  await other.close();
+  expect(await Promise.all([page, secondTab].map(hasFile))).toEqual([false, false]);
+  await secondTab.close();
   addFile();
   await Promise.all([page.waitForEvent('load'), update.click()]);
   expect(await runEnd(page)).toBe('done');
@@ -122,7 +122,7 @@ test.describe('the service worker', () => {
   const TYPES = { html: 'text/html', js: 'text/javascript' };
   /** Texts of the host, by their paths. */
   const contents = new Map();
-  /** Answers of the host that replace those of `contents`: `{ status, headers, body }`. */
+  /** Answers of the host that replace texts of `contents`: `{ status, headers, body }`. */
   const wrongAnswers = new Map();
   let server, origin;
 
@@ -226,10 +226,10 @@ test.describe('the service worker', () => {
   test('a new version leaves the files of other sites of the host', async ({ context }) => {
     publish('one', 'first');
     publish('one/within', 'within');
-    const [one, within] = [await openTab(context, 'one'), await openTab(context, 'one/within')];
-    expect([await install(one), await install(within)]).toEqual(['activated', 'activated']);
+    const [outerTab, innerTab] = [await openTab(context, 'one'), await openTab(context, 'one/within')];
+    expect([await install(outerTab), await install(innerTab)]).toEqual(['activated', 'activated']);
     publish('one', 'second');
-    await one.evaluate(async () => {
+    await outerTab.evaluate(async () => {
       const registration = await navigator.serviceWorker.getRegistration();
       await registration.update();
       const worker = registration.installing ?? registration.waiting;
@@ -239,13 +239,13 @@ test.describe('the service worker', () => {
         resolveAtEnd();
       });
     });
-    await one.close();
+    await outerTab.close();
     // The version takes over once the tab is gone, and removes the files of the first one.
-    await within.waitForFunction(async () => (await caches.keys()).length === 2);
+    await innerTab.waitForFunction(async () => (await caches.keys()).length === 2);
     const again = await openTab(context, 'one');
     contents.delete('/one/within/a.js');
-    await within.reload();
-    expect(await read(within, 'a.js')).toBe('within');
+    await innerTab.reload();
+    expect(await read(innerTab, 'a.js')).toBe('within');
     expect(await read(again, 'a.js')).toBe('second');
   });
 
@@ -284,8 +284,8 @@ test.describe('faults', () => {
         new Promise((resolve) => {
           const opening = indexedDB.open('tracecut');
           opening.onsuccess = () => {
-            const all = opening.result.transaction('work').objectStore('work').getAll();
-            all.onsuccess = () => resolve(all.result.map(({ name, project }) => [name, project.length > 0]));
+            const request = opening.result.transaction('work').objectStore('work').getAll();
+            request.onsuccess = () => resolve(request.result.map(({ name, project }) => [name, project.length > 0]));
           };
         }),
     );
@@ -308,14 +308,14 @@ test.describe('faults', () => {
     await open(page, 'second');
     await openSave(page);
     expect((await saveExport(page, 'coco')).bytes.length).toBeGreaterThan(0);
-    const other = await page.context().newPage();
-    await other.goto(page.url());
-    const asked = page.waitForEvent('dialog');
+    const secondTab = await page.context().newPage();
+    await secondTab.goto(page.url());
+    const dialogShown = page.waitForEvent('dialog');
     await page.close({ runBeforeUnload: true });
-    const dialog = await asked;
+    const dialog = await dialogShown;
     expect(dialog.type()).toBe('beforeunload');
     await dialog.accept();
-    expect(await savedProjects(other)).toEqual(before);
+    expect(await savedProjects(secondTab)).toEqual(before);
   });
 
   test('reports a wasm file that does not load, and loads it for the next clip', async ({ openStudio, faults }) => {

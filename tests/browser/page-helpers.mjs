@@ -1,5 +1,5 @@
-// Functions for tests that run in pages: clips whose frames show their numbers, and bytes as text. `openLibrary` (fixtures.mjs)
-// makes them global in its pages; others import them from `/tests/browser/page-helpers.mjs`.
+// Functions for tests that run in pages: clips whose frames show their numbers, and pixels, bytes as text. `openLibrary` and
+// `openSample` (fixtures.mjs) make them global in their pages; others import them from `/tests/browser/page-helpers.mjs`.
 
 const SIZE = { width: 128, height: 64 };
 
@@ -17,6 +17,14 @@ export function drawNumber(context, number) {
   }
   context.fillStyle = '#f00';
   context.fillRect(0, 0, width / 16, height);
+}
+
+/** Returns the pixels of a picture, drawn at a size. */
+export function pixelsOf(image, width = image.width, height = image.height) {
+  const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
+  context.imageSmoothingQuality = 'high';
+  context.drawImage(image, 0, 0, width, height);
+  return context.getImageData(0, 0, width, height).data;
 }
 
 /** Returns the number that a picture shows. */

@@ -43,7 +43,7 @@ test.describe('with the mouse', () => {
     const before = await masks(page);
     await page.click('#canvas', { position: await inCanvas(page, ...INSIDE[2]) });
     await expect(page.locator('#correct-object')).toHaveValue('2');
-    await expect(page.locator('#correct-facts')).toHaveText(/^upper leftEdge, .*%$/);
+    await expect(page.locator('#correct-facts')).toHaveText(/^upper left, .*%$/);
     await expect(page.locator('#show-all')).toBeHidden();
     await seek(page, 2);
 

@@ -34,8 +34,8 @@ const PHONE = { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch:
 const placeOf = (page, selector) =>
   page.locator(selector).evaluate((element) => {
     const { top, bottom, left, right, height, width } = element.getBoundingClientRect();
-    const seen = Math.max(0, Math.min(innerHeight, bottom) - Math.max(0, top));
-    return { top, bottom, left, right, height, width, share: seen / height };
+    const visibleHeight = Math.max(0, Math.min(innerHeight, bottom) - Math.max(0, top));
+    return { top, bottom, left, right, height, width, share: visibleHeight / height };
   });
 
 const excessWidth = (page) => page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
@@ -282,12 +282,12 @@ test('shows every control in forced colours', async ({ openStudio }) => {
       const { color, backgroundColor, forcedColorAdjust } = getComputedStyle(element);
       return [color, backgroundColor, forcedColorAdjust].join();
     });
-  const [primary, other] = [await style(page.locator('#export-open')), await style(page.locator('#again'))];
-  expect(primary).not.toBe(other);
+  const [primary, secondary] = [await style(page.locator('#export-open')), await style(page.locator('#again'))];
+  expect(primary).not.toBe(secondary);
   await openRedo(page);
   await page.check('[name="cut.temporalWeight"][value="3"]', { force: true });
   expect(await style(page.locator('#again'))).toBe(primary);
-  expect(await style(page.locator('#export-open'))).toBe(other);
+  expect(await style(page.locator('#export-open'))).toBe(secondary);
   await page.click('#redo-close');
   const views = page.locator('#views span');
   expect(await style(views.nth(0))).not.toBe(await style(views.nth(1)));
@@ -298,9 +298,7 @@ test('shows every control in forced colours', async ({ openStudio }) => {
 /** Runs in the page: how many colours cover at least a two-hundredth of a PNG. */
 async function countColours(bytes) {
   const image = await createImageBitmap(new Blob([new Uint8Array(bytes)]));
-  const context = new OffscreenCanvas(image.width, image.height).getContext('2d');
-  context.drawImage(image, 0, 0);
-  const { data } = context.getImageData(0, 0, image.width, image.height);
+  const data = pixelsOf(image);
   const counts = new Map();
   for (let at = 0; at < data.length; at += 4) {
     const colour = (data[at] << 16) | (data[at + 1] << 8) | data[at + 2];

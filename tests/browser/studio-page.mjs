@@ -36,17 +36,17 @@ export async function openSave(page) {
 
 /** Sets a control of a dialog that may be closed. */
 export async function setControl(page, selector, value) {
-  await page.locator(selector).evaluate((control, wanted) => {
-    control.value = wanted;
+  await page.locator(selector).evaluate((control, text) => {
+    control.value = text;
     control.dispatchEvent(new Event('input', { bubbles: true }));
   }, value);
 }
 
 /** Shows these layers only; without any named, all of them. */
 export async function showOnly(page, ...ids) {
-  await page.evaluate((wanted) => {
+  await page.evaluate((layerIds) => {
     for (const box of document.querySelectorAll('.layer:not([hidden]) [data-layer]'))
-      if (box.checked !== (wanted.length === 0 || wanted.includes(box.dataset.layer))) box.click();
+      if (box.checked !== (layerIds.length === 0 || layerIds.includes(box.dataset.layer))) box.click();
   }, ids);
 }
 

@@ -93,13 +93,13 @@ test.describe('a sample', () => {
     const { page } = sample;
     await seek(page, 12);
     await setControl(page, '[data-setting="masks.fill"]', '1');
-    const shown = async () => (await page.evaluate(paintedObjects)).join();
-    expect(await shown()).toBe('1,2,3');
+    const objectsOnScreen = async () => (await page.evaluate(paintedObjects)).join();
+    expect(await objectsOnScreen()).toBe('1,2,3');
     await page.click('[data-object="1"] .object-main');
-    expect(await shown()).toBe('1');
+    expect(await objectsOnScreen()).toBe('1');
     await page.click('#show-all');
     await page.uncheck('[data-object="1"] .keep input');
-    expect(await shown()).toBe('2,3');
+    expect(await objectsOnScreen()).toBe('2,3');
     await page.click('#show-all');
 
     const place = await page.evaluate(zoomToObject, 2);
@@ -337,14 +337,7 @@ test.describe('a sample', () => {
       }, size);
     await seek(page, 4);
     await isShownAt(width);
-    const pixels = await page.evaluate(
-      ([w, h]) => {
-        const context = new OffscreenCanvas(w, h).getContext('2d', { willReadFrequently: true });
-        context.drawImage(globalThis.tracecutStudio.app.viewer.view.image, 0, 0);
-        return [...context.getImageData(0, 0, w, h).data];
-      },
-      [width, height],
-    );
+    const pixels = await page.evaluate(() => [...pixelsOf(globalThis.tracecutStudio.app.viewer.view.image)]);
     expect(Buffer.from(pixels).equals(Buffer.from(frames[4].data))).toBe(true);
     await page.click('#play');
     await isShownAt(480);
@@ -359,9 +352,7 @@ function paintedObjects() {
   const { viewer, segmentation, timeline } = app;
   viewer.draw();
   const { canvas, view } = viewer;
-  const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', { willReadFrequently: true });
-  copy.drawImage(canvas, 0, 0);
-  const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
+  const data = pixelsOf(canvas);
   const mask = segmentation.mask(timeline.frame);
   const counts = Array.from({ length: segmentation.count }, () => ({ all: 0, painted: 0 }));
   mask.forEach((label, p) => {
@@ -404,8 +395,8 @@ function colourAt([clientX, clientY]) {
   const { canvas } = viewer;
   const { left, top, width } = canvas.getBoundingClientRect();
   const scale = canvas.width / width;
-  const context = canvas.getContext('2d');
-  const { data } = context.getImageData((clientX - left) * scale, (clientY - top) * scale, 1, 1);
+  const [u, v] = [clientX - left, clientY - top].map((offset) => Math.floor(offset * scale));
+  const data = pixelsOf(canvas).subarray(4 * (v * canvas.width + u));
   return `#${[...data.slice(0, 3)].map((value) => value.toString(16).padStart(2, '0')).join('')}`;
 }
 
@@ -414,15 +405,10 @@ function changedShare() {
   const { viewer } = globalThis.tracecutStudio.app;
   viewer.draw();
   const { width, height } = viewer.canvas;
-  const [shown, frame] = [viewer.canvas, viewer.view.image].map((image) => {
-    const context = new OffscreenCanvas(width, height).getContext('2d');
-    context.imageSmoothingQuality = 'high';
-    context.drawImage(image, 0, 0, width, height);
-    return context.getImageData(0, 0, width, height).data;
-  });
+  const [drawn, frame] = [viewer.canvas, viewer.view.image].map((image) => pixelsOf(image, width, height));
   let count = 0;
-  for (let at = 0; at < shown.length; at += 4)
-    if ([0, 1, 2].some((c) => Math.abs(shown[at + c] - frame[at + c]) > 8)) count += 1;
+  for (let at = 0; at < drawn.length; at += 4)
+    if ([0, 1, 2].some((c) => Math.abs(drawn[at + c] - frame[at + c]) > 8)) count += 1;
   return count / (width * height);
 }
 
@@ -432,11 +418,7 @@ function differenceFromOriginal() {
   const states = layers.map(({ isOn }) => isOn);
   for (const layer of layers) layer.isOn = layer.id === 'image';
   viewer.draw();
-  const [original, result] = [document.querySelector('#original'), viewer.canvas].map((canvas) => {
-    const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', { willReadFrequently: true });
-    copy.drawImage(canvas, 0, 0);
-    return copy.getImageData(0, 0, canvas.width, canvas.height).data;
-  });
+  const [original, result] = [document.querySelector('#original'), viewer.canvas].map((canvas) => pixelsOf(canvas));
   layers.forEach((layer, k) => (layer.isOn = states[k]));
   return result.reduce((sum, value, k) => sum + Math.abs(value - original[k]), 0) / result.length;
 }
@@ -445,7 +427,7 @@ function differenceFromOriginal() {
 function meanOpacity() {
   const { viewer } = globalThis.tracecutStudio.app;
   viewer.draw();
-  const { data } = viewer.canvas.getContext('2d').getImageData(0, 0, viewer.canvas.width, viewer.canvas.height);
+  const data = pixelsOf(viewer.canvas);
   let sum = 0;
   for (let at = 3; at < data.length; at += 4) sum += data[at];
   return sum / 255 / (data.length / 4);

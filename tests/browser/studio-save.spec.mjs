@@ -149,7 +149,7 @@ test('offers four exports and others behind “More”; each is saved as its pre
   const corners = {};
   for (const [k, id] of CHOICES.entries()) {
     expect((await saveAndOpen(page, id)).name).toBe(names[k]);
-    const [corner, own, other] = await page.evaluate(
+    const [corner, fromPreview, fromNext] = await page.evaluate(
       async ([preview, next]) => [
         await keepSaved('saved', preview === 'zip' ? savedImage(3) : savedFrame(0.35)),
         distance(preview, 'saved'),
@@ -158,8 +158,8 @@ test('offers four exports and others behind “More”; each is saved as its pre
       [id, CHOICES[(k + 1) % 4]],
     );
     corners[id] = corner;
-    expect(own, id).toBeLessThan(5);
-    expect(own, id).toBeLessThan(other / 4);
+    expect(fromPreview, id).toBeLessThan(5);
+    expect(fromPreview, id).toBeLessThan(fromNext / 4);
   }
   expect(corners.transparent[3]).toBeLessThan(8);
   const [red, green, blue] = corners.green;
@@ -444,9 +444,8 @@ test('a link carries the settings to another page', async ({ openStudio }) => {
   await expect(page.locator('#export-status')).toHaveText('Link copied.');
   const link = await page.evaluate(() => navigator.clipboard.readText());
   expect(link).toMatch(/#trajectory\.gridStep=6$/);
-  const other = await openStudio({ sample: 'tiny', query: new URL(link).hash });
-  expect(await runEnd(other)).toBe('done');
-  const options = await other.evaluate(() => globalThis.tracecutStudio.app.job.options);
+  const linkedPage = await openSample(openStudio, { sample: 'tiny', query: new URL(link).hash });
+  const options = await linkedPage.evaluate(() => globalThis.tracecutStudio.app.job.options);
   expect(options).toEqual({ trajectory: { gridStep: 6 } });
 });
 

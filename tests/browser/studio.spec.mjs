@@ -79,8 +79,8 @@ test('cuts out a dropped clip at full size: run, fix, and two clicks to save', a
   const bytes = [...(await downloadBytes(download))];
   const { width, height, opacities } = await page.evaluate(firstFrame, { bytes, places });
   expect([width, height]).toEqual([CLIP.width, CLIP.height]);
-  const [square, painted, ...background] = opacities;
-  expect(Math.min(square, painted)).toBeGreaterThan(200);
+  const [square, paintedOpacity, ...background] = opacities;
+  expect(Math.min(square, paintedOpacity)).toBeGreaterThan(200);
   expect(Math.max(...background)).toBeLessThan(20);
   await page.click('#export-close');
 

@@ -1,5 +1,5 @@
 // Video files as cameras, browsers and programs write them: each picture once, with the time of the file, and damage is reported.
-// Of the intake table those whose frames depend on the decoders of Chromium; tests/native/intake.test.mjs reads all.
+// Reads the files of the intake table that need decoders of Chromium; tests/native/intake.test.mjs reads all files.
 
 import { existsSync, readFileSync, readdirSync, statSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';

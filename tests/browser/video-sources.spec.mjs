@@ -215,8 +215,8 @@ test('unused frames of a track queue up to a window, and each is closed once', a
       constructor(init) {
         const reader = new Processor(init).readable.getReader();
         const pull = async (controller) => {
-          const { value: frame, done } = await reader.read();
-          if (done) return controller.close();
+          const { value: frame } = await reader.read();
+          if (!frame) return controller.close();
           const k = counts.push(0) - 1;
           const close = frame.close.bind(frame);
           frame.close = () => ((counts[k] += 1), close());
