@@ -5,14 +5,16 @@
 
 import assert from 'node:assert/strict';
 import { execFileSync, spawnSync } from 'node:child_process';
+import { createHash } from 'node:crypto';
 import { cpSync, existsSync, mkdirSync, readFileSync, readdirSync, renameSync, rmSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { root } from '../scripts/tools.mjs';
 import { crc32 } from './png.mjs';
 
-/** The folder that all tests of one checkout share. */
-export const FOLDER = join(root, 'out', 'intake');
+/** The folder that all tests of one checkout share; another version of this file has another one. */
+const SOURCE = readFileSync(fileURLToPath(import.meta.url));
+export const FOLDER = join(root, 'out', 'intake', createHash('sha256').update(SOURCE).digest('hex').slice(0, 12));
 
 /** The clip: a textured red square over a textured green ground that stands still. */
 export const CLIP = { width: 120, height: 90, numFrames: 16, side: 36 };
@@ -50,20 +52,18 @@ const TURNS = {
 /** Returns whether there is an ffmpeg that can make the files. */
 export const hasFfmpeg = () => spawnSync('ffmpeg', ['-version'], { stdio: 'ignore' }).status === 0;
 
-/**
- * The folder of the files, which are made where they are not there yet.
- */
+/** Returns the folder of the files, which are made where they are not there yet. */
 export function ensureClips(folder = FOLDER) {
-  const stamp = join(folder, 'made-by.txt');
-  const source = readFileSync(fileURLToPath(import.meta.url), 'utf8');
-  if (existsSync(stamp) && readFileSync(stamp, 'utf8') === source) return folder;
-  const work = `${folder}.${process.pid}`;
-  rmSync(work, { recursive: true, force: true });
-  mkdirSync(work, { recursive: true });
-  makeClips(work);
-  writeFileSync(join(work, 'made-by.txt'), source);
-  rmSync(folder, { recursive: true, force: true });
-  renameSync(work, folder);
+  if (existsSync(folder)) return folder;
+  const draft = `${folder}.${process.pid}`;
+  rmSync(draft, { recursive: true, force: true });
+  mkdirSync(draft, { recursive: true });
+  makeClips(draft);
+  try {
+    renameSync(draft, folder);
+  } catch {
+    rmSync(draft, { recursive: true }); // Another process was first, and its tests read these files.
+  }
   return folder;
 }
 
