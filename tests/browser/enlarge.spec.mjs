@@ -121,9 +121,9 @@ async function exportFrames(numCores) {
       yield buffer;
     }
   }
-  const { Worker, setTimeout } = globalThis;
+  const { Worker, setTimeout: setTimer } = globalThis;
   // Idle workers do not end, however busy the machine is.
-  globalThis.setTimeout = (action, delay, ...args) => (delay > 1000 ? 0 : setTimeout(action, delay, ...args));
+  globalThis.setTimeout = (action, delay) => (delay > 1000 ? 0 : setTimer(action, delay));
   let numWorkers = 0;
   globalThis.Worker = class extends Worker {
     constructor(address, options) {

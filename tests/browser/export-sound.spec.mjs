@@ -13,6 +13,7 @@ async function defineVideo() {
   const media = await import('/dist/vendor/media.js');
   const { encodeVideo } = await import('/dist/index.js');
   const { encodeImages, soundInfo } = await import('/dist/export.js');
+  const { errorText } = await import('/tests/browser/page-helpers.mjs');
   const encodeTone = async () => {
     const output = new media.Output({ format: new media.WebMOutputFormat(), target: new media.BufferTarget() });
     const track = new media.EncodedAudioPacketSource('opus');
@@ -48,7 +49,16 @@ async function defineVideo() {
   const times = Array.from({ length: 20 }, (_, k) => 0.5 + k / 25);
   const frames = times.map(() => new ImageData(64, 48));
   const masks = { width: 64, height: 48, numFrames: 20, labels: () => new Uint8Array(64 * 48), times };
-  Object.assign(globalThis, { encodeVideo, encodeImages, soundInfo, tone: await encodeTone(), read, masks, frames });
+  Object.assign(globalThis, {
+    errorText,
+    encodeVideo,
+    encodeImages,
+    soundInfo,
+    tone: await encodeTone(),
+    read,
+    masks,
+    frames,
+  });
 }
 
 /** Runs in the page: defines sound files with clicks, and when there are clicks in a file. */
@@ -176,11 +186,7 @@ test('a source without sound gives a silent video; sound that cannot be written,
     const mute = await encodeVideo(masks, frames);
     const silent = await read(await encodeVideo(masks, frames, { sound: { source: mute } }));
     const pcm = await encodeClicks({ kind: 'pcm', channels: 1, sampleRate: 8000, clicks: [0.5] });
-    const failure = (sound) =>
-      encodeVideo(masks, frames, { sound }).then(
-        () => 'no error',
-        (error) => `${error.code}: ${error.message}`,
-      );
+    const failure = (sound) => errorText(encodeVideo(masks, frames, { sound }));
     const { AudioDecoder } = globalThis;
     delete globalThis.AudioDecoder;
     const { formats } = await soundInfo(pcm);

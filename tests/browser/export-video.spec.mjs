@@ -16,41 +16,8 @@ const INSIDE = [32, 20];
 const OUTSIDE = [6, 40];
 const OBJECT_1 = [0xe6, 0x9f, 0x00];
 
+const prepare = (page) => page.evaluate(defineClip, [WIDTH, HEIGHT, TIMES]);
 const exportPage = useEmptyPage(prepare);
-
-async function prepare(page) {
-  await page.evaluate(`globalThis.playedFrame = ${playedFrame}`);
-  await page.evaluate(defineClip, [WIDTH, HEIGHT, TIMES]);
-}
-
-/**
- * Runs in the page: the frame that a player shows at a time.
- *
- * @param {Blob} blob a video
- * @param {number} time seconds, after the first frame
- */
-async function playedFrame(blob, time) {
-  const video = document.createElement('video');
-  const failed = new Promise((_, reject) => (video.onerror = () => reject(new Error(video.error?.message))));
-  const presented = () => Promise.race([failed, new Promise((resolve) => video.requestVideoFrameCallback(resolve))]);
-  const first = presented();
-  Object.assign(video, { muted: true, src: URL.createObjectURL(blob) });
-  // Only a video in view is presented.
-  Object.assign(video.style, { position: 'fixed', top: 0, left: 0, zIndex: 1000 });
-  document.body.append(video);
-  await first;
-  const presentedAgain = presented();
-  video.currentTime = time;
-  await presentedAgain;
-  const { videoWidth: width, videoHeight: height, duration } = video;
-  const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
-  context.drawImage(video, 0, 0);
-  URL.revokeObjectURL(video.src);
-  video.remove();
-  const { data } = context.getImageData(0, 0, width, height);
-  const colorAt = ([x, y]) => [...data.subarray(4 * (y * width + x), 4 * (y * width + x) + 4)];
-  return { width, height, duration, data, colorAt };
-}
 
 /** Runs in the page: defines the clip, and how files are read. */
 async function defineClip([width, height, times]) {
@@ -76,12 +43,8 @@ async function defineClip([width, height, times]) {
     }
     return { codec: track.codec, starts, alphas: [...alphas] };
   };
-  const failure = (promise) =>
-    promise.then(
-      () => 'no error',
-      (error) => `${error.code}: ${error.message}`,
-    );
-  Object.assign(globalThis, { tracecut, frames, masks, readPackets, failure });
+  const { errorText, playedFrame } = await import('/tests/browser/page-helpers.mjs');
+  Object.assign(globalThis, { tracecut, frames, masks, readPackets, errorText, playedFrame });
 }
 
 /** Encodes the clip and reads the file: packets, and the third frame as a player shows it. */
@@ -281,7 +244,7 @@ test('an abort ends encoding and the frame source', async () => {
 
 test('invalid input and missing encoders are refused with a message', async () => {
   const messages = await exportPage.page.evaluate(async () => {
-    const refuse = (...args) => failure(tracecut.encodeVideo(...args));
+    const refuse = (...args) => errorText(tracecut.encodeVideo(...args));
     const list = [
       await refuse(masks, frames.slice(0, 4)),
       await refuse(masks, [frames[0], new ImageData(3, 3)]),

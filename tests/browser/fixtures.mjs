@@ -2,6 +2,7 @@
 // Its default export runs once before all tests: it writes the site of what is built, which each worker serves.
 
 import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { createServer } from 'node:http';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { expect, test as base } from '@playwright/test';
@@ -76,10 +77,13 @@ export const test = base.extend({
     { scope: 'worker' },
   ],
 
-  /** Opens a page that has the package under `tracecut`, and the functions of `page-helpers.mjs`. */
+  /**
+   * Opens a page that has the package under `tracecut`, and the functions of `page-helpers.mjs`: `openLibrary(prepare)`, where
+   * `prepare(page)` runs at the end.
+   */
   openLibrary: [
     async ({ newPage, sites, faults }, use) => {
-      await use(async () => {
+      await use(async (prepare = async () => {}) => {
         const page = await newPage();
         // The console also has the demuxer's complaints about frames that nobody closed.
         page.on('console', (message) => {
@@ -93,6 +97,7 @@ export const test = base.extend({
           globalThis.tracecut = await import('/model/library.js');
         });
         await addHelpers(page);
+        await prepare(page);
         return page;
       });
     },
@@ -126,17 +131,18 @@ export const test = base.extend({
 
   /**
    * Opens an empty page of the site with a content security policy, the strictest that the package works with if none is
-   * given: `openEmptyPage({ policy })`.
+   * given: `openEmptyPage({ policy, prepare })`, where `prepare(page)` runs at the end.
    */
   openEmptyPage: [
     async ({ newPage, sites }, use) => {
-      await use(async ({ policy = STRICT_POLICY } = {}) => {
+      await use(async ({ policy = STRICT_POLICY, prepare = async () => {} } = {}) => {
         const [url, page] = [`${await sites('package')}empty`, await newPage()];
         const body = '<!doctype html><title>empty</title>';
         await page.route(url, (route) =>
           route.fulfill({ contentType: 'text/html', headers: { 'Content-Security-Policy': policy }, body }),
         );
         await page.goto(url);
+        await prepare(page);
         return page;
       });
     },
@@ -220,20 +226,25 @@ const addHelpers = (page) =>
   page.evaluate(async () => void Object.assign(globalThis, await import('/tests/browser/page-helpers.mjs')));
 
 /** Shares a page with the package; `prepare(page)` runs first. */
-export const useLibrary = (prepare = async () => {}) =>
-  usePage(async ({ openLibrary }) => {
-    const page = await openLibrary();
-    await prepare(page);
-    return page;
-  });
+export const useLibrary = (prepare) => usePage(({ openLibrary }) => openLibrary(prepare));
 
 /** Shares an empty page; `prepare(page)` runs first. */
-export const useEmptyPage = (prepare) =>
-  usePage(async ({ openEmptyPage }) => {
-    const page = await openEmptyPage();
-    await prepare(page);
-    return page;
+export const useEmptyPage = (prepare) => usePage(({ openEmptyPage }) => openEmptyPage({ prepare }));
+
+/** Starts a server of another origin, which all tests of the enclosing file or `test.describe` share: read `origin` inside tests. */
+export function useServer(answer) {
+  const server = createServer(answer);
+  test.beforeAll(() => new Promise((resolve) => server.listen(0, '127.0.0.1', resolve)));
+  test.afterAll(() => {
+    server.closeAllConnections();
+    server.close();
   });
+  return {
+    get origin() {
+      return `http://127.0.0.1:${server.address().port}`;
+    },
+  };
+}
 
 /** Gives a file to a page of `openLibrary`, where it is `globalThis.file` from then on. */
 export async function giveFile(page, path) {

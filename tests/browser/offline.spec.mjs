@@ -2,13 +2,12 @@
 // and storage (docs/reliability.md).
 
 import { mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { createServer } from 'node:http';
 import { dirname, join } from 'node:path';
 import { gzipSync } from 'node:zlib';
 import { listed, serviceWorker } from '../../scripts/serve.mjs';
 import { siteList } from '../../scripts/site.mjs';
 import { movingFrames } from '../moving.mjs';
-import { expect, openSample, runEnd, test } from './fixtures.mjs';
+import { expect, openSample, runEnd, test, useServer } from './fixtures.mjs';
 import { openSave, pngFiles, saveExport, stillFiles } from './studio-page.mjs';
 
 /** Largest transfer size of a visit until the sample is segmented, in bytes. */
@@ -124,23 +123,13 @@ test.describe('the service worker', () => {
   const contents = new Map();
   /** Answers of the host that replace texts of `contents`: `{ status, headers, body }`. */
   const wrongAnswers = new Map();
-  let server, origin;
-
-  test.beforeAll(async () => {
-    server = createServer((request, response) => {
-      const { pathname } = new URL(request.url, origin);
-      const name = pathname.replace(/\/$/, '/index.html');
-      const answer = { status: contents.has(name) ? 200 : 404, body: contents.get(name) ?? 'nothing' };
-      const { status, headers, body } = { ...answer, ...wrongAnswers.get(pathname) };
-      const type = TYPES[name.split('.').pop()] ?? 'text/plain';
-      response.writeHead(status, { 'content-type': type, 'cache-control': 'no-store', ...headers }).end(body);
-    });
-    await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
-    origin = `http://127.0.0.1:${server.address().port}`;
-  });
-  test.afterAll(() => {
-    server.closeAllConnections();
-    server.close();
+  const host = useServer((request, response) => {
+    const { pathname } = new URL(request.url, host.origin);
+    const name = pathname.replace(/\/$/, '/index.html');
+    const answer = { status: contents.has(name) ? 200 : 404, body: contents.get(name) ?? 'nothing' };
+    const { status, headers, body } = { ...answer, ...wrongAnswers.get(pathname) };
+    const type = TYPES[name.split('.').pop()] ?? 'text/plain';
+    response.writeHead(status, { 'content-type': type, 'cache-control': 'no-store', ...headers }).end(body);
   });
 
   /** Puts a version of a site at `/{site}/`. */
@@ -159,7 +148,7 @@ test.describe('the service worker', () => {
   /** Opens a tab at a site. */
   async function openTab(context, site) {
     const page = await context.newPage();
-    await page.goto(`${origin}/${site}/`);
+    await page.goto(`${host.origin}/${site}/`);
     return page;
   }
 
@@ -200,7 +189,7 @@ test.describe('the service worker', () => {
     await page.reload();
     expect(await read(page, 'a.js')).toBe('first');
     expect(await read(page, 'a.js?version=9')).toBe('first');
-    await page.goto(`${origin}/site/index.html`);
+    await page.goto(`${host.origin}/site/index.html`);
     expect(await page.title()).toBe('page');
   });
 
@@ -253,7 +242,7 @@ test.describe('the service worker', () => {
     publish('full', 'first');
     const page = await openTab(context, 'full');
     const session = await context.newCDPSession(page);
-    const setQuota = (quotaSize) => session.send('Storage.overrideQuotaForOrigin', { origin, quotaSize });
+    const setQuota = (quotaSize) => session.send('Storage.overrideQuotaForOrigin', { origin: host.origin, quotaSize });
     await setQuota(1);
     expect(await install(page)).toBe('redundant');
     expect(await read(page, 'a.js')).toBe('first');

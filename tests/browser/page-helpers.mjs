@@ -1,5 +1,6 @@
-// Functions for tests that run in pages: clips whose frames show their numbers, and pixels, bytes as text. `openLibrary` and
-// `openSample` (fixtures.mjs) make them global in their pages; others import them from `/tests/browser/page-helpers.mjs`.
+// Functions for tests that run in pages: clips whose frames show their numbers, frames of players, pixels, errors, bytes as text.
+// `openLibrary` and `openSample` (fixtures.mjs) make them global in their pages; others import them from
+// `/tests/browser/page-helpers.mjs`.
 
 const SIZE = { width: 128, height: 64 };
 
@@ -115,6 +116,37 @@ export async function numbersOf(source, options) {
   return frames;
 }
 
+/**
+ * Returns the frame that a player shows at a time.
+ *
+ * @param {Blob} blob a video
+ * @param {number} [time] seconds, after the first frame; the first one if not given
+ */
+export async function playedFrame(blob, time = 0) {
+  const video = document.createElement('video');
+  const failed = new Promise((_, reject) => (video.onerror = () => reject(new Error(video.error?.message))));
+  const presented = () => Promise.race([failed, new Promise((resolve) => video.requestVideoFrameCallback(resolve))]);
+  const first = presented();
+  Object.assign(video, { muted: true, src: URL.createObjectURL(blob) });
+  // Only a video in view is presented.
+  Object.assign(video.style, { position: 'fixed', top: 0, left: 0, zIndex: 1000 });
+  document.body.append(video);
+  await first;
+  if (time) {
+    const presentedAgain = presented();
+    video.currentTime = time;
+    await presentedAgain;
+  }
+  const { videoWidth: width, videoHeight: height, duration } = video;
+  const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
+  context.drawImage(video, 0, 0);
+  URL.revokeObjectURL(video.src);
+  video.remove();
+  const { data } = context.getImageData(0, 0, width, height);
+  const colorAt = ([x, y]) => [...data.subarray(4 * (y * width + x), 4 * (y * width + x) + 4)];
+  return { width, height, duration, data, colorAt };
+}
+
 /** Returns code and message of the error that a promise rejects with, null if it does not. */
 export async function failure(promise) {
   try {
@@ -123,6 +155,12 @@ export async function failure(promise) {
   } catch (error) {
     return { code: error.code ?? error.name, message: error.message };
   }
+}
+
+/** Returns code and message of the error that a promise rejects with, as one text. */
+export async function errorText(promise) {
+  const error = await failure(promise);
+  return error ? `${error.code}: ${error.message}` : 'no error';
 }
 
 /** Returns the bytes of a blob as text, which travels from a page in far less time than an array of numbers. */

@@ -1,8 +1,7 @@
 // The studio under attack: names and links that are markup, and code in the page that tries to run other code or to send
 // something. Nothing runs, and nothing leaves the page.
 
-import { createServer } from 'node:http';
-import { expect, test, useSample } from './fixtures.mjs';
+import { expect, test, useSample, useServer } from './fixtures.mjs';
 import { stillFiles, waitForPhase } from './studio-page.mjs';
 
 const MARKUP = '<img src=x onerror="globalThis.broken=1"><script>globalThis.broken=1</scr' + 'ipt>"\'';
@@ -67,24 +66,13 @@ const ATTEMPTS = {
 const studio = useSample({ sample: 'tiny', query: `?${encodeURIComponent(MARKUP)}=1#${MARKUP}` });
 const requests = [];
 /** Resolves when another host is reached by an attempt. */
-let arrival;
-let server, foreign;
-
-test.beforeAll(async () => {
-  let report;
-  arrival = new Promise((resolve) => (report = resolve));
-  server = createServer(({ url }, response) => {
-    requests.push(url);
-    report('reached');
-    response.writeHead(200, { 'access-control-allow-origin': '*', 'content-type': 'text/javascript' });
-    response.end('globalThis.broken = 1');
-  });
-  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
-  foreign = `http://127.0.0.1:${server.address().port}`;
-});
-test.afterAll(() => {
-  server.closeAllConnections();
-  server.close();
+let reportArrival;
+const arrival = new Promise((resolve) => (reportArrival = resolve));
+const foreignHost = useServer(({ url }, response) => {
+  requests.push(url);
+  reportArrival('reached');
+  response.writeHead(200, { 'access-control-allow-origin': '*', 'content-type': 'text/javascript' });
+  response.end('globalThis.broken = 1');
 });
 
 test('shows names of files and parts of links that are markup as text', async () => {
@@ -112,7 +100,7 @@ test('lets no other code run and nothing be sent', async ({ faults }) => {
   for (const [name, attempt] of Object.entries(ATTEMPTS)) {
     // The policy does not apply to the driver's evaluation that defines the function, only to its effects.
     await page.evaluate(`globalThis.attempt = ${attempt}`);
-    const outcome = await Promise.race([page.evaluate(attemptOutcome, `${foreign}/${name}`), arrival]);
+    const outcome = await Promise.race([page.evaluate(attemptOutcome, `${foreignHost.origin}/${name}`), arrival]);
     expect(outcome, name).toMatch(/^refused/);
   }
   expect(requests).toEqual([]);

@@ -14,8 +14,7 @@ import { needsFfmpeg } from './video-clips.mjs';
 const SCENE = { width: 160, height: 90, frames: 8, seed: 1 };
 const PAGE = `<!doctype html>
 <link rel="icon" href="data:,">
-<script type="importmap">{ "imports": {
-  "tracecut": "./node_modules/tracecut/dist/index.js", "tracecut/export": "./node_modules/tracecut/dist/export.js"
+<script type="importmap">{ "imports": { "tracecut": "./node_modules/tracecut/dist/index.js", "tracecut/export": "./node_modules/tracecut/dist/export.js"
 }  }</script>
 <script type="module" src="./main.js"></script>
 <input type="file"><canvas></canvas>`;

@@ -134,7 +134,6 @@ test('a corrected project is offered after its tab was killed, saved as a file, 
   // A reload would come before the storage has removed it.
   await expect(page.locator('#projects-open')).toBeHidden();
   expect(await page.evaluate(readProjects)).toEqual([]);
-  await page.context().close();
 });
 
 test('an earlier corrected result of a clip is offered, listed with its picture, and opened by keyboard', async ({
@@ -176,7 +175,6 @@ test('an earlier corrected result of a clip is offered, listed with its picture,
   await expect(remove).toHaveText('Delete forever?');
   await page.keyboard.press('Enter');
   await expect(page.locator('.projects > .project')).toHaveCount(1);
-  await page.context().close();
 });
 
 test('asks to delete a project if storage is full of corrected ones, and then saves', async ({ openStudio }) => {
@@ -204,7 +202,6 @@ test('asks to delete a project if storage is full of corrected ones, and then sa
   const projects = await page.evaluate(readProjects);
   expect([projects.length, projects[0].name]).toEqual([8, 'frame0.png … frame8.png']);
   await expect(page.locator('#recent')).toBeHidden();
-  await page.context().close();
 });
 
 /** Runs in the page: the interrupted run that would be offered. */
@@ -247,5 +244,4 @@ test('an interrupted run is offered with its settings once no other tab continue
   expect(await page.evaluate(findInterrupted)).toBe(undefined);
   page = await reopen(page);
   await expect(page.locator('#recent-text')).toHaveText(/^Recent project: ./);
-  await page.context().close();
 });

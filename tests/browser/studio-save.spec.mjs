@@ -419,13 +419,7 @@ test('saved videos have the delays of a GIF', async () => {
   await openSave(page);
   await saveAndOpen(page, 'overlay-webm');
   expect((await page.evaluate(() => readVideo())).times).toEqual([0, 0.05, 0.35, 0.4, 1, 1.05]);
-  const end = await page.evaluate(async () => {
-    const player = document.createElement('video');
-    const loaded = new Promise((resolve) => (player.onloadedmetadata = resolve));
-    player.src = URL.createObjectURL(saved);
-    await loaded;
-    return player.duration;
-  });
+  const end = await page.evaluate(async () => (await playedFrame(saved)).duration);
   // The last frame lasts as long as in the GIF.
   expect(end).toBeCloseTo(1.3, 2);
 });

@@ -1,14 +1,14 @@
 // The studio as a whole: its sample on load, and a clip from a dropped file to a saved, fixed cut-out; with long and large clips,
 // how busy its main thread is, and a clip as phones record it, with sound.
 
-import { execFileSync, spawnSync } from 'node:child_process';
-import { existsSync, mkdtempSync, rmSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { execFileSync } from 'node:child_process';
+import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import { createSession, synthClip } from '../../dist/node.js';
 import { root } from '../../scripts/tools.mjs';
 import { SMALL, downloadBytes, expect, openSample, runEnd, test } from './fixtures.mjs';
-import { correct, dropFiles, fiveObjects, openFix, paint, selectTool } from './studio-page.mjs';
+import { correct, dropFiles, fiveObjects, giveBytes, openFix, paint, selectTool } from './studio-page.mjs';
+import { needsFfmpeg, useFilms } from './video-clips.mjs';
 
 test('segments the sample on load, with the same labels and masks as in Node', async ({ openStudio }) => {
   const page = await openSample(openStudio);
@@ -31,11 +31,11 @@ test('segments the sample on load, with the same labels and masks as in Node', a
 });
 
 /** Wider than the working size, so that the file is larger than the masks. */
-const CLIP = { width: 640, height: 360, frames: 8 };
+const CLIP = { width: 640, height: 200, frames: 8 };
 
 /** The moving square, in pixels: its side, and its upper left corner in frame `t`. */
-const SIDE = 140;
-const cornerOf = (t) => [130 + 12 * t, 100];
+const SIDE = 100;
+const cornerOf = (t) => [130 + 12 * t, 50];
 
 test('cuts out a dropped clip at full size: run, fix, and two clicks to save', async ({ openStudio }) => {
   const page = await openSample(openStudio, { sample: 'tiny', bypassCSP: true });
@@ -74,10 +74,13 @@ test('cuts out a dropped clip at full size: run, fix, and two clicks to save', a
     [550, 60],
     [20, 20],
     [left - 40, top],
-    [620, 340],
+    [620, 180],
   ];
-  const bytes = [...(await downloadBytes(download))];
-  const { width, height, opacities } = await page.evaluate(firstFrame, { bytes, places });
+  await giveBytes(page, 'saved', await downloadBytes(download));
+  const { width, height, opacities } = await page.evaluate(async (list) => {
+    const { width, height, colorAt } = await playedFrame(saved);
+    return { width, height, opacities: list.map((place) => colorAt(place)[3]) };
+  }, places);
   expect([width, height]).toEqual([CLIP.width, CLIP.height]);
   const [square, paintedOpacity, ...background] = opacities;
   expect(Math.min(square, paintedOpacity)).toBeGreaterThan(200);
@@ -108,23 +111,6 @@ async function encodeSquare({ width, height, side, corners }) {
   );
 }
 
-/** Runs in the page: the size of a video, and the opacity of places in its first frame, 0 to 255. */
-async function firstFrame({ bytes, places }) {
-  const video = document.createElement('video');
-  const presented = new Promise((resolve, reject) => {
-    video.requestVideoFrameCallback(resolve);
-    video.onerror = () => reject(video.error);
-  });
-  Object.assign(video, { muted: true, src: URL.createObjectURL(new Blob([new Uint8Array(bytes)])) });
-  document.body.append(video);
-  await presented;
-  const { videoWidth: width, videoHeight: height } = video;
-  const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
-  context.drawImage(video, 0, 0);
-  video.remove();
-  return { width, height, opacities: places.map(([x, y]) => context.getImageData(x, y, 1, 1).data[3]) };
-}
-
 /** No task of the main thread takes more time of the processor. Elapsed time would depend on what else the machine does. */
 const MAX_TASK_MS = 100;
 
@@ -142,6 +128,8 @@ const pictures = join(
   'camel',
   'JPEGImages',
 );
+
+const films = useFilms();
 
 test(
   'no task of the main thread is long while the sample and a video run',
@@ -183,65 +171,54 @@ function longestTasks(trace) {
     .slice(0, 5);
 }
 
-test(
-  'a clip of a phone becomes a transparent video with its sound',
-  { tag: '@long' },
-  async ({ openStudio, cleanup }) => {
-    test.slow();
-    const programs = ['ffmpeg', 'ffprobe'].filter((name) => spawnSync(name, ['-version']).error);
-    const missing = [...(existsSync(pictures) ? [] : [pictures]), ...programs];
-    test.skip(missing.length > 0, `${missing.join(', ')}: missing`);
-    const folder = mkdtempSync(join(tmpdir(), 'tracecut-'));
-    cleanup.after(() => rmSync(folder, { recursive: true, force: true }));
-    const source = join(folder, 'phone.mp4');
-    const clicks = `aevalsrc='if(lt(mod(t,${BEAT_S}),${CLICK_S}),sin(6283*t),0)':s=44100:d=${FRAMES / RATE}`;
-    ffmpeg(
-      ...['-framerate', String(RATE), '-i', join(pictures, '%05d.jpg'), '-f', 'lavfi', '-i', clicks],
-      ...['-frames:v', String(FRAMES), '-vf', 'scale=1920:1080:flags=lanczos,setsar=1', '-pix_fmt', 'yuv420p'],
-      ...['-c:v', 'libx264', '-preset', 'veryfast', '-crf', '18', '-c:a', 'aac', '-shortest', '-y', source],
-    );
-    const page = await openSample(openStudio, { sample: 'tiny' });
-    const start = Date.now();
-    await page.setInputFiles('#file', source);
-    await page.waitForFunction(() => globalThis.tracecutStudio.source?.name === 'phone.mp4');
-    expect(await runEnd(page), await page.locator('#error').innerText()).toBe('done');
-    const segmented = Date.now();
-    await page.click('#export-open');
-    await page.click('[data-export="transparent"]');
-    const [download] = await Promise.all([page.waitForEvent('download'), page.click('#export-run')]);
-    const output = await download.path();
-    const seconds = (from, to) => ((to - from) / 1000).toFixed(1);
-    console.log(`segmented in ${seconds(start, segmented)} s, saved in ${seconds(segmented, Date.now())} s`);
-    expect(download.suggestedFilename()).toBe('phone-cutout.webm');
+test('a clip of a phone becomes a transparent video with its sound', { tag: '@long' }, async ({ openStudio }) => {
+  test.slow();
+  needsFfmpeg();
+  test.skip(!existsSync(pictures), `${pictures} is missing`);
+  const source = films.path('phone.mp4');
+  const clicks = `aevalsrc='if(lt(mod(t,${BEAT_S}),${CLICK_S}),sin(6283*t),0)':s=44100:d=${FRAMES / RATE}`;
+  films.ffmpeg([
+    ...['-framerate', String(RATE), '-i', join(pictures, '%05d.jpg'), '-f', 'lavfi', '-i', clicks],
+    ...['-frames:v', String(FRAMES), '-vf', 'scale=1920:1080:flags=lanczos,setsar=1', '-pix_fmt', 'yuv420p'],
+    ...['-c:v', 'libx264', '-preset', 'veryfast', '-crf', '18', '-c:a', 'aac', '-shortest', source],
+  ]);
+  const page = await openSample(openStudio, { sample: 'tiny' });
+  const start = Date.now();
+  await page.setInputFiles('#file', source);
+  await page.waitForFunction(() => globalThis.tracecutStudio.source?.name === 'phone.mp4');
+  expect(await runEnd(page), await page.locator('#error').innerText()).toBe('done');
+  const segmented = Date.now();
+  await page.click('#export-open');
+  await page.click('[data-export="transparent"]');
+  const [download] = await Promise.all([page.waitForEvent('download'), page.click('#export-run')]);
+  const output = await download.path();
+  const seconds = (from, to) => ((to - from) / 1000).toFixed(1);
+  console.log(`segmented in ${seconds(start, segmented)} s, saved in ${seconds(segmented, Date.now())} s`);
+  expect(download.suggestedFilename()).toBe('phone-cutout.webm');
 
-    const streams = JSON.parse(
-      execFileSync('ffprobe', ['-v', 'error', '-count_packets', '-show_streams', '-of', 'json', output]),
-    ).streams;
-    const video = streams.find(({ codec_type: type }) => type === 'video');
-    const sound = streams.find(({ codec_type: type }) => type === 'audio');
-    expect(video).toMatchObject({ width: 1920, height: 1080, nb_read_packets: String(FRAMES) });
-    expect(video.tags.alpha_mode ?? video.tags.ALPHA_MODE).toBe('1');
-    expect(sound.codec_name).toBe('opus');
-    expect(Math.abs(Number(video.start_time))).toBeLessThan(MAX_OFFSET_S);
-    const clickStarts = clickTimes(output);
-    expect(clickStarts).toHaveLength(clickTimes(source).length);
-    clickStarts.forEach((time, k) => expect(Math.abs(time - BEAT_S * k), `click ${k}`).toBeLessThan(MAX_OFFSET_S));
-    const shares = opaqueShares(output, video.codec_name);
-    expect(shares).toHaveLength(FRAMES);
-    // The camel covers about a tenth of the picture.
-    expect(Math.min(...shares)).toBeGreaterThan(0.03);
-    expect(Math.max(...shares)).toBeLessThan(0.5);
-  },
-);
-
-function ffmpeg(...args) {
-  return execFileSync('ffmpeg', ['-v', 'error', ...args], { maxBuffer: 2 ** 30 });
-}
+  const streams = JSON.parse(
+    execFileSync('ffprobe', ['-v', 'error', '-count_packets', '-show_streams', '-of', 'json', output]),
+  ).streams;
+  const video = streams.find(({ codec_type: type }) => type === 'video');
+  const sound = streams.find(({ codec_type: type }) => type === 'audio');
+  expect(video).toMatchObject({ width: 1920, height: 1080, nb_read_packets: String(FRAMES) });
+  expect(video.tags.alpha_mode ?? video.tags.ALPHA_MODE).toBe('1');
+  expect(sound.codec_name).toBe('opus');
+  expect(Math.abs(Number(video.start_time))).toBeLessThan(MAX_OFFSET_S);
+  const clickStarts = clickTimes(output);
+  expect(clickStarts).toHaveLength(clickTimes(source).length);
+  clickStarts.forEach((time, k) => expect(Math.abs(time - BEAT_S * k), `click ${k}`).toBeLessThan(MAX_OFFSET_S));
+  const shares = opaqueShares(output, video.codec_name);
+  expect(shares).toHaveLength(FRAMES);
+  // The camel covers about a tenth of the picture.
+  expect(Math.min(...shares)).toBeGreaterThan(0.03);
+  expect(Math.max(...shares)).toBeLessThan(0.5);
+});
 
 /** Returns the times at which clicks begin, in seconds of the file. */
 function clickTimes(file) {
   const clock = ['-af', 'aresample=async=1:first_pts=0', '-ar', String(PCM_RATE)];
-  const bytes = ffmpeg('-i', file, '-vn', '-ac', '1', ...clock, '-f', 'f32le', '-');
+  const bytes = films.ffmpeg(['-i', file, '-vn', '-ac', '1', ...clock, '-f', 'f32le', '-']);
   const samples = new Float32Array(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length));
   const times = [];
   samples.forEach((sample, k) => {
@@ -255,7 +232,7 @@ function clickTimes(file) {
 function opaqueShares(file, codec) {
   const decoder = codec === 'vp8' ? 'libvpx' : 'libvpx-vp9';
   const alpha = ['-vf', 'alphaextract,scale=192:108', '-pix_fmt', 'gray', '-f', 'rawvideo', '-'];
-  const bytes = ffmpeg('-c:v', decoder, '-i', file, ...alpha);
+  const bytes = films.ffmpeg(['-c:v', decoder, '-i', file, ...alpha]);
   const numPixels = 192 * 108;
   const shareOf = (frame) => frame.reduce((sum, value) => sum + (value > 127 ? 1 : 0), 0) / numPixels;
   return Array.from({ length: bytes.length / numPixels }, (_, t) =>

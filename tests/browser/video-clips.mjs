@@ -44,7 +44,8 @@ export function useFilms() {
   test.afterAll(() => rmSync(folder, { recursive: true, force: true }));
   const path = (name) => join(folder, name);
   /** Runs ffmpeg in the folder; gives what it writes to `-`. */
-  const ffmpeg = (args) => execFileSync('ffmpeg', ['-nostdin', '-v', 'error', '-y', ...args], { cwd: folder });
+  const ffmpeg = (args) =>
+    execFileSync('ffmpeg', ['-nostdin', '-v', 'error', '-y', ...args], { cwd: folder, maxBuffer: 2 ** 30 });
   /** Makes a file of the film, by these arguments for the output. */
   const film = (name, args, { rate = 25, ...size } = {}) => {
     const { width, height, count } = { ...FILM, ...size };

@@ -251,8 +251,9 @@ for (const [size, tag] of [
   });
 }
 
-test('leaving the loop, an abort and close end the worker, and the page can segment again', async () => {
-  const { page } = library;
+test('leaving the loop, an abort and close end the worker, and the page can segment again', async ({ openLibrary }) => {
+  // No other test has started workers here.
+  const page = await openLibrary();
   await page.evaluate(async () => {
     const scene = await tracecut.synthClip({ width: 96, height: 64, frames: 12, seed: 1 });
     const frames = Array.from({ length: 12 }, (_, t) => scene.frame(t));

@@ -1,7 +1,6 @@
 // Sources of frames besides files: elements, streams, tracks of a canvas, and addresses of other hosts.
 
-import { createServer } from 'node:http';
-import { expect, test, useLibrary } from './fixtures.mjs';
+import { expect, test, useLibrary, useServer } from './fixtures.mjs';
 import { range } from './page-helpers.mjs';
 
 /** Code of a DOMException with the name AbortError. */
@@ -276,17 +275,12 @@ test('a browser that cannot read tracks, a track of sound, and one that has ende
 
 test.describe('files of another host', () => {
   const requests = [];
-  let server;
+  let bytes;
   test.beforeAll(async () => {
-    const bytes = Buffer.from(await library.page.evaluate(async () => [...new Uint8Array(await clip.arrayBuffer())]));
-    server = createServer((request, response) => serveClip(bytes, request, response, requests));
-    await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
+    bytes = Buffer.from(await library.page.evaluate(() => base64Of(clip)), 'base64');
   });
-  test.afterAll(() => {
-    server.close();
-    server.closeAllConnections();
-  });
-  const address = (path) => `http://127.0.0.1:${server.address().port}/${path}`;
+  const host = useServer((request, response) => serveClip(bytes, request, response, requests));
+  const address = (path) => `${host.origin}/${path}`;
 
   test('are read in ranges if the server supports them, and whole otherwise', async () => {
     for (const path of ['ranges', 'whole']) {
