@@ -141,7 +141,9 @@ export async function ensureNodeModules() {
   const installed = join(root, 'node_modules', '.package-lock.json');
   if (existsSync(installed) && statSync(installed).mtimeMs >= statSync(join(root, 'package-lock.json')).mtimeMs) return;
   await during('installing npm packages', 15, () =>
-    runBeside('npm', ['ci', '--no-audit', '--no-fund'], { hint: 'The packages of package-lock.json could not be installed.' }),
+    runBeside('npm', ['ci', '--no-audit', '--no-fund'], {
+      hint: 'The packages of package-lock.json could not be installed.',
+    }),
   );
 }
 
