@@ -325,8 +325,9 @@ test('a project is opened, fixed with the brush and saved as a video by keyboard
   // One column, which scrolls.
   const page = await openSample(openStudio, { sample: 'tiny', viewport: { width: 800, height: 900 } });
   const { project } = await fiveObjects(page, FIVE);
-  await tabTo(page, '#open');
+  // Before the last key, which would else be faster than the interception of the dialog.
   const choosing = page.waitForEvent('filechooser');
+  await tabTo(page, '#open');
   await page.keyboard.press('Enter');
   await (await choosing).setFiles([project]);
   await expectObjects(page, '0,1,2,3,4,5');

@@ -340,9 +340,9 @@ test.describe('the first screen', () => {
         await expect(page.locator('#welcome li')).toHaveCount(3);
         await expect(page.locator('button:visible')).toHaveCount(1);
       }
+      const choosing = page.waitForEvent('filechooser');
       const source = await picture.evaluate(({ currentSrc }) => currentSrc);
       expect(source).toMatch(reducedMotion === 'reduce' ? /still\.avif$/ : /sample\.avif$/);
-      const choosing = page.waitForEvent('filechooser');
       await page.click('#welcome-open');
       await choosing;
     });
