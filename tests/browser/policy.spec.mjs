@@ -106,7 +106,7 @@ test('lets no other code run and nothing be sent', async ({ faults }) => {
   expect(requests).toEqual([]);
   expect(await page.evaluate(() => document.body.dataset.state)).toBe('done');
   // The browser reports each violation, and requests that it did not send.
-  faults.length = 0;
+  faults.expected.push(/./);
 });
 
 /** Runs in the page: makes the attempt and returns how it ended. */

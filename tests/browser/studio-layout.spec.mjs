@@ -459,7 +459,7 @@ test.describe('an accessibility checker', () => {
       await page.setInputFiles('#file', [{ name: 'notes.txt', mimeType: 'text/plain', buffer: Buffer.from('x') }]);
       expect(await runEnd(page)).toBe('error');
       await check('error');
-      faults.length = 0;
+      faults.expected.push(/./);
     });
 });
 
