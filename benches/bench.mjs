@@ -5,7 +5,6 @@
 //   --frames N       only the first N of them
 //   --threads N      also runs the package on 1 and on N threads: wall and processor seconds, the minimum of three
 //   --json FILE      also writes the figures
-//   --compare FILE   also prints each stage's ratio to the figures in a --json file; needs an equally idle machine
 
 import { readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
@@ -13,18 +12,6 @@ import { parseArgs } from 'node:util';
 import { gzipSync } from 'node:zlib';
 import { build } from '../scripts/build.mjs';
 
-const SPARSE = [
-  'flow',
-  'trajectories',
-  'affinities',
-  'embedding',
-  'discontinuities',
-  'saliency',
-  'connectedness',
-  'clusters',
-];
-const DENSE = ['superpixels', 'cut', 'masks'];
-const STAGES = [...SPARSE, ...DENSE];
 const SIZES = [
   [320, 180, 30],
   [480, 270, 30],
@@ -41,12 +28,14 @@ const { values: options } = parseArgs({
     frames: { type: 'string', default: 'Infinity' },
     threads: { type: 'string' },
     json: { type: 'string' },
-    compare: { type: 'string' },
   },
 });
-await build({ overBudget: 'warn' });
+await build();
 const wasm = readFileSync(new URL('../dist/tracecut_bg.wasm', import.meta.url));
 const glue = await import('../dist/tracecut.js');
+const { STAGE_COSTS } = await import('../dist/parameters.js');
+const STAGES = STAGE_COSTS.map(([stage]) => stage);
+const DENSE = STAGES.slice(STAGES.indexOf('superpixels'));
 const rows = [];
 glue.initSync({ module: wasm });
 
@@ -72,7 +61,6 @@ if (options.clip) report(measure(...(await read(options.clip, Number(options.fra
 else
   for (const size of options.quick ? SIZES.slice(0, 1) : [...SIZES, LARGEST])
     report(measure(render(...size), size[0], size[1]));
-if (options.compare) compare(JSON.parse(readFileSync(options.compare, 'utf8')));
 console.log('');
 for (const name of ['tracecut_bg.wasm', 'decoder_bg.wasm']) {
   const bytes = readFileSync(new URL(`../dist/${name}`, import.meta.url));
@@ -154,25 +142,13 @@ async function share(threads) {
   rows.push({ width, height, frames: clip.length, threads, wall: least, ratio });
 }
 
-/** Prints ratios to the figures of an earlier run, stage by stage. */
-function compare(earlier) {
-  for (const row of rows) {
-    const same = ({ width, height, frames, seconds }) =>
-      seconds && width === row.width && height === row.height && frames === row.frames;
-    const before = earlier.find(same);
-    if (!before) continue;
-    const ratio = (stage) => `${stage} ${(row.seconds[stage] / before.seconds[stage]).toFixed(2)}`;
-    console.log(`${row.width}x${row.height}, of the earlier run's: ${STAGES.map(ratio).join(', ')}`);
-  }
-}
-
 function report(row) {
   rows.push(row);
   const { width, height, frames, seconds, trajectories, clusters, objects, memoryBytes } = row;
   const total = (stages) => stages.reduce((sum, stage) => sum + seconds[stage], 0);
   const [sum, dense] = [total(STAGES), total(DENSE)];
   const perField = (1000 * seconds.flow) / (2 * (frames - 1));
-  const numbers = [...STAGES.map((stage) => seconds[stage]), sum, total(SPARSE) - seconds.flow, dense].map((s) =>
+  const numbers = [...STAGES.map((stage) => seconds[stage]), sum, sum - dense - seconds.flow, dense].map((s) =>
     s.toFixed(3),
   );
   const counts = [trajectories, clusters, objects, (memoryBytes / 2 ** 20).toFixed(1)];

@@ -3,7 +3,6 @@
 // scored). Needs ffmpeg and a built package. Options:
 //   --frames N    only the first N frames (50)
 //   --fixes N     frames of each clip that are fixed, evenly spaced (4)
-//   --cache DIR   keeps masks and flow there, for another run
 //   --json FILE   also writes the figures
 //
 // In each of these frames the largest missing part of the objects is painted, and the largest wrong part is erased, both as the
@@ -11,8 +10,7 @@
 // intersection over union with the true mask, all objects as one, rises.
 
 import { execFileSync } from 'node:child_process';
-import { createHash } from 'node:crypto';
-import { existsSync, mkdirSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
+import { existsSync, readdirSync, writeFileSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { parseArgs } from 'node:util';
 import { createSession, fitSize } from 'tracecut';
@@ -24,7 +22,6 @@ const { values: options, positionals: folders } = parseArgs({
   options: {
     frames: { type: 'string', default: '50' },
     fixes: { type: 'string', default: '4' },
-    cache: { type: 'string' },
     json: { type: 'string' },
   },
 });
@@ -70,17 +67,6 @@ function decode(file, width, height, scaler, format) {
   return new Uint8Array(execFileSync('ffmpeg', arguments_, { maxBuffer: 2 ** 28 }));
 }
 
-/** Returns what `make` makes, as bytes, or what an earlier run kept under this name. */
-async function cached(name, make) {
-  if (!options.cache) return make();
-  mkdirSync(options.cache, { recursive: true });
-  const file = join(options.cache, name);
-  if (existsSync(file)) return new Uint8Array(readFileSync(file));
-  const bytes = await make();
-  writeFileSync(file, bytes);
-  return bytes;
-}
-
 /** Segments a clip with all defaults; one mask after the other. */
 async function segment({ width, height, frames }) {
   const session = await createSession();
@@ -90,22 +76,6 @@ async function segment({ width, height, frames }) {
   for (let t = 0; t < frames.length; t += 1) masks.set(result.labels(t), t * width * height);
   session.close();
   return masks;
-}
-
-/** An engine whose flow is kept between runs. */
-function keepFlow(engine) {
-  const key = ({ data }) => createHash('sha1').update(data).digest('hex').slice(0, 16);
-  return {
-    flow: async (from, to) => {
-      const bytes = await cached(`flow-${key(from)}-${key(to)}`, async () => {
-        const { u, v, width, height } = await engine.flow(from, to);
-        return new Uint8Array(Float32Array.from([width, height, ...u, ...v]).buffer);
-      });
-      const [width, height, ...values] = new Float32Array(bytes.buffer, bytes.byteOffset, bytes.byteLength / 4);
-      const size = width * height;
-      return { width, height, u: Float32Array.from(values.slice(0, size)), v: Float32Array.from(values.slice(size)) };
-    },
-  };
 }
 
 /** Intersection over union with the true mask, all objects as one. */
@@ -172,14 +142,13 @@ function labelFor(labels, truth) {
 }
 
 const rows = [];
-const imageEngine = await createImageEngine();
-const engine = keepFlow(imageEngine);
+const engine = await createImageEngine();
 for (const folder of folders) {
   const clip = readClip(folder);
   const { width, height, frames, truth } = clip;
   const size = width * height;
   const name = basename(folder);
-  const masks = await cached(`masks-${name}-${frames.length}`, () => segment(clip));
+  const masks = await segment(clip);
   const labels = (t) => masks.slice(t * size, (t + 1) * size);
   const picture = (t) => ({ data: frames[t], width, height });
   for (let k = 0; k < Number(options.fixes); k += 1) {
@@ -213,7 +182,7 @@ for (const folder of folders) {
     }
   }
 }
-imageEngine.close();
+engine.close();
 
 /** Prints the figures of some fixes. */
 function report(title, list) {

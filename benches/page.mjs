@@ -61,7 +61,7 @@ const { values: options, positionals: kinds } = parseArgs({
   },
   allowPositionals: true,
 });
-await build({ overBudget: 'warn' });
+await build();
 const folder = mkdtempSync(join(tmpdir(), 'tracecut-'));
 const server = await serve();
 const browser = await launchBrowser();
@@ -91,6 +91,13 @@ function waitForEnd(page) {
   return page.waitForFunction(() => ['done', 'error'].includes(document.body.dataset.state));
 }
 
+/** Opens a file and waits until its masks are computed. */
+async function runClip(page, file) {
+  await page.setInputFiles('#file', file);
+  await page.waitForFunction(() => document.body.dataset.phase === 'running');
+  await waitForEnd(page);
+}
+
 async function saveClip(page, clip) {
   const file = join(folder, 'clip.webm');
   writeFileSync(file, Buffer.from(await page.evaluate(makeClip, clip), 'base64'));
@@ -113,9 +120,7 @@ async function timeOpening() {
   for (let round = 0; round < ROUNDS; round += 1) {
     const page = await openPage(site);
     await page.evaluate(watchMarks);
-    await page.setInputFiles('#file', clip);
-    await page.waitForFunction(() => document.body.dataset.phase === 'running');
-    await waitForEnd(page);
+    await runClip(page, clip);
     for (const [name, ms] of await page.evaluate(() => [...globalThis.marks]))
       marks.set(name, Math.min(marks.get(name) ?? Infinity, ms));
     // In turns, so that other load on the machine affects all alike.
@@ -155,11 +160,7 @@ async function timeTasks() {
   };
 
   await phase('reading', () => page.evaluate(readAll, CLIP.frames));
-  await phase('running', async () => {
-    await page.setInputFiles('#file', clip);
-    await page.waitForFunction(() => document.body.dataset.phase === 'running');
-    await waitForEnd(page);
-  });
+  await phase('running', () => runClip(page, clip));
   await phase('playing with both layers', async () => {
     await page.evaluate(() => {
       for (const id of ['masks', 'image']) {

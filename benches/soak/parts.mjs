@@ -3,6 +3,7 @@
 import { readFileSync } from 'node:fs';
 import { setTimeout as pause } from 'node:timers/promises';
 import { createSession, segmentVideo } from 'tracecut';
+import { plainFrame, textureAt } from '../../tests/moving.mjs';
 import { pngBytes } from '../../tests/png.mjs';
 
 const AT_ONCE = 100;
@@ -166,21 +167,12 @@ function slopeOf(points, key) {
 
 /** Returns the pixels of frame `t` of an endless clip: a square that moves to and fro over noise. */
 function madeFrame(t, width = 48, height = 36) {
-  const data = new Uint8ClampedArray(4 * width * height);
   const left = 4 + Math.abs((t % 40) - 20);
-  for (let p = 0; p < width * height; p += 1) {
-    const [x, y] = [p % width, Math.floor(p / width)];
+  return plainFrame(width, height, (x, y) => {
     const inside = x >= left && x < left + 14 && y >= 10 && y < 26;
-    const value = inside ? grain(x - left, y, 2) : grain(x, y, 1);
-    data.set([value, value, inside ? 255 - value : value, 255], 4 * p);
-  }
-  return { data, width, height };
-}
-
-function grain(x, y, salt) {
-  const h = Math.imul((x >> 1) + 7, 374761393) ^ Math.imul((y >> 1) + 3, 668265263) ^ Math.imul(salt, 2246822519);
-  const mixed = Math.imul(h ^ (h >>> 13), 1274126177);
-  return 60 + (((mixed ^ (mixed >>> 16)) >>> 0) % 160);
+    const value = inside ? textureAt(x - left, y, 2) : textureAt(x, y, 1);
+    return [value, value, inside ? 255 - value : value];
+  });
 }
 
 console.log(JSON.stringify(await PARTS[part]()));

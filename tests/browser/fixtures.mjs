@@ -27,85 +27,76 @@ const STRICT_POLICY = "script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'";
  * @typedef {'small' | 'brief' | 'tiny'} SampleName
  */
 
+/** A fixture that all tests of a worker share. */
+const perWorker = (fixture) => [fixture, { scope: 'worker' }];
+
 export const test = base.extend({
   /**
    * Errors and warnings of all pages of this worker, failed requests, and requests to other hosts. A test adds patterns of those that it expects
    * to `faults.expected`; they may come until its pages are closed.
    */
-  faults: [async ({}, use) => use(Object.assign([], { expected: [] })), { scope: 'worker' }],
+  faults: perWorker(async ({}, use) => use(Object.assign([], { expected: [] }))),
 
   /**
    * Opens an empty page in a context of its own: `newPage(options)`, with options of a browser context. It is closed after the
    * test that opened it; one opened in `beforeAll` stays.
    */
-  newPage: [
-    async ({ browser, faults }, use) => {
-      await use(async (options) => {
-        const page = await (await browser.newContext(options)).newPage();
-        openPages.add(page);
-        page.on('pageerror', (error) => faults.push(`page error: ${error.message}`));
-        return page;
-      });
-    },
-    { scope: 'worker' },
-  ],
+  newPage: perWorker(async ({ browser, faults }, use) => {
+    await use(async (options) => {
+      const page = await (await browser.newContext(options)).newPage();
+      openPages.add(page);
+      page.on('pageerror', (error) => faults.push(`page error: ${error.message}`));
+      return page;
+    });
+  }),
 
   /** Addresses of the site, by `SiteKind`; each server starts when it is first asked for. */
-  sites: [
-    async ({}, use) => {
-      const servers = new Map();
-      await use(async (kind) => {
-        if (!servers.has(kind)) servers.set(kind, serveSite(kind));
-        return (await servers.get(kind)).url;
-      });
-      for (const server of servers.values()) await (await server).close();
-    },
-    { scope: 'worker' },
-  ],
+  sites: perWorker(async ({}, use) => {
+    const servers = new Map();
+    await use(async (kind) => {
+      if (!servers.has(kind)) servers.set(kind, serveSite(kind));
+      return (await servers.get(kind)).url;
+    });
+    for (const server of servers.values()) await (await server).close();
+  }),
 
   /** Opens a page of the studio: `openStudio({ sample, query, url, ...options of a browser context })`. */
-  openStudio: [
-    async ({ newPage, sites, faults }, use) => {
-      await use(async ({ sample = 'small', query = '', url, ...options } = {}) => {
-        const viewport = { width: 1280, height: 800 };
-        const page = await newPage({ viewport, reducedMotion: 'reduce', serviceWorkers: 'block', ...options });
-        // Nobody answers a dialog of the browser here: files come as downloads.
-        await page.addInitScript(() => (globalThis.showSaveFilePicker = undefined));
-        const address = url ?? (await sites(sample));
-        watchStudio(page, address, faults);
-        await page.goto(address + query);
-        return page;
-      });
-    },
-    { scope: 'worker' },
-  ],
+  openStudio: perWorker(async ({ newPage, sites, faults }, use) => {
+    await use(async ({ sample = 'small', query = '', url, ...options } = {}) => {
+      const viewport = { width: 1280, height: 800 };
+      const page = await newPage({ viewport, reducedMotion: 'reduce', serviceWorkers: 'block', ...options });
+      // Nobody answers a dialog of the browser here: files come as downloads.
+      await page.addInitScript(() => (globalThis.showSaveFilePicker = undefined));
+      const address = url ?? (await sites(sample));
+      watchStudio(page, address, faults);
+      await page.goto(address + query);
+      return page;
+    });
+  }),
 
   /**
    * Opens a page that has the package under `tracecut`, and the functions of `page-helpers.mjs`: `openLibrary(prepare)`, where
    * `prepare(page)` runs at the end.
    */
-  openLibrary: [
-    async ({ newPage, sites, faults }, use) => {
-      await use(async (prepare = async () => {}) => {
-        const page = await newPage();
-        // The console also has the demuxer's complaints about frames that nobody closed.
-        page.on('console', (message) => {
-          if (['error', 'warning'].includes(message.type()) && !/404|net::ERR/.test(message.text()))
-            faults.push(message.text());
-        });
-        // A file of the site: a page that a test makes up may not request from other servers of this machine.
-        await page.goto(`${await sites('package')}empty.js`);
-        await page.evaluate(async () => {
-          document.body.innerHTML = '<input type="file" id="file" multiple>';
-          globalThis.tracecut = await import('/model/library.js');
-        });
-        await addHelpers(page);
-        await prepare(page);
-        return page;
+  openLibrary: perWorker(async ({ newPage, sites, faults }, use) => {
+    await use(async (prepare = async () => {}) => {
+      const page = await newPage();
+      // The console also has the demuxer's complaints about frames that nobody closed.
+      page.on('console', (message) => {
+        if (['error', 'warning'].includes(message.type()) && !/404|net::ERR/.test(message.text()))
+          faults.push(message.text());
       });
-    },
-    { scope: 'worker' },
-  ],
+      // A file of the site: a page that a test makes up may not request from other servers of this machine.
+      await page.goto(`${await sites('package')}empty.js`);
+      await page.evaluate(async () => {
+        document.body.innerHTML = '<input type="file" id="file" multiple>';
+        globalThis.tracecut = await import('/model/library.js');
+      });
+      await addHelpers(page);
+      await prepare(page);
+      return page;
+    });
+  }),
 
   /** Collects actions after the test, as a context of `node:test`: `cleanup.after(action)`. The latest runs first. */
   cleanup: async ({}, use) => {
@@ -118,59 +109,50 @@ export const test = base.extend({
    * Opens a page at any address: `openPage(url, prepare)`, where `prepare(page)` runs before. Its errors and failed requests
    * are faults.
    */
-  openPage: [
-    async ({ newPage, faults }, use) => {
-      await use(async (url, prepare = async () => {}) => {
-        const page = await newPage();
-        page.on('console', (message) => message.type() === 'error' && faults.push(message.text()));
-        page.on('response', (response) => response.ok() || faults.push(`${response.status()} ${response.url()}`));
-        await prepare(page);
-        await page.goto(url);
-        return page;
-      });
-    },
-    { scope: 'worker' },
-  ],
+  openPage: perWorker(async ({ newPage, faults }, use) => {
+    await use(async (url, prepare = async () => {}) => {
+      const page = await newPage();
+      page.on('console', (message) => message.type() === 'error' && faults.push(message.text()));
+      page.on('response', (response) => response.ok() || faults.push(`${response.status()} ${response.url()}`));
+      await prepare(page);
+      await page.goto(url);
+      return page;
+    });
+  }),
 
   /**
    * Opens an empty page of the site with a content security policy, the strictest that the package works with if none is
    * given: `openEmptyPage({ policy, prepare })`, where `prepare(page)` runs at the end.
    */
-  openEmptyPage: [
-    async ({ newPage, sites }, use) => {
-      await use(async ({ policy = STRICT_POLICY, prepare = async () => {} } = {}) => {
-        const [url, page] = [`${await sites('package')}empty`, await newPage()];
-        const body = '<!doctype html><title>empty</title>';
-        await page.route(url, (route) =>
-          route.fulfill({ contentType: 'text/html', headers: { 'Content-Security-Policy': policy }, body }),
-        );
-        await page.goto(url);
-        await prepare(page);
-        return page;
-      });
-    },
-    { scope: 'worker' },
-  ],
+  openEmptyPage: perWorker(async ({ newPage, sites }, use) => {
+    await use(async ({ policy = STRICT_POLICY, prepare = async () => {} } = {}) => {
+      const [url, page] = [`${await sites('package')}empty`, await newPage()];
+      const body = '<!doctype html><title>empty</title>';
+      await page.route(url, (route) =>
+        route.fulfill({ contentType: 'text/html', headers: { 'Content-Security-Policy': policy }, body }),
+      );
+      await page.goto(url);
+      await prepare(page);
+      return page;
+    });
+  }),
 
   /**
    * The built site with the tiny sample, as on a host: with all its files, and not at the root. A test may change files in
    * `folder`, restores them, and calls `publish` for a service worker with their list.
    */
-  ownSite: [
-    async ({}, use) => {
-      const folder = mkdtempSync(join(tmpdir(), 'tracecut-own-site-'));
-      await writeSite(folder);
-      for (const [path, script] of scriptsWithSample(folder, JSON.stringify(TINY)))
-        writeFileSync(join(folder, path), script);
-      const publish = () => writeFileSync(join(folder, 'service-worker.js'), serviceWorker(siteList(folder)));
-      publish();
-      const server = await serve({ places: [{ prefix: '/some/where/', folder }] });
-      await use({ url: `${server.url}some/where/`, folder, publish });
-      await server.close();
-      rmSync(folder, { recursive: true, force: true });
-    },
-    { scope: 'worker' },
-  ],
+  ownSite: perWorker(async ({}, use) => {
+    const folder = mkdtempSync(join(tmpdir(), 'tracecut-own-site-'));
+    await writeSite(folder);
+    for (const [path, script] of scriptsWithSample(folder, JSON.stringify(TINY)))
+      writeFileSync(join(folder, path), script);
+    const publish = () => writeFileSync(join(folder, 'service-worker.js'), serviceWorker(siteList(folder)));
+    publish();
+    const server = await serve({ places: [{ prefix: '/some/where/', folder }] });
+    await use({ url: `${server.url}some/where/`, folder, publish });
+    await server.close();
+    rmSync(folder, { recursive: true, force: true });
+  }),
 
   checkPages: [
     async ({ faults }, use) => {
