@@ -31,20 +31,15 @@ test.beforeAll(() => dialogPage.page.evaluate(defineReaders));
 /** Each test opens its clip and dialog itself. */
 test.afterEach(() => dialogPage.page.evaluate(() => document.querySelector('#export').close()));
 
-/** Opens the project, and the dialog at a frame with the main choices alone. */
-async function openDialog(frame = 2, shape = FIVE) {
+/** Opens the project, and the dialog at a frame: with the main choices alone, or with the other choices and the options. */
+async function openDialog({ frame = 2, shape = FIVE, isWhole = false } = {}) {
   const { page } = dialogPage;
   await openFive(page, shape);
   await seek(page, frame);
-  await page.evaluate(() => (document.querySelector('#export-more').open = false));
+  await page.evaluate((isOpen) => (document.querySelector('#export-more').open = isOpen), isWhole);
   await page.click('#export-open');
   await page.waitForSelector('#export[open]');
   return page;
-}
-
-/** Shows the other choices and the options. */
-function showMore(page) {
-  return page.evaluate(() => (document.querySelector('#export-more').open = true));
 }
 
 /** Saves one export, and gives its bytes to the page, as `globalThis.saved`. */
@@ -132,7 +127,7 @@ async function compareAlpha([t, channel]) {
 }
 
 test('offers four exports and others behind “More”; each is saved as its preview shows', async () => {
-  const page = await openDialog(3);
+  const page = await openDialog({ frame: 3 });
   expect(await page.locator('#export .primary:visible').count()).toBe(1);
   const offered = () =>
     page.locator('[data-export]:visible').evaluateAll((inputs) => inputs.map(({ dataset }) => dataset.export));
@@ -165,13 +160,12 @@ test('offers four exports and others behind “More”; each is saved as its pre
   const [red, green, blue] = corners.green;
   expect(red < 60 && green > 140 && blue < 110, `green is ${corners.green}`).toBe(true);
   expect(corners.blurred[0]).toBeGreaterThan(60);
-  await showMore(page);
+  await page.evaluate(() => (document.querySelector('#export-more').open = true));
   expect((await offered()).length).toBeGreaterThan(12);
 });
 
 test('videos have the size, the times and the sound of the source, and sharp masks', async () => {
-  const page = await openDialog();
-  await showMore(page);
+  const page = await openDialog({ isWhole: true });
   await expect(page.locator('.card:has([data-export="transparent"]) .value')).toHaveText(
     /^384 × 216, 0\.6\s+s, about [\d.]+\s[kK]?B$/,
   );
@@ -198,8 +192,7 @@ test('videos have the size, the times and the sound of the source, and sharp mas
 });
 
 test('videos have the chosen size and quality, and no sound if it is switched off', async () => {
-  const page = await openDialog();
-  await showMore(page);
+  const page = await openDialog({ isWhole: true });
   await page.selectOption('#export-size', 'own');
   await page.fill('#export-side', '200');
   await expect(page.locator('.card:has([data-export="zip"]) .value')).toHaveText('200 × 113, 6 frames');
@@ -309,7 +302,7 @@ test('the preview is never empty, and the dialog does not move from opening to t
 });
 
 test('the preview follows frame and size', async () => {
-  const page = await openDialog(0);
+  const page = await openDialog({ frame: 0 });
   await page.check('[data-export="transparent"]');
   await waitForPreview(page, 'transparent');
   await page.evaluate(() => keepPreview('first'));
@@ -324,7 +317,7 @@ test('the preview follows frame and size', async () => {
 });
 
 test('the preview shows actual pixels, which can be dragged', async () => {
-  const page = await openDialog(0, { width: 320, height: 180, frames: 2, scale: 4 });
+  const page = await openDialog({ frame: 0, shape: { width: 320, height: 180, frames: 2, scale: 4 } });
   // An image, which browsers would drag as a whole.
   await page.check('[data-export="zip"]');
   await waitForPreview(page, 'zip');
@@ -371,8 +364,7 @@ test('a cancelled export downloads nothing', async () => {
 });
 
 test('images are streamed to a chosen file if the browser allows it', async () => {
-  const page = await openDialog();
-  await showMore(page);
+  const page = await openDialog({ isWhole: true });
   const { name, bytes } = await saveExport(page, 'cutout-zip');
   expect(name).toBe('five-cutout.zip');
   // A file of the page's own folder stands in for the user's choice.
@@ -466,8 +458,7 @@ test('clips of 854 × 480 and 4K are saved at their size', { tag: '@long' }, asy
     [{ width: 427, height: 240, frames: 8, scale: 2, hasSound: true }, [854, 480]],
     [{ width: 480, height: 270, frames: 6, scale: 8, hasSound: true }, [3840, 2160]],
   ]) {
-    const page = await openDialog(2, shape);
-    await showMore(page);
+    const page = await openDialog({ shape, isWhole: true });
     const times = Array.from({ length: shape.frames }, (_, t) => t / 10);
     for (const id of ['cutout-webm', 'overlay-mp4']) {
       await saveAndOpen(page, id);

@@ -34,15 +34,15 @@ for (const frame of await framesOf(SCENE)) await session.push(frame);
 await session.run();
 after(() => session.close());
 
-/** The session of the scene without corrections, and its newest result. */
+/** The session of the scene without corrections, its newest result, and the masks. */
 async function segmented() {
   while (session.corrections > 0) await session.undo();
-  return { session, result: await session.run() };
+  const result = await session.run();
+  return { session, result, before: masksOf(result) };
 }
 
 test('merging renames one object, splitting it again brings both back, undoing restores every byte', async (t) => {
-  const { session, result } = await segmented();
-  const before = masksOf(result);
+  const { session, result, before } = await segmented();
   assert.ok(highest(result) >= 2, `${highest(result)} objects`);
   assert.equal(session.corrections, 0);
 
@@ -71,8 +71,7 @@ test('merging renames one object, splitting it again brings both back, undoing r
 });
 
 test('an object of one cluster parts in two, the part at the point gets the lowest free label', async (t) => {
-  const { session, result } = await segmented();
-  const before = masksOf(result);
+  const { session, result, before } = await segmented();
   const pixel = result.labels(6).indexOf(1);
   const at = { t: 6, x: pixel % SCENE.width, y: Math.floor(pixel / SCENE.width) };
   const split = await session.split(1, at);
@@ -88,8 +87,7 @@ test('an object of one cluster parts in two, the part at the point gets the lowe
 });
 
 test('a region of the background becomes an object', async (t) => {
-  const { session, result } = await segmented();
-  const before = masksOf(result);
+  const { session, result, before } = await segmented();
   const split = await session.split(0, { t: 3, x: 20, y: SCENE.height - 20 });
   isConsistent(split);
   const fresh = highest(result) + 1;
@@ -184,8 +182,7 @@ function insideOf(result, t, label, radius = 8) {
 }
 
 test('strokes split an object, joining strokes merge it again, and the mask follows them along their middle', async (t) => {
-  const { session, result } = await segmented();
-  const before = masksOf(result);
+  const { session, result, before } = await segmented();
   const { x, y } = insideOf(result, 6, 1);
   const strokes = [
     { t: 6, points: [x - 6, y - 4, x - 6, y + 4], radius: 3 },

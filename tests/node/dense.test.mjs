@@ -140,8 +140,7 @@ test('trajectories from outside have no pixels, no saliency and no components', 
 });
 
 test('a single image may be a file, and is never reduced', async () => {
-  const clip = await synthClip({ width: 700, height: 20, frames: 1 });
-  const frame = clip.frame(0);
+  const [frame] = await framesOf({ width: 700, height: 20, frames: 1 });
   const map = await boundaries(png(frame));
   assert.deepEqual([map.width, map.height, map.scaleX, map.scaleY], [700, 20, 1, 1]);
   assert.deepEqual(map, await boundaries(frame));
@@ -151,8 +150,7 @@ test('a single image may be a file, and is never reduced', async () => {
 });
 
 test('the number of superpixels can be set, and parameters change them', async () => {
-  const clip = await synthClip({ width: 160, height: 90, frames: 1, seed: 2 });
-  const image = clip.frame(0);
+  const [image] = await framesOf({ width: 160, height: 90, frames: 1, seed: 2 });
   const { count } = await superpixels(image);
   assert.ok(count > 20, `${count} superpixels`);
   const ten = await superpixels(image, { count: 10 });
@@ -225,8 +223,7 @@ test('the discontinuities of two halves lie between them', async () => {
 });
 
 test('an image has the same discontinuities again, as pixels or as a file, and Pb as boundaries has it', async () => {
-  const clip = await synthClip({ width: 60, height: 40, frames: 1, seed: 4 });
-  const image = clip.frame(0);
+  const [image] = await framesOf({ width: 60, height: 40, frames: 1, seed: 4 });
   const map = await imageDiscontinuities(image);
   isComplete(map, 60, 40);
   assert.deepEqual(await imageDiscontinuities(png(image)), map);
@@ -235,8 +232,7 @@ test('an image has the same discontinuities again, as pixels or as a file, and P
 });
 
 test('parameters change the result, and large images are scaled down', async () => {
-  const clip = await synthClip({ width: 60, height: 40, frames: 1, seed: 4 });
-  const image = clip.frame(0);
+  const [image] = await framesOf({ width: 60, height: 40, frames: 1, seed: 4 });
   const map = await imageDiscontinuities(image);
   const joint = await imageDiscontinuities(image, { still: { grouping: 'joint', weight: 0 } });
   assert.notDeepEqual(joint.discontinuity, map.discontinuity);

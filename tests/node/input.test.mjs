@@ -46,16 +46,14 @@ test('a clip of PNG files gives the same result as its pixels, however the bytes
 
 test('frames are taken in the order of the calls, files and pixels mixed', async (t) => {
   const frames = await threeFrames;
-  const session = await createSession();
-  t.after(() => session.close());
+  const session = await open(t);
   await Promise.all(frames.map((frame, k) => session.push(k % 2 === 0 ? new Blob([png(frame)]) : frame)));
   assert.equal(fingerprint(await session.run()), await threePrint);
 });
 
 test('the caller may reuse a buffer as soon as push has returned', async (t) => {
   const frames = await threeFrames;
-  const session = await createSession();
-  t.after(() => session.close());
+  const session = await open(t);
   const reusedFrame = { ...frames[0], data: new Uint8ClampedArray(frames[0].data.length) };
   const pushed = frames.map((frame) => {
     reusedFrame.data.set(frame.data);
@@ -68,8 +66,7 @@ test('the caller may reuse a buffer as soon as push has returned', async (t) => 
 
 for (const [name, file] of Object.entries({ baseline: JPEG, progressive: PROGRESSIVE_JPEG })) {
   test(`a ${name} JPEG file is taken, a truncated one is not`, async (t) => {
-    const session = await createSession();
-    t.after(() => session.close());
+    const session = await open(t);
     await session.push(file);
     assert.deepEqual([session.width, session.height], [24, 16]);
     for (const length of [3, 20, Math.floor(file.length / 2), file.length - 40]) {
@@ -81,8 +78,7 @@ for (const [name, file] of Object.entries({ baseline: JPEG, progressive: PROGRES
 }
 
 test('a file of another size than the first frame is refused', async (t) => {
-  const session = await createSession();
-  t.after(() => session.close());
+  const session = await open(t);
   await session.push(png(plain(10, 10)));
   await rejects(session.push(JPEG), 'frame-size-changed', /24x16 \(expected 10x10/);
 });

@@ -130,8 +130,7 @@ test('wrong arguments of run are named', async (t) => {
 
 test('the forward flow of a pair has the working size and follows the scene', async (t) => {
   const clip = await synthClip({ width: 120, height: 72, frames: 2, seed: 4 });
-  const session = await createSession();
-  t.after(() => session.close());
+  const session = await open(t);
   await session.push(clip.frame(0));
   await session.push(clip.frame(1));
   await session.run();

@@ -18,10 +18,12 @@ const module = await compiled('tracecut');
 const frames = await framesOf();
 const expected = fingerprint(await segment(frames, { threads: 1 }));
 
-async function open(t, parameters = {}, wasm = module) {
+/** Opens a session in a stand-in for a worker, with these frames. */
+async function open(t, pushed = [], wasm = module) {
   const worker = standIn();
-  const session = new Session(await createRemoteEngine(() => worker, wasm, parameters), () => compiled('decoder'));
+  const session = new Session(await createRemoteEngine(() => worker, wasm, {}), () => compiled('decoder'));
   t.after(() => session.close());
+  for (const frame of pushed) await session.push(frame);
   return { session, worker };
 }
 
@@ -50,8 +52,7 @@ test("corrections in a worker give what they give in this thread, and strokes st
 });
 
 test('a session in a worker gives the same result as one in this thread', async (t) => {
-  const { session, worker } = await open(t);
-  for (const frame of frames) await session.push(frame);
+  const { session, worker } = await open(t, frames);
   assert.deepEqual([session.width, session.height, session.numFrames], [SMALL.width, SMALL.height, SMALL.frames]);
   assert.ok(frames[0].data.length > 0, 'the caller keeps its pixels');
   const stages = new Set();
@@ -106,8 +107,7 @@ test('a worker answers the requests of the table, and nothing else', async () =>
 });
 
 test('an abort reaches the worker between steps and the run continues later', async (t) => {
-  const { session } = await open(t);
-  for (const frame of frames) await session.push(frame);
+  const { session } = await open(t, frames);
   const controller = new AbortController();
   let numReports = 0;
   const run = session.run({
@@ -123,19 +123,16 @@ test('an abort reaches the worker between steps and the run continues later', as
 });
 
 test('an internal error in the worker ends it and rejects everything that waits', async (t) => {
-  const { session, worker } = await open(t, {}, await WebAssembly.compile(await trappingWasm()));
-  for (const frame of frames) await session.push(frame);
+  const { session, worker } = await open(t, frames, await WebAssembly.compile(await trappingWasm()));
   await rejects(session.run(), 'poisoned', /unreachable/);
   assert.ok(worker.terminated);
   await rejects(session.run(), 'poisoned');
-  const { session: fresh } = await open(t);
-  for (const frame of frames) await fresh.push(frame);
+  const { session: fresh } = await open(t, frames);
   assert.equal(fingerprint(await fresh.run()), expected);
 });
 
 test('a worker that dies rejects the run, and one that never started says what to check', async (t) => {
-  const { session, worker } = await open(t);
-  for (const frame of frames) await session.push(frame);
+  const { session, worker } = await open(t, frames);
   const run = session.run();
   worker.fail('out of memory');
   await rejects(run, 'memory', /out of memory/);
@@ -147,8 +144,7 @@ test('a worker that dies rejects the run, and one that never started says what t
 });
 
 test('closing rejects what waits and ends the worker', async (t) => {
-  const { session, worker } = await open(t);
-  for (const frame of frames) await session.push(frame);
+  const { session, worker } = await open(t, frames);
   const run = session.run();
   session.close();
   await rejects(run, 'closed');

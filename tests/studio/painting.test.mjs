@@ -68,8 +68,7 @@ test('adds, paints, splits and erases in all windows of a clip, and undoes each 
 });
 
 test('trims and extends the range of a fix in one step of undo, until the next step', async () => {
-  const { store } = await openSampleWork();
-  const { corrections } = store.state.job;
+  const { store, corrections } = await openSampleWork();
   const { brush, panel } = createBrush(store, 9);
   const range = () => [store.state.fix?.first, store.state.fix?.last];
   const paintedFrames = () => Array.from({ length: 16 }, (_, t) => t).filter((t) => maskAt(store, t).includes(9));
@@ -113,9 +112,8 @@ test('trims and extends the range of a fix in one step of undo, until the next s
 });
 
 test('says that a stroke stays in its frame where other frames are uncertain', async () => {
-  const { store } = await openSampleWork();
+  const { store, corrections } = await openSampleWork();
   const { brush, panel } = createBrush(store, 2);
-  const { corrections } = store.state.job;
   corrections.openEditor.carry = async () => {};
   brush.stroke({ t: 12, points: [14, 21, 28, 24], radius: 3 }, 'paint');
   await brush.queue;
@@ -136,8 +134,7 @@ function createCandidates(store, corrector) {
 }
 
 test('takes exactly the outlined region with a click, in the chosen size, or removes it', async () => {
-  const { store } = await openSampleWork();
-  const { corrections } = store.state.job;
+  const { store, corrections } = await openSampleWork();
   const regions = regionsOf(store, 6);
   const largest = Object.keys(regions)
     .map(Number)
@@ -188,8 +185,7 @@ test('takes exactly the outlined region with a click, in the chosen size, or rem
 });
 
 test('lets an added object become larger or smaller after the click', async () => {
-  const { store } = await openSampleWork();
-  const { corrections } = store.state.job;
+  const { store, corrections } = await openSampleWork();
   const [object] = Object.keys(regionsOf(store, 6)).map(Number).filter(Boolean);
   const { x, y } = regionsOf(store, 6)[object];
   await show(store, corrections.join(0, [object]));
@@ -249,8 +245,7 @@ test('computes the features of a frame once, and skips frames that were left mea
 });
 
 test('keeps the features of two frames', async () => {
-  const { store } = await openSampleWork();
-  const { corrections } = store.state.job;
+  const { store, corrections } = await openSampleWork();
   let calls = 0;
   const count = async () => (calls += 1);
   corrections.imageEngine = async () => ({ superpixels: count, flow: count });

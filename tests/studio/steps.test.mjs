@@ -23,8 +23,7 @@ import { movingFrames } from '../moving.mjs';
 import { maskAt, masksOf, openModel, openSampleWork, pixelsOf, SAMPLE, show, strokeOn } from './studio.mjs';
 
 test('a step says how long it took, that it was undone, or why it is not possible', async () => {
-  const { store, selection } = await openSampleWork();
-  const { corrections } = store.state.job;
+  const { store, selection, corrections } = await openSampleWork();
   const before = masksOf(store);
   const background = pixelsOf(store, 12, 0).length;
   const joinedArea = pixelsOf(store, 12, 1).length + pixelsOf(store, 12, 2).length;

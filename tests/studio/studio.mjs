@@ -164,7 +164,7 @@ export async function openSampleWork() {
   const about = { name: 'clip.mp4', trim, changed: [], run: 'first' };
   const files = [CLIP];
   await model.app.openProject('clip.mp4', async () => ({ files, about, project: { ...project, edits: null } }));
-  return model;
+  return { ...model, corrections: model.store.state.job.corrections };
 }
 
 /** Returns a storage in memory. @returns {import('../../studio/model/saved-projects.js').ProjectStorage & {records: Map<string, object>}} */
