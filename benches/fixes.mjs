@@ -200,16 +200,12 @@ function report(title, list) {
     `gain of a fix ${(sum / Math.max(1, list.length)).toFixed(3)} frames`.padStart(26),
   );
 }
-for (const name of new Set(rows.map((row) => row.name)))
-  report(
-    name,
-    rows.filter((row) => row.name === name),
-  );
-for (const kind of ['painted', 'erased'])
-  report(
-    kind,
-    rows.filter((row) => row.kind === kind),
-  );
+for (const key of ['name', 'kind'])
+  for (const value of new Set(rows.map((row) => row[key])))
+    report(
+      value,
+      rows.filter((row) => row[key] === value),
+    );
 report('all', rows);
 const frames = rows.reduce((sum, { range }) => sum + range.last - range.first, 0);
 console.log(

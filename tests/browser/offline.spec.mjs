@@ -15,12 +15,6 @@ const MAX_VISIT_BYTES = { '': 556e3, 'lab/': 457e3 };
 
 const labels = (page) => page.evaluate(() => [...globalThis.tracecutStudio.result.labels(3)].join(''));
 
-/** Opens the studio at the site and waits for the sample. */
-async function openSite(openStudio, ownSite, options) {
-  const page = await openSample(openStudio, { url: ownSite.url, ...options });
-  return page;
-}
-
 for (const [place, maxBytes] of Object.entries(MAX_VISIT_BYTES))
   // The limits are of the optimised wasm files, which the slow tests build.
   test(
@@ -50,7 +44,7 @@ for (const [place, maxBytes] of Object.entries(MAX_VISIT_BYTES))
   );
 
 test('works offline after the first visit, with all its parts', async ({ openStudio, ownSite }) => {
-  const page = await openSite(openStudio, ownSite, { serviceWorkers: 'allow' });
+  const page = await openSample(openStudio, { url: ownSite.url, serviceWorkers: 'allow' });
   await page.evaluate(() => navigator.serviceWorker.ready.then(() => true));
   const before = await labels(page);
   // Otherwise parts that are fetched ahead are cut off.
@@ -80,7 +74,7 @@ test('offers a new version, and changes to it once it is the only tab', async ({
   const addFile = () => writeFileSync(path, '// Another version of the site.\n');
   /** Returns whether the version in force has the file, also when the host has not. */
   const hasFile = (page) => page.evaluate(async (name) => (await fetch(name)).ok, `./${NAME}`);
-  const page = await openSite(openStudio, ownSite, { serviceWorkers: 'allow' });
+  const page = await openSample(openStudio, { url: ownSite.url, serviceWorkers: 'allow' });
   const update = page.locator('#update');
   await page.evaluate(() => navigator.serviceWorker.ready.then(() => true));
   const [firstCache] = await page.evaluate(() => caches.keys());
@@ -333,7 +327,7 @@ test.describe('faults', () => {
     ],
   ])
     test(`reports a part ${name} on first use, and keeps the result`, async ({ openStudio, ownSite, faults }) => {
-      const page = await openSite(openStudio, ownSite);
+      const page = await openSample(openStudio, { url: ownSite.url });
       // Parts that the result needs are loaded by then.
       await expect(page.locator('#certainty')).toBeVisible();
       const before = await labels(page);

@@ -94,6 +94,19 @@ export async function encodeClip({
   return new Blob([output.target.buffer]);
 }
 
+/** Returns a WAV file of one channel with these samples. @param {Int16Array} samples */
+export function wav(samples, rate = 8000) {
+  const size = 2 * samples.length;
+  const file = new DataView(new ArrayBuffer(44 + size));
+  for (const [at, word] of Object.entries({ 0: 'RIFF', 8: 'WAVEfmt ', 36: 'data' }))
+    new Uint8Array(file.buffer).set(new TextEncoder().encode(word), at);
+  for (const [at, value] of Object.entries({ 4: 36 + size, 16: 16, 24: rate, 28: 2 * rate, 40: size }))
+    file.setUint32(at, value, true);
+  for (const [at, value] of Object.entries({ 20: 1, 22: 1, 32: 2, 34: 16 })) file.setUint16(at, value, true);
+  samples.forEach((sample, k) => file.setInt16(44 + 2 * k, sample, true));
+  return file.buffer;
+}
+
 /** Encodes a video file whose frame `k` shows the number `k` at `times[k]`. */
 export const makeClip = (options) => encodeClip({ draw: drawNumber, ...options });
 
@@ -138,11 +151,9 @@ export async function playedFrame(blob, time = 0) {
     await presentedAgain;
   }
   const { videoWidth: width, videoHeight: height, duration } = video;
-  const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
-  context.drawImage(video, 0, 0);
+  const data = pixelsOf(video, width, height);
   URL.revokeObjectURL(video.src);
   video.remove();
-  const { data } = context.getImageData(0, 0, width, height);
   const colorAt = ([x, y]) => [...data.subarray(4 * (y * width + x), 4 * (y * width + x) + 4)];
   return { width, height, duration, data, colorAt };
 }

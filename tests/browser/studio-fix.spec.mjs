@@ -164,7 +164,6 @@ test.describe('with the mouse', () => {
         [x, y],
         [x + 4, y],
       ]);
-      await page.mouse.up();
     }
     await expect(page.locator('#strokes-count')).toHaveText('2 strokes');
     expect(await correct(page, () => apply.click())).toMatch(/^Corrected in \d+\.\d\ss\. 4 moving objects\.$/);
@@ -173,7 +172,6 @@ test.describe('with the mouse', () => {
     await expect(page.locator('#headline')).toHaveText('4 moving objects');
     await selectTool(page, 'apart');
     await drag(page, [INSIDE[1], INSIDE[1]]);
-    await page.mouse.up();
     await expect(page.locator('#strokes-count')).toHaveText('1 stroke');
     await expect(apply).toBeDisabled();
 
@@ -196,13 +194,9 @@ test.describe('with the mouse', () => {
   test('a drag from one object to another joins them; one from the background pans', async () => {
     const page = await openTools();
     await drag(page, [INSIDE[2], BACKGROUND]);
-    await page.mouse.up();
     await expect(page.locator('#correct-object')).toHaveValue('1');
     await expect(page.locator('#correct-undo')).toBeDisabled();
-    const message = await correct(page, async () => {
-      await drag(page, [INSIDE[2], INSIDE[4]]);
-      await page.mouse.up();
-    });
+    const message = await correct(page, () => drag(page, [INSIDE[2], INSIDE[4]]));
     expect(message).toBe('Object 4 joined with Object 2. 4 moving objects.');
     await expectObjects(page, '0,1,2,3,5');
     await undo(page);

@@ -96,11 +96,12 @@ export async function pointOf(page, x, y) {
   return [box.x + (x + 0.5) / unit, box.y + (y + 0.5) / unit];
 }
 
-/** Presses the mouse at the first place of the clip and moves it to the others; `release` ends it. */
+/** Presses the mouse at the first place of the clip, moves it to the others, and releases it. */
 export async function drag(page, [start, ...path]) {
   await page.mouse.move(...(await pointOf(page, ...start)));
   await page.mouse.down();
   for (const place of path) await page.mouse.move(...(await pointOf(page, ...place)), { steps: 4 });
+  await page.mouse.up();
 }
 
 /** Does something that corrects the result, and returns the status text once it is done. */
@@ -116,10 +117,7 @@ export async function correct(page, act) {
 
 /** Paints along places of the clip. */
 export function paint(page, ...path) {
-  return correct(page, async () => {
-    await drag(page, path);
-    await page.mouse.up();
-  });
+  return correct(page, () => drag(page, path));
 }
 
 /**
@@ -243,7 +241,7 @@ export async function waitForPreview(page, id) {
 
 /** Runs in the page: creates a video of five objects and its project, of this size, and returns both as base64. */
 async function createFive({ width, height, frames, parts = 0, doubts = [], scale = 1, hasSound = false }) {
-  const { base64Of, encodeClip } = await import('/tests/browser/page-helpers.mjs');
+  const { base64Of, encodeClip, wav } = await import('/tests/browser/page-helpers.mjs');
   const { saveProject } = await import('/dist/edit.js');
   const side = Math.round(Math.min(width, height) / 7);
   // Parts of one thing are side by side; all other objects stand apart and move the other way.
@@ -268,16 +266,9 @@ async function createFive({ width, height, frames, parts = 0, doubts = [], scale
   let video = await encodeClip({ times, draw, width: scale * width, height: scale * height, keyEvery: 5 });
   if (hasSound) {
     const { encodeVideo, videoFrames } = await import('/dist/index.js');
-    const [rate, count] = [8000, 8000];
-    const wav = new DataView(new ArrayBuffer(44 + 2 * count));
-    for (const [at, word] of Object.entries({ 0: 'RIFF', 8: 'WAVEfmt ', 36: 'data' }))
-      new Uint8Array(wav.buffer).set(new TextEncoder().encode(word), at);
-    const longs = { 4: 36 + 2 * count, 16: 16, 24: rate, 28: 2 * rate, 40: 2 * count };
-    for (const [at, value] of Object.entries(longs)) wav.setUint32(at, value, true);
-    for (const [at, value] of Object.entries({ 20: 1, 22: 1, 32: 2, 34: 16 })) wav.setUint16(at, value, true);
-    for (let k = 0; k < count; k += 1) wav.setInt16(44 + 2 * k, 9000 * Math.sin(k / 5), true);
+    const sound = wav(Int16Array.from({ length: 8000 }, (_, k) => 9000 * Math.sin(k / 5)));
     const masks = { width: 16, height: 9, numFrames: frames, labels: () => new Uint8Array(144), times };
-    const options = { quality: 'very-high', sound: { source: wav.buffer, end: frames / 10 } };
+    const options = { quality: 'very-high', sound: { source: sound, end: frames / 10 } };
     video = await encodeVideo(masks, videoFrames(video), options);
   }
   const labels = (t) => {

@@ -50,7 +50,6 @@ const addObject = (page) =>
       [76, 6],
       [86, 6],
     ]);
-    await page.mouse.up();
     await expect(page.locator('#correct-status')).toHaveText(/^Applied to .*\./);
     await page.click('#correct-done');
   });

@@ -81,9 +81,8 @@ test('frames can be drawn on a canvas at every size, and are closed when the nex
     for (const size of [undefined, 64]) {
       const frames = [];
       for await (const { frame, width, height, pixels } of tracecut.videoFrames(clip, { size, maxFrames: 4 })) {
-        const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
-        context.drawImage(frame, 0, 0);
-        const numbers = [context.getImageData(0, 0, width, height), await pixels()].map(numberOf);
+        const data = pixelsOf(frame, width, height);
+        const numbers = [{ data, width, height }, await pixels()].map(numberOf);
         outcomes.push([frame instanceof VideoFrame, frame.displayWidth === width, ...numbers]);
         frames.push(frame);
       }

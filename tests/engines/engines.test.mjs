@@ -6,7 +6,7 @@ import { mkdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
-import { serve } from '../../scripts/serve.mjs';
+import { mounts, serve } from '../../scripts/serve.mjs';
 import { root } from '../../scripts/tools.mjs';
 import { gifFile } from '../gif.mjs';
 import { movingFrames, plainFrame } from '../moving.mjs';
@@ -24,7 +24,7 @@ const clip = movingFrames(8, [96, 64]).map((frame, t) => ({
 const videos = { vp8: null, avc: null };
 
 before(async () => {
-  const server = await serve();
+  const server = await serve({ places: [{ prefix: '/tests/', folder: join(root, 'tests') }, ...mounts] });
   const { page, close } = await ENGINES[0].start();
   try {
     await page.goto(`${server.url}dist/index.js`);
@@ -41,25 +41,12 @@ const fromText = (text) => text && Buffer.from(text, 'base64');
 /** Runs in the page. */
 async function encoded(codec, container) {
   const [{ synthClip }, media] = await Promise.all([import('/dist/index.js'), import('/dist/vendor/media.js')]);
-  if (!(await media.getFirstEncodableVideoCodec([codec], { width: 160, height: 96 }))) return null;
-  const clip = await synthClip({ width: 160, height: 96, frames: 12 });
-  const output = new media.Output({
-    format: new media[`${container}OutputFormat`](),
-    target: new media.BufferTarget(),
-  });
-  const source = new media.VideoSampleSource({ codec, bitrate: 2e6 });
-  output.addVideoTrack(source);
-  await output.start();
-  const context = new OffscreenCanvas(160, 96).getContext('2d');
-  for (let t = 0; t < 12; t += 1) {
-    const { data, width, height } = clip.frame(t);
-    context.putImageData(new ImageData(data, width, height), 0, 0);
-    const sample = new media.VideoSample(context.canvas, { timestamp: t / 10, duration: 0.1 });
-    await source.add(sample);
-    sample.close();
-  }
-  await output.finalize();
-  return btoa(Array.from(new Uint8Array(output.target.buffer), (byte) => String.fromCharCode(byte)).join(''));
+  const size = { width: 160, height: 96 };
+  if (!(await media.getFirstEncodableVideoCodec([codec], size))) return null;
+  const { base64Of, encodeClip, evenTimes } = await import('/tests/browser/page-helpers.mjs');
+  const clip = await synthClip({ ...size, frames: 12 });
+  const draw = (context, t) => context.putImageData(new ImageData(clip.frame(t).data, size.width), 0, 0);
+  return base64Of(await encodeClip({ ...size, times: evenTimes(12, 10), draw, codec, container, keyEvery: 2 }));
 }
 
 /** Results that must be equal in all engines, by name. */

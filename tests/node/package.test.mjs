@@ -30,7 +30,7 @@ test('the versions of crate, package and built module are one', () => {
 const PROJECTS = {
   browser: [
     '--target es2022 --module nodenext --lib es2023,esnext.disposable,dom --exactOptionalPropertyTypes',
-    'types',
+    'types misuse',
   ],
   node: ['--target es2022 --module node16 --lib es2022 --types node --skipLibCheck', 'misuse use'],
   bare: ['--target es2020 --module esnext --moduleResolution bundler --lib es2020', 'misuse use'],

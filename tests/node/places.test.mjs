@@ -17,7 +17,7 @@ import { getWorkerStarter, platform, setPlatform } from '../../dist/platform.js'
 import { runTask } from '../../dist/worker/aside.js';
 import { serve } from '../../scripts/serve.mjs';
 import { root } from '../../scripts/tools.mjs';
-import { fingerprint, framesOf, plain, png, ready, rejects, segment } from './support.mjs';
+import { fingerprint, framesOf, open, plain, png, ready, rejects, segment } from './support.mjs';
 
 const TINY = { width: 64, height: 48, frames: 5, seed: 5 };
 const frames = await framesOf(TINY);
@@ -41,8 +41,7 @@ test('configure says for all calls where the wasm files are, until it says other
   const wasm = await readFile(file('tracecut_bg.wasm'));
   (await synthClip({ ...TINY, wasm })).close();
   configure({ wasm });
-  const session = await createSession();
-  t.after(() => session.close());
+  const session = await open(t);
   await rejects(session.push(png), 'wasm-load', /none\.wasm could not be read/);
   configure({ decoder: file('decoder_bg.wasm') });
   await session.push(png);
@@ -163,13 +162,11 @@ test('wasm can be given as bytes, as a module, as a file URL, as a web URL and a
 
 test('the decoder is only loaded for files, from its configured address', async (t) => {
   const [broken, image] = [new Uint8Array([0, 97, 115, 109, 9]), plain(8, 8)];
-  const session = await createSession({ decoder: broken });
-  t.after(() => session.close());
+  const session = await open(t, { decoder: broken });
   await session.push(image);
   await rejects(session.push(png(image)), 'wasm-load', /could not be compiled/);
   assert.equal(session.numFrames, 1);
-  const second = await createSession({ decoder: new URL('../../dist/decoder_bg.wasm', import.meta.url) });
-  t.after(() => second.close());
+  const second = await open(t, { decoder: new URL('../../dist/decoder_bg.wasm', import.meta.url) });
   await second.push(png(image));
   assert.equal(second.numFrames, 1);
   await rejects(boundaries(png(image), { decoder: 7 }), 'param', /wasm = 7/);

@@ -9,6 +9,7 @@ import { adjustMask, decodeRuns, enlargeMask, growRegions, masksAtSize, smoothMa
 import { estimateVideoSize, soundInfo } from 'tracecut/export';
 import { createImageEngine } from 'tracecut/stages';
 import { RemoteEngine } from '../../dist/worker/remote.js';
+import { wav } from '../browser/page-helpers.mjs';
 import { fnv1a, overlapOf, plain, png, rejects, standIn } from './support.mjs';
 
 const [WIDTH, HEIGHT] = [37, 23];
@@ -408,27 +409,8 @@ test('a finer video, a larger one and a longer one is larger', () => {
   refused({ ...clip, style: 'green' }, /style = "green"/);
 });
 
-/** A WAV file of silence. */
-function wav(seconds, sampleRate = 8000) {
-  const size = 2 * Math.round(seconds * sampleRate);
-  const bytes = Buffer.alloc(44 + size);
-  bytes.write('RIFF', 0);
-  bytes.writeUInt32LE(36 + size, 4);
-  bytes.write('WAVEfmt ', 8);
-  bytes.writeUInt32LE(16, 16);
-  bytes.writeUInt16LE(1, 20);
-  bytes.writeUInt16LE(1, 22);
-  bytes.writeUInt32LE(sampleRate, 24);
-  bytes.writeUInt32LE(2 * sampleRate, 28);
-  bytes.writeUInt16LE(2, 32);
-  bytes.writeUInt16LE(16, 34);
-  bytes.write('data', 36);
-  bytes.writeUInt32LE(size, 40);
-  return bytes;
-}
-
 test('the sound of a file, and which videos can hold it', async () => {
-  const bytes = wav(0.5);
+  const bytes = wav(new Int16Array(4000));
   const expected = { codec: 'pcm-s16', channels: 1, sampleRate: 8000, formats: ['mp4'], converted: [] };
   assert.deepEqual(await soundInfo(new Blob([bytes])), expected);
   assert.deepEqual(await soundInfo(new Uint8Array(bytes)), expected);

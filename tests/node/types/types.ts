@@ -185,10 +185,6 @@ for (const source of [
 const facts: VideoInfo = await videoInfo(new Blob());
 console.log(facts.codec, facts.numFrames ?? 0);
 
-// @ts-expect-error: a number is no video
-segmentVideo(7);
-// @ts-expect-error: options are known by name
-segmentVideo([], { windows: 50 });
 const drawing = new OffscreenCanvas(1, 1).getContext('2d');
 const onPage = document.createElement('canvas').getContext('2d');
 const own: MaskSource = { width: 1, height: 1, numFrames: 1, labels: () => new Uint8Array(1), times: [0] };
@@ -238,24 +234,6 @@ for await (const { name, result: one, error, damage } of segmentEach([{ name: 'a
   ]);
   console.log(archive, damage?.frames);
 }
-// @ts-expect-error: a strip has no step
-videoStrip(new Blob(), { step: 2 });
-// @ts-expect-error: styles by the names that they have
-await encodeVideo(own, [], { style: 'outline' });
-
-// @ts-expect-error: parameters are known by name
-await createSession({ clip: { maxSize: 320 } });
-// @ts-expect-error: and by type
-await createSession({ clip: { maxSide: '320' } });
-// @ts-expect-error: choices by the names that they have
-await createSession({ connectedness: { mode: 'sometimes' } });
-// @ts-expect-error: a single image has no flow
-await boundaries(clip.frame(0), { flow: {} });
-// @ts-expect-error: nor superpixels, where none are made
-await imageDiscontinuities(clip.frame(0), { superpixel: {} });
-// @ts-expect-error: a frame is not a file name
-await session.push('frame.png');
-
 {
   using scoped = await createSession();
   using scene = await synthClip();
