@@ -2,12 +2,12 @@
 
 import assert from 'node:assert/strict';
 import { before, describe, test } from 'node:test';
-import { createSession, fitSize, segmentEach, segmentVideo, videoFrames, videoInfo } from 'tracecut';
+import { fitSize, segmentEach, segmentVideo, videoFrames, videoInfo } from 'tracecut';
 import { editMasks } from 'tracecut/edit';
 import { trajectories } from 'tracecut/stages';
 import { countPixels, decodeRuns, encodeRuns } from '../../dist/session/serialize.js';
 import { reducePixels } from '../../dist/worker/pixels.js';
-import { framesOf, plain, png, rejects } from './support.mjs';
+import { framesOf, open, plain, png, ready, rejects } from './support.mjs';
 
 const SCENE = { width: 96, height: 54, frames: 16, seed: 4 };
 const frames = await framesOf(SCENE);
@@ -34,9 +34,8 @@ async function reportsOf(source, options = {}) {
 }
 
 for (const worker of [false, true])
-  test(`a session's run and corrections, ${worker ? 'in a thread' : 'here'}`, async () => {
-    const session = await createSession({ worker });
-    for (const frame of frames.slice(0, 10)) await session.push(frame);
+  test(`a session's run and corrections, ${worker ? 'in a thread' : 'here'}`, async (t) => {
+    const session = await ready(t, { worker }, frames.slice(0, 10));
     const reports = [];
     const options = { onProgress: (progress) => reports.push(progress) };
     const { objects } = await session.run(options);
@@ -44,38 +43,32 @@ for (const worker of [false, true])
     reports.length = 0;
     await session.split(objects[0].label, undefined, options);
     if (reports.length > 0) checkReports(reports);
-    session.close();
   });
 
-test('a run that was aborted continues with a share of what is left', async () => {
-  const session = await createSession();
-  for (const frame of frames.slice(0, 10)) await session.push(frame);
+test('a run that was aborted continues with a share of what is left', async (t) => {
+  const session = await ready(t, {}, frames.slice(0, 10));
   const controller = new AbortController();
   const onProgress = ({ stage }) => stage === 'superpixels' && controller.abort();
   await assert.rejects(session.run({ onProgress, signal: controller.signal }), { name: 'AbortError' });
   const reports = [];
   await session.run({ onProgress: (progress) => reports.push(progress) });
   checkReports(reports);
-  session.close();
 });
 
-test('runs without masks, and trajectories without frames', async () => {
-  const session = await createSession({ clip: { dense: false } });
-  for (const frame of frames.slice(0, 10)) await session.push(frame);
+test('runs without masks, and trajectories without frames', async (t) => {
+  const session = await ready(t, { clip: { dense: false } }, frames.slice(0, 10));
   const reports = [];
   const options = { onProgress: (progress) => reports.push(progress) };
   await session.run(options);
   checkReports(reports);
-  session.close();
   reports.length = 0;
   const tracks = await trajectories(frames.slice(0, 10), options);
   checkReports(reports);
   reports.length = 0;
-  const trackSession = await createSession();
+  const trackSession = await open(t);
   await trackSession.setTrajectories({ ...tracks });
   await trackSession.run(options);
   assert.equal(reports.at(-1).share, 1);
-  trackSession.close();
 });
 
 test('a clip of many windows has one share over all of them', async () => {
