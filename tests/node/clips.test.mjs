@@ -14,7 +14,7 @@ import {
 } from 'tracecut';
 import { clipsZip } from 'tracecut/export';
 import { unzipSync } from '../../dist/vendor/zip.js';
-import { collect, framesOf, overlapOf, plain, png, rejects } from './support.mjs';
+import { collect, each, framesOf, overlapOf, plain, png, rejects } from './support.mjs';
 
 const TINY = { width: 64, height: 48, frames: 5, seed: 3 };
 
@@ -167,9 +167,6 @@ test('bad options and sources reject as segmentVideo says, and an abort ends it'
 
 /** A list of frames whose red says their number. */
 const numbered = (count) => Array.from({ length: count }, (_, k) => plain(64, 32, k));
-
-/** One property of each of a list. */
-const each = (list, name) => list.map((item) => item[name]);
 
 async function stripOf(source, options) {
   const calls = [];

@@ -24,6 +24,8 @@ const ALL_LABELS = { width: 16, height: 16, numFrames: 1, labels: () => Uint8Arr
 
 const text = (bytes) => new TextDecoder().decode(bytes);
 const hex = (rgb) => `#${Buffer.from(rgb).toString('hex')}`;
+/** White where a mask has a label, black elsewhere. */
+const whiteOn = (labels, object) => labels.map((label) => (label === object ? 255 : 0));
 const sum = (list) => list.reduce((total, value) => total + value, 0);
 
 describe('a mask as a PNG file', () => {
@@ -40,10 +42,7 @@ describe('a mask as a PNG file', () => {
   test('is one object in white on black', async () => {
     const { pixels, palette, colorType } = readPng(await maskPng(TWO_FRAMES, 1, { object: 2 }));
     assert.deepEqual([colorType, palette], [0, null]);
-    assert.deepEqual(
-      [...pixels],
-      [...TWO_FRAMES.labels(1)].map((label) => (label === 2 ? 255 : 0)),
-    );
+    assert.deepEqual(pixels, whiteOn(TWO_FRAMES.labels(1), 2));
   });
 
   test('is empty where an object is in other frames only, and an error where it is in none', async () => {
@@ -138,10 +137,7 @@ describe('a ZIP of masks', () => {
     );
     const names = [1, 3].flatMap((label) => [0, 1].map((t) => `object-${label}/0000${t}.png`));
     assert.deepEqual(Object.keys(files).sort(), ['masks.json', ...names].sort());
-    assert.deepEqual(
-      [...readPng(files['object-3/00001.png']).pixels],
-      [...TWO_FRAMES.labels(1)].map((label) => (label === 3 ? 255 : 0)),
-    );
+    assert.deepEqual(readPng(files['object-3/00001.png']).pixels, whiteOn(TWO_FRAMES.labels(1), 3));
     const { labels, times, durations, frameRate, files: listed } = JSON.parse(text(files['masks.json']));
     assert.deepEqual({ labels, times, durations }, { labels: [1, 3], times: [0, 0.04], durations: [0.04, 0.04] });
     assert.equal(frameRate, 25);
@@ -502,19 +498,19 @@ const cutoutOf = (t) => {
   });
 };
 
+/** Checks a PNG file of the cut-out of a frame. */
+function checkCutout(file, t) {
+  const [head, { data }, ...rest] = pngParts(file);
+  assert.deepEqual([...head.data], [0, 0, 0, WIDTH, 0, 0, 0, HEIGHT, 8, 6, 0, 0, 0]);
+  assert.deepEqual(decodeRows(data, 4), cutoutOf(t), `frame ${t}`);
+  assert.deepEqual(rest.map(({ type }) => type).join(), 'IEND');
+}
+
 test('an archive has the cut-out of each frame, and the times', async () => {
   const bytes = await encode({});
   const files = unzipSync(bytes);
   assert.deepEqual(Object.keys(files), ['00000.png', '00001.png', '00002.png', 'images.json']);
-  for (const t of [0, 1, 2]) {
-    const chunks = pngParts(files[`0000${t}.png`]);
-    assert.deepEqual(
-      chunks.map(({ type }) => type),
-      ['IHDR', 'IDAT', 'IEND'],
-    );
-    assert.deepEqual([...chunks[0].data], [0, 0, 0, WIDTH, 0, 0, 0, HEIGHT, 8, 6, 0, 0, 0]);
-    assert.deepEqual(decodeRows(chunks[1].data, 4), cutoutOf(t), `frame ${t}`);
-  }
+  for (const t of [0, 1, 2]) checkCutout(files[`0000${t}.png`], t);
   const about = JSON.parse(new TextDecoder().decode(files['images.json']));
   assert.deepEqual([about.times, about.end, about.width, about.files[2]], [masks.times, 2, WIDTH, '00002.png']);
   assert.deepEqual(await encode({}), bytes);
@@ -548,11 +544,7 @@ for (const [fps, timebase, ntsc] of [
     const files = unzipSync(await encode({ format: 'editor' }, clip));
     const names = [1, 2, 3].map((number) => `cutout/00000${number}.png`);
     assert.deepEqual(Object.keys(files), [...names, 'timeline.xml', 'README.txt']);
-    names.forEach((name, t) => {
-      const chunks = pngParts(files[name]);
-      assert.deepEqual([...chunks[0].data], [0, 0, 0, WIDTH, 0, 0, 0, HEIGHT, 8, 6, 0, 0, 0]);
-      assert.deepEqual(decodeRows(chunks[1].data, 4), cutoutOf(t), name);
-    });
+    names.forEach((name, t) => checkCutout(files[name], t));
     const xml = text(files['timeline.xml']);
     assert.match(xml, /^<\?xml version="1.0" encoding="UTF-8"\?>\n<!DOCTYPE xmeml>\n<xmeml version="5">/);
     const elements = elementsOf(xml);
@@ -617,10 +609,7 @@ test('opacity alone is grey, soft at feathered edges', async () => {
     assert.equal(head.data[9], 0);
     return decodeRows(data.data, 1);
   };
-  assert.deepEqual(
-    await grey({}),
-    masks.labels(0).map((label) => 255 * label),
-  );
+  assert.deepEqual(await grey({}), whiteOn(masks.labels(0), 1));
   const soft = await grey({ feather: 2 });
   assert.ok(
     soft.some((value) => value > 0 && value < 255),

@@ -17,7 +17,7 @@ import { getWorkerStarter, platform, setPlatform } from '../../dist/platform.js'
 import { runTask } from '../../dist/worker/aside.js';
 import { serve } from '../../scripts/serve.mjs';
 import { root } from '../../scripts/tools.mjs';
-import { fingerprint, framesOf, open, plain, png, ready, rejects, segment } from './support.mjs';
+import { endless, fingerprint, framesOf, open, plain, png, ready, rejects, segment } from './support.mjs';
 
 const TINY = { width: 64, height: 48, frames: 5, seed: 5 };
 const frames = await framesOf(TINY);
@@ -208,14 +208,7 @@ test('a thread that is killed under segmentVideo ends the loop and the source', 
   const watch = (thread) => threads.push(thread);
   process.on('worker', watch);
   t.after(() => process.off('worker', watch));
-  let isClosed = false;
-  const source = (async function* () {
-    try {
-      for (let k = 0; ; k += 1) yield frames[k % frames.length];
-    } finally {
-      isClosed = true;
-    }
-  })();
+  const source = endless(frames);
   const video = segmentVideo(source, { worker: true, window: 4, overlap: 2 });
   const windows = [];
   const read = async () => {
@@ -225,7 +218,7 @@ test('a thread that is killed under segmentVideo ends the loop and the source', 
     }
   };
   await rejects(read(), 'poisoned');
-  assert.ok(isClosed, 'the source was ended');
+  await source.ended;
   assert.ok(windows[0].frames().next().value.labels.length > 0, 'what came before stays');
 });
 
@@ -314,18 +307,7 @@ for (const [words, make] of Object.entries(CLOCKS))
   });
 
 test('a source without end is read no further than it is wanted', async () => {
-  let yielded = 0;
-  let isClosed = false;
-  const source = (async function* () {
-    try {
-      for (;;) {
-        yield frames[yielded % frames.length];
-        yielded += 1;
-      }
-    } finally {
-      isClosed = true;
-    }
-  })();
+  const source = endless(frames);
   let windows = 0;
   for await (const window of segmentVideo(source, { window: 4, overlap: 2 })) {
     windows += 1;
@@ -334,16 +316,9 @@ test('a source without end is read no further than it is wanted', async () => {
       break;
     }
   }
-  // The source ends in a task of its own.
-  await new Promise(setImmediate);
-  assert.ok(isClosed, 'the source was ended');
+  await source.ended;
   // Three windows of four frames that share two, and one that is computed ahead.
-  assert.ok(yielded <= 12, `${yielded} frames`);
-  const partial = await segmentVideo(
-    (async function* () {
-      for (;;) yield frames[0];
-    })(),
-    { maxFrames: 5 },
-  ).collect();
+  assert.ok(source.numTaken <= 13, `${source.numTaken} frames`);
+  const partial = await segmentVideo(endless(frames), { maxFrames: 5 }).collect();
   assert.equal(partial.numFrames, 5);
 });

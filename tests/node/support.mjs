@@ -55,6 +55,24 @@ export async function collect(items) {
   return list;
 }
 
+/** One property of each of a list. */
+export const each = (list, name) => list.map((item) => item[name]);
+
+/** The frames of a clip that repeats, counted as they are taken; `ended` settles once nobody wants more. */
+export function endless(frames) {
+  const source = { numTaken: 0 };
+  source.ended = new Promise((resolve) => {
+    source[Symbol.asyncIterator] = async function* () {
+      try {
+        for (;;) yield frames[source.numTaken++ % frames.length];
+      } finally {
+        resolve();
+      }
+    };
+  });
+  return source;
+}
+
 /** Returns the intersection over union of the pixels of two masks that are not zero. */
 export function overlapOf(a, b) {
   let [intersection, union] = [0, 0];

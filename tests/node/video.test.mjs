@@ -13,7 +13,7 @@ import {
   WindowResult,
 } from 'tracecut';
 import { trajectories } from 'tracecut/stages';
-import { framesOf, plain, png, rejects, resultOf, STAGES } from './support.mjs';
+import { each, endless, framesOf, plain, png, rejects, resultOf, STAGES } from './support.mjs';
 
 /** Windows that are run in a moment. */
 const TINY = { width: 48, height: 36, frames: 14, seed: 3 };
@@ -21,9 +21,6 @@ const TINY = { width: 48, height: 36, frames: 14, seed: 3 };
 const MOVING = { width: 112, height: 63 };
 
 const WINDOWS = { window: 6, overlap: 2, threads: 1 };
-
-/** One property of each of a list. */
-const each = (list, name) => list.map((item) => item[name]);
 
 async function windowsOf(source, options) {
   const windows = [];
@@ -200,21 +197,6 @@ test('progress reports decoding and every stage, window by window', async () => 
   );
   assert.equal(counts.at(-1), 14);
 });
-
-/** The frames of a clip that repeats, counted as they are taken; `ended` settles once nobody wants more. */
-function endless(frames) {
-  const source = { numTaken: 0 };
-  source.ended = new Promise((resolve) => {
-    source[Symbol.asyncIterator] = async function* () {
-      try {
-        for (;;) yield frames[source.numTaken++ % frames.length];
-      } finally {
-        resolve();
-      }
-    };
-  });
-  return source;
-}
 
 /** Returns `onProgress` and `computed(window)`, which settles when the masks of that window are computed. */
 function watchWindows() {
