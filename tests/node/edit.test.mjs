@@ -6,7 +6,7 @@ import { maskPng, synthClip } from 'tracecut';
 import { editMasks, encodeRuns } from 'tracecut/edit';
 import { labelMaps } from 'tracecut/export';
 import { createImageEngine } from 'tracecut/stages';
-import { overlapOf, plain, ready, rejects } from './support.mjs';
+import { mapPixels, overlapOf, plain, ready, rejects } from './support.mjs';
 
 /** Masks of `numFrames` frames that are all background. */
 const blank = (width, height, numFrames) => ({
@@ -26,10 +26,8 @@ test('a brush covers the pixels within its radius of its way, and no more', asyn
     );
     return Math.hypot(x - ax - along * (bx - ax), y - ay - along * (endY - ay));
   };
-  const inside = new Uint8Array(width * height).map((_, p) => {
-    const [x, y] = [p % width, Math.floor(p / width)];
-    return Number(Math.min(distance(x, y, [5, 6, 25, 16.5]), distance(x, y, [25, 16.5, 25, 40])) <= 3.5);
-  });
+  const isInside = (x, y) => Math.min(distance(x, y, [5, 6, 25, 16.5]), distance(x, y, [25, 16.5, 25, 40])) <= 3.5;
+  const inside = mapPixels(width, height, isInside);
   const paintAlong = async (way) => {
     const editor = editMasks(blank(width, height, 1));
     await editor.paint({ label: 1, stroke: way });
@@ -104,9 +102,7 @@ test('nothing is carried where the picture changes, beyond a cut, or further tha
   const frames = [0, 1, 2, 3].map((k) => clip.frame(k));
   const engine = await createImageEngine();
   t.after(() => engine.close());
-  const region = encodeRuns(
-    new Uint8Array(96 * 64).map((_, p) => Number(p % 96 > 20 && p % 96 < 60 && p > 96 * 16 && p < 96 * 48)),
-  );
+  const region = encodeRuns(mapPixels(96, 64, (x, y) => x > 20 && x < 60 && y >= 16 && y < 48));
   const carryEdit = async (masks, pictures, more) => {
     const editor = editMasks(masks, { picture: (k) => pictures[k], engine: async () => engine });
     return editor.carry(await editor.paint({ label: 1, t: 1, region }), more);
@@ -159,7 +155,7 @@ test('carried paint stays on its object before a background of similar colours',
     picture: (k) => pictures[k],
     engine: async () => engine,
   });
-  const inside = new Uint8Array(width * height).map((_, p) => Number(isBlock(0, p % width, Math.floor(p / width))));
+  const inside = mapPixels(width, height, (x, y) => isBlock(0, x, y));
   const edit = await editor.paint({ label: 1, t: 0, region: encodeRuns(inside) });
   await editor.carry(edit, { minEvidence: 0 });
   for (let k = 1; k < numFrames; k += 1) {
@@ -227,8 +223,7 @@ test('a carrying that is stopped keeps the frames that it reached', async () => 
 });
 
 test('pieces and halves of an object become objects, and objects one, by pixels alone', async () => {
-  const labels = Uint8Array.from({ length: 200 }, (_, p) => {
-    const [x, y] = [p % 20, Math.floor(p / 20)];
+  const labels = mapPixels(20, 10, (x, y) => {
     return y >= 2 && y < 8 && x >= 2 && x < 18 ? 3 : x === 0 && y < 3 ? 1 : x === 0 && y > 4 ? 1 : 0;
   });
   const editor = editMasks({ width: 20, height: 10, numFrames: 1, labels: () => labels });

@@ -8,7 +8,7 @@ import { objectColor, objectShape } from 'tracecut/draw';
 import { cocoRle, encodeImages, fromCocoRle, labelMaps, labelsNpy, prompts } from 'tracecut/export';
 import { unzipSync, unzlibSync } from '../../dist/vendor/zip.js';
 import { pngParts, readPng } from '../png.mjs';
-import { rejects, resultOf } from './support.mjs';
+import { mapPixels, rejects, resultOf } from './support.mjs';
 
 /** Masks of digit pictures, one for each frame. */
 function drawn(...frames) {
@@ -216,10 +216,8 @@ describe('masks as COCO run lengths', () => {
 
   test('equal pycocotools where runs are long', async () => {
     const [width, height] = [400, 300];
-    const labels = Uint8Array.from({ length: width * height }, (_, p) => {
-      const [x, y] = [p % width, Math.floor(p / width)];
-      return (x - 170) ** 2 + (y - 140) ** 2 < 100 ** 2 || x >= 395 ? 4 : 0;
-    });
+    const isInside = (x, y) => (x - 170) ** 2 + (y - 140) ** 2 < 100 ** 2 || x >= 395;
+    const labels = mapPixels(width, height, (x, y) => 4 * isInside(x, y));
     const { annotations } = await cocoRle({ width, height, numFrames: 1, labels: () => labels });
     const [{ segmentation, area, bbox, track_id }] = annotations;
     assert.match(segmentation.counts, /^bmd0m0Z8:F:H6I8I6K4K6K4L4L4L4L4L4M2M4M2M4M2N2M4M2N2N2M4M2N2N/);
@@ -405,8 +403,7 @@ const BOXES = {
   height,
   numFrames: 3,
   labels: (t) =>
-    Uint8Array.from({ length: width * height }, (_, p) => {
-      const [x, y] = [p % width, Math.floor(p / width)];
+    mapPixels(width, height, (x, y) => {
       if (x >= 10 + t && x < [15, 31, 18][t] && y >= 10 && y < [15, 21, 16][t]) return 3;
       return x >= 45 && x < 48 + 3 * t && y >= 20 + t && y < 30 ? 7 : 0;
     }),
@@ -455,8 +452,7 @@ const masks = {
   numFrames: 3,
   times: [1, 1.25, 1.3],
   end: 2,
-  labels: (t) =>
-    Uint8Array.from({ length: WIDTH * HEIGHT }, (_, p) => Number(inside(t, p % WIDTH, Math.floor(p / WIDTH)))),
+  labels: (t) => mapPixels(WIDTH, HEIGHT, (x, y) => inside(t, x, y)),
 };
 const frameOf = (t, width = WIDTH, height = HEIGHT) => {
   const data = new Uint8ClampedArray(4 * width * height);

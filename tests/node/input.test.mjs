@@ -498,8 +498,7 @@ test('limits have defaults and ranges, and refuse larger values', async () => {
 test('a trap of the decoder is an error of the file, on a thread of its own', async (t) => {
   const decoder = withTrap(await packaged('decoder'), 'decode');
   const frames = await framesOf();
-  const session = await open(t, { worker: true, decoder });
-  for (const frame of frames) await session.push(frame);
+  const session = await ready(t, { worker: true, decoder }, frames);
   const message = /^frame 8: image cannot be decoded: the decoder stopped on an internal error: .*unreachable/;
   for (let k = 0; k < 2; k += 1) await rejects(session.push(png(frames[0])), 'decode', message);
   assert.equal(fingerprint(await session.run()), await printOf());

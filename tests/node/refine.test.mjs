@@ -10,7 +10,7 @@ import { estimateVideoSize, soundInfo } from 'tracecut/export';
 import { createImageEngine } from 'tracecut/stages';
 import { RemoteEngine } from '../../dist/worker/remote.js';
 import { wav } from '../browser/page-helpers.mjs';
-import { fnv1a, overlapOf, plain, png, rejects, standIn } from './support.mjs';
+import { fnv1a, mapPixels, overlapOf, plain, png, rejects, standIn } from './support.mjs';
 
 const [WIDTH, HEIGHT] = [37, 23];
 
@@ -18,8 +18,11 @@ const [WIDTH, HEIGHT] = [37, 23];
 const maskOf = (label, width = WIDTH, height = HEIGHT) => ({
   width,
   height,
-  labels: Uint8Array.from({ length: width * height }, (_, p) => label(p % width, Math.floor(p / width))),
+  labels: mapPixels(width, height, label),
 });
+
+/** Returns the opacity of a mask with hard edges. */
+const opacityOf = ({ labels }, isOpaque = (label) => label > 0) => labels.map((label) => 255 * isOpaque(label));
 
 /** Blobs of three labels, some of them specks, the same in each run. */
 function blobs(seed) {
@@ -40,14 +43,10 @@ test('nothing is done where nothing is asked', () => {
   assert.deepEqual([width, height], [WIDTH, HEIGHT]);
   assert.deepEqual(labels, mask.labels);
   assert.notEqual(labels, mask.labels);
+  assert.deepEqual(alpha, opacityOf(mask));
   assert.deepEqual(
-    alpha,
-    mask.labels.map((label) => (label > 0 ? 255 : 0)),
-  );
-  const only = adjustMask(mask, { objects: [2] });
-  assert.deepEqual(
-    only.alpha,
-    mask.labels.map((label) => (label === 2 ? 255 : 0)),
+    adjustMask(mask, { objects: [2] }).alpha,
+    opacityOf(mask, (label) => label === 2),
   );
 });
 
@@ -154,9 +153,7 @@ function picture(shift) {
   return { data, width: DISC_WIDTH, height: DISC_HEIGHT };
 }
 
-const truth = Uint8Array.from({ length: DISC_WIDTH * DISC_HEIGHT }, (_, p) =>
-  Number(inDisc(p % DISC_WIDTH, Math.floor(p / DISC_WIDTH), 0)),
-);
+const truth = mapPixels(DISC_WIDTH, DISC_HEIGHT, (x, y) => inDisc(x, y, 0));
 
 let grounds;
 before(async () => {
@@ -427,9 +424,9 @@ const disc = () => plain(LARGE_WIDTH, LARGE_HEIGHT, (x, y) => 60 + 110 * share(x
 /** Its mask at a part of the size; the disc has this label. */
 function discMask(isInside, label = 1) {
   const [width, height] = [LARGE_WIDTH / isInside, LARGE_HEIGHT / isInside];
-  const inside = (p) =>
-    share((p % width) * isInside + isInside / 2 - 0.5, Math.floor(p / width) * isInside + isInside / 2 - 0.5) >= 0.5;
-  return { width, height, labels: Uint8Array.from({ length: width * height }, (_, p) => (inside(p) ? label : 0)) };
+  const centre = (place) => place * isInside + isInside / 2 - 0.5;
+  const labels = mapPixels(width, height, (x, y) => label * (share(centre(x), centre(y)) >= 0.5));
+  return { width, height, labels };
 }
 const coverage = Float64Array.from({ length: LARGE_WIDTH * LARGE_HEIGHT }, (_, p) =>
   share(p % LARGE_WIDTH, Math.floor(p / LARGE_WIDTH)),
@@ -500,10 +497,7 @@ test('a mask of the size of its picture keeps its labels; a flat picture moves n
   assert.deepEqual((await enlargeMask(mask, disc())).labels, mask.labels);
   const flat = await enlargeMask(mask, plain(LARGE_WIDTH, LARGE_HEIGHT, 90));
   assert.deepEqual(flat.labels, mask.labels);
-  assert.deepEqual(
-    flat.alpha,
-    mask.labels.map((label) => 255 * label),
-  );
+  assert.deepEqual(flat.alpha, opacityOf(mask));
 });
 
 test('what cannot be used is refused', async () => {

@@ -7,7 +7,7 @@ import { createSession, Result, searchReport, segmentVideo, synthClip, VideoResu
 import { editMasks } from 'tracecut/edit';
 import { objectTable, objectTableCsv } from 'tracecut/export';
 import { trajectories } from 'tracecut/stages';
-import { framesOf, plain, rejects, resultOf, segment } from './support.mjs';
+import { framesOf, mapPixels, plain, rejects, resultOf, segment } from './support.mjs';
 
 const SCENE = { width: 256, height: 144, frames: 10, seed: 4 };
 const frames = await framesOf(SCENE);
@@ -135,8 +135,7 @@ const handmade = {
   height,
   numFrames: 3,
   labels: (t) =>
-    Uint8Array.from({ length: width * height }, (_, p) => {
-      const [x, y] = [p % width, Math.floor(p / width)];
+    mapPixels(width, height, (x, y) => {
       if (x >= 1 + t && x < 5 + 2 * t && y >= 2 && y < 5) return 1;
       return t !== 1 && x + y > 16 ? 7 : 0;
     }),

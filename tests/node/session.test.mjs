@@ -281,8 +281,7 @@ test('no instance is in the calling thread, and results are the same', async (t)
   const memories = watchMemories(t);
   const gaps = monitorEventLoopDelay({ resolution: 5 });
   gaps.enable();
-  const session = await open(t, { worker: true });
-  for (const frame of frames) await session.push(frame);
+  const session = await ready(t, { worker: true }, frames);
   const stages = new Set();
   const result = await session.run({ onProgress: ({ stage }) => stages.add(stage) });
   gaps.disable();

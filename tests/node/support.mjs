@@ -93,6 +93,10 @@ export function plain(width, height, colour = 0) {
   return { data, width, height };
 }
 
+/** Returns a mask with the labels `label(x, y)`. */
+export const mapPixels = (width, height, label) =>
+  Uint8Array.from({ length: width * height }, (_, p) => Number(label(p % width, Math.floor(p / width))));
+
 /** A session of one thread, which is closed when the test ends. Tests of workers use more threads. */
 export async function open(t, options) {
   const session = await createSession({ threads: 1, ...options });

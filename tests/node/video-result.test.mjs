@@ -26,18 +26,23 @@ function checkReports(reports) {
   assert.deepEqual([reports.at(-1).share, reports.at(-1).secondsLeft], [1, 0]);
 }
 
+/** Returns options of a run, and a list of its reports. */
+function collectReports() {
+  const reports = [];
+  return { reports, options: { onProgress: (progress) => reports.push(progress) } };
+}
+
 /** Segments a source and returns the reports. */
 async function reportsOf(source, options = {}) {
-  const reports = [];
-  await segmentVideo(source, { threads: 1, ...options, onProgress: (progress) => reports.push(progress) }).collect();
+  const { reports, options: reporting } = collectReports();
+  await segmentVideo(source, { threads: 1, ...options, ...reporting }).collect();
   return reports;
 }
 
 for (const worker of [false, true])
   test(`a session's run and corrections, ${worker ? 'in a thread' : 'here'}`, async (t) => {
     const session = await ready(t, { worker }, frames.slice(0, 10));
-    const reports = [];
-    const options = { onProgress: (progress) => reports.push(progress) };
+    const { reports, options } = collectReports();
     const { objects } = await session.run(options);
     checkReports(reports);
     reports.length = 0;
@@ -50,15 +55,14 @@ test('a run that was aborted continues with a share of what is left', async (t) 
   const controller = new AbortController();
   const onProgress = ({ stage }) => stage === 'superpixels' && controller.abort();
   await assert.rejects(session.run({ onProgress, signal: controller.signal }), { name: 'AbortError' });
-  const reports = [];
-  await session.run({ onProgress: (progress) => reports.push(progress) });
+  const { reports, options } = collectReports();
+  await session.run(options);
   checkReports(reports);
 });
 
 test('runs without masks, and trajectories without frames', async (t) => {
   const session = await ready(t, { clip: { dense: false } }, frames.slice(0, 10));
-  const reports = [];
-  const options = { onProgress: (progress) => reports.push(progress) };
+  const { reports, options } = collectReports();
   await session.run(options);
   checkReports(reports);
   reports.length = 0;

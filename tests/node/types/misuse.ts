@@ -14,10 +14,9 @@ import {
   videoInfo,
   videoStrip,
 } from 'tracecut';
-import { superpixels } from 'tracecut/stages';
 import { editMasks, openProject, saveProject } from 'tracecut/edit';
 import { cocoRle, encodeImages, fromCocoRle } from 'tracecut/export';
-import { boundaries, createImageEngine, flow, imageDiscontinuities } from 'tracecut/stages';
+import { boundaries, createImageEngine, flow, imageDiscontinuities, superpixels } from 'tracecut/stages';
 import type { ErrorCode, MaskSource, Result, Session, Stroke, VideoResult, WindowResult } from 'tracecut';
 
 declare const session: Session;

@@ -18,7 +18,6 @@ import {
   videoStrip,
 } from 'tracecut';
 import { editMasks } from 'tracecut/edit';
-import { superpixels } from 'tracecut/stages';
 import {
   drawBoundaries,
   drawCells,
@@ -32,7 +31,7 @@ import {
   objectShape,
 } from 'tracecut/draw';
 import { clipsZip, cocoRle, fromCocoRle, labelMaps, labelsNpy } from 'tracecut/export';
-import { boundaries, EdgeKind, imageDiscontinuities } from 'tracecut/stages';
+import { boundaries, EdgeKind, imageDiscontinuities, superpixels } from 'tracecut/stages';
 import type {
   Background,
   BoundaryMap,
