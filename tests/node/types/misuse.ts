@@ -10,7 +10,6 @@ import {
   segmentEach,
   segmentVideo,
   synthClip,
-  videoFrames,
   videoInfo,
   videoStrip,
 } from 'tracecut';
