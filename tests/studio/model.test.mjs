@@ -180,6 +180,14 @@ test('reports a damaged image before its missing motion', async () => {
   await assert.rejects(openFiles([JPEG]), { code: 'unreadable-image' });
 });
 
+test('refuses files of different kinds, and files that are neither videos nor images', async () => {
+  const mp4 = new File(['0000ftypisom'], 'a.mp4', { type: 'video/mp4' });
+  await assert.rejects(openFiles([png('a.png'), mp4]), { code: 'mixed-files' });
+  await assert.rejects(openFiles([mp4, mp4]), { code: 'many-videos' });
+  await assert.rejects(openFiles([new File(['hello'], 'a.txt')]), { code: 'unknown-file', message: 'a.txt' });
+  await assert.rejects(openFiles([new File([], 'a.mp4')]), { code: 'unknown-file', message: 'a.mp4 is empty' });
+});
+
 afterEach(() => mock.reset());
 
 const FPS = 25;
