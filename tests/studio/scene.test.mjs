@@ -118,8 +118,8 @@ test('the background has the smaller size at which frames are processed', async 
 
 const [width, height, numFrames] = [96, 64, 12];
 
-/** Boxes `[left, top, width, height]` that move by `[dx, dy]` a frame; the scene moves by `pan`. */
-function clipOf(boxes, pan = 0) {
+/** Boxes `[left, top, width, height]` that move by `[dx, dy]` a frame; the scene moves by `pan`; trajectories end after `trackedFrames`. */
+function clipOf(boxes, pan = 0, trackedFrames = numFrames) {
   const at = ({ box, step }, t) => [box[0] + step[0] * t, box[1] + step[1] * t];
   const labels = (t) => {
     const mask = new Uint8Array(width * height);
@@ -134,14 +134,14 @@ function clipOf(boxes, pan = 0) {
   };
   const tracks = boxes.flatMap((part) => [3, 6].map((offset) => ({ part, offset })));
   const places = tracks.flatMap(({ part, offset }) =>
-    Array.from({ length: numFrames }, (_, t) => at(part, t).map((v) => v + offset)),
+    Array.from({ length: trackedFrames }, (_, t) => at(part, t).map((v) => v + offset)),
   );
   return {
     ...{ width, height, numFrames, labels },
     trajectories: {
       count: tracks.length,
       startFrame: tracks.map(() => 0),
-      offset: Array.from({ length: tracks.length + 1 }, (_, k) => k * numFrames),
+      offset: Array.from({ length: tracks.length + 1 }, (_, k) => k * trackedFrames),
       x: places.map(([x]) => x),
       y: places.map(([, y]) => y),
     },
@@ -173,6 +173,11 @@ test('two that rest in the scene say nothing, also where the camera pans', () =>
 
 test('only frames in which both are there count', () => {
   assert.deepEqual(findSimilarObjects(clipOf([FIRST, { box: [14, 4, 10, 10], step: [2, 0.5], until: 3 }])), [[1, 2]]);
+});
+
+test('a trajectory counts in its own frames only', () => {
+  const parts = [FIRST, { box: [14, 4, 10, 10], step: [2, 0.5] }];
+  assert.deepEqual(findSimilarObjects(clipOf(parts, 0, 8)), [[1, 2]]);
 });
 
 test('without trajectories nothing is known', () => {
