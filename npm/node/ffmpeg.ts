@@ -1,12 +1,10 @@
-// Runs an installed ffmpeg: its arguments, output and exit.
+// An installed ffmpeg: its arguments, output and exit, and what it prints while it decodes: its log (`-loglevel level+info -debug_ts`,
+// filter `showinfo`) and its list of a file's packets (`-f framecrc`). From both follows where a file is damaged: the first decoded
+// picture that must not be yielded.
 //
-// The command line (cli/src/ffmpeg.rs) uses the same arguments; a test compares them.
-//
-// Reads what ffmpeg prints while it decodes: its log (`-loglevel level+info -debug_ts`, filter `showinfo`) and its list of a
-// file's packets (`-f framecrc`). From both follows where a file is damaged: the first decoded picture that must not be yielded.
-//
-// Checked with ffmpeg 5.1 and 9. Its threads write at once: one may begin a message on another's line, but the words
-// searched for here are never split. `log.rs`, `listing.rs` and `faults.rs` in `cli/src/ffmpeg` do the same.
+// The command line has the same arguments, which a test compares, and reads the same output (`cli/src/ffmpeg.rs`, `cli/src/ffmpeg/`).
+// Checked with ffmpeg 5.1 and 9. Its threads write at once: one may begin a message on another's line, but the words searched for
+// here are never split.
 
 import { spawn } from 'node:child_process';
 import { TraceCutError } from '../check/errors.js';
