@@ -165,7 +165,7 @@ test.describe('the picture', () => {
   test('of an upright clip is in the filmstrip', async () => {
     const { page } = desk;
     await openFive(page, UPRIGHT);
-    await page.waitForFunction(() => document.querySelector('#trim-strip').dataset.ready === 'five.webm');
+    await expect(page.locator('#trim-strip')).toHaveAttribute('data-ready', 'five.webm');
     const greens = await page.locator('#trim-strip canvas').evaluateAll((canvases) =>
       canvases.map((canvas) => {
         const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);

@@ -63,6 +63,7 @@ class TrimPanel {
     this.player?.close();
     this.player = null;
     this.drawing.abort();
+    delete this.strip.dataset.ready;
     const canTrim = Boolean(source?.strip && source.count > 2);
     byId('trim').hidden = !canTrim;
     this.strip.replaceChildren();
