@@ -3,10 +3,11 @@
 // files that the page needs without a network, and fills the list and its version into the service worker.
 
 import { createHash } from 'node:crypto';
-import { createReadStream, existsSync, readFileSync, readdirSync } from 'node:fs';
-import { realpath, stat } from 'node:fs/promises';
+import { existsSync, readFileSync, readdirSync } from 'node:fs';
+import { open, realpath, stat } from 'node:fs/promises';
 import { createServer } from 'node:http';
 import { extname, join, resolve, sep } from 'node:path';
+import { pipeline } from 'node:stream/promises';
 import { PAGE } from './compile.mjs';
 import { root } from './tools.mjs';
 
@@ -141,14 +142,20 @@ async function answer(request, response, { places, instead, list }) {
   }
   const file = await find(request.url, places);
   if (!file) return end(response, 404, 'not found');
-  const { size } = await stat(file);
+  // Its size and its bytes are of one file, also where another takes its place meanwhile.
+  const handle = await open(file);
+  const { size } = await handle.stat();
   response.writeHead(200, {
     'Content-Type': types[extname(file)] ?? 'application/octet-stream',
     'Content-Length': size,
     'Cache-Control': 'no-cache',
   });
-  if (request.method === 'HEAD') return response.end();
-  createReadStream(file).pipe(response);
+  if (request.method === 'HEAD') {
+    response.end();
+    return handle.close();
+  }
+  // A page that is closed ends what it reads.
+  return pipeline(handle.createReadStream(), response).catch(() => {});
 }
 
 /** The file that a request's path names, or null: also for paths and links that leave their folder. */

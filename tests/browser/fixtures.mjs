@@ -1,7 +1,7 @@
 // Fixtures of the tests in Chromium: servers of the site, pages at it that are watched for errors, and pages with the package alone.
 // Its default export runs once before all tests: it writes the site of what is built, which each worker serves.
 
-import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, readFileSync, readdirSync, renameSync, rmSync, writeFileSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -146,7 +146,11 @@ export const test = base.extend({
     await writeSite(folder);
     for (const [path, script] of scriptsWithSample(folder, JSON.stringify(TINY)))
       writeFileSync(join(folder, path), script);
-    const publish = () => writeFileSync(join(folder, 'service-worker.js'), serviceWorker(siteList(folder)));
+    // The browser may be reading the file, as it looks for updates by itself: another takes its place.
+    const publish = () => {
+      writeFileSync(join(folder, 'service-worker.new'), serviceWorker(siteList(folder)));
+      renameSync(join(folder, 'service-worker.new'), join(folder, 'service-worker.js'));
+    };
     publish();
     const server = await serve({ places: [{ prefix: '/some/where/', folder }] });
     await use({ url: `${server.url}some/where/`, folder, publish });

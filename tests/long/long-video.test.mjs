@@ -4,9 +4,11 @@ import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
-import { segmentVideo, synthClip } from '../../dist/node/index.js';
+import { segmentVideo } from '../../dist/node/index.js';
+import { plainFrame, textureAt } from '../moving.mjs';
 
 const MAX_MEMORY_RATIO = 1.3;
+const [WIDTH, HEIGHT, SIDE, NUM_OBJECTS] = [320, 180, 44, 3];
 
 if (process.argv[2] === 'segment') console.log(JSON.stringify(await segmentLong(Number(process.argv[3]))));
 else
@@ -25,14 +27,10 @@ else
     const labels = [1, 2, 3].map((object) => {
       const windows = long.votes.map((votes) => mostCommon(votes[object])).filter((label) => label > 0);
       t.diagnostic(`object ${object} is found in ${windows.length} of ${long.votes.length} windows, as ${windows}`);
-      assert.ok(windows.length >= 4, `object ${object} is found in ${windows.length} windows`);
-      return new Set(windows);
+      assert.ok(windows.length > long.votes.length / 2, `object ${object} is found in ${windows.length} windows`);
+      return [...new Set(windows)];
     });
-    // The first and the third object are always visible. The second is occluded twice, and no trajectory survives that.
-    assert.deepEqual([labels[0].size, labels[2].size], [1, 1]);
-    assert.ok(labels[1].size <= 2, `${labels[1].size} labels`);
-    const distinct = labels.flatMap((set) => [...set]);
-    assert.equal(new Set(distinct).size, distinct.length, 'two objects have the same label');
+    assert.deepEqual(labels.flat().sort(), [1, 2, 3], 'each object has one label, and no two have the same');
   });
 
 /** Runs `segmentLong` in a process of its own, whose peak memory is known. */
@@ -42,19 +40,48 @@ function segmentInProcess(numFrames) {
   return JSON.parse(execFileSync(process.execPath, args, { encoding: 'utf8', env }));
 }
 
-/** Segments a synthetic clip frame by frame and keeps only counts. */
+/** Left side of an object, which goes to and fro. */
+function leftOf(object, t) {
+  const span = WIDTH - SIDE;
+  const way = (t * (3.5 - 0.5 * object) + 70 * object) % (2 * span);
+  return Math.round(way < span ? way : 2 * span - way);
+}
+
+/** The object at a pixel, 0 for none: each square has rows of its own. */
+function objectAt(x, y, t) {
+  const object = Math.ceil((y * NUM_OBJECTS) / HEIGHT + 1e-9);
+  const [right, down] = [x - leftOf(object, t), y - ((object - 1) * HEIGHT) / NUM_OBJECTS - 8];
+  return right >= 0 && right < SIDE && down >= 0 && down < SIDE ? object : 0;
+}
+
+/** Grey value of smooth spots of six pixels. */
+function spotsAt(x, y, salt) {
+  const [column, row] = [Math.floor(x / 6), Math.floor(y / 6)];
+  const [right, down] = [x / 6 - column, y / 6 - row];
+  const across = (r) =>
+    textureAt(2 * column, 2 * r, salt) * (1 - right) + textureAt(2 * column + 2, 2 * r, salt) * right;
+  return across(row) * (1 - down) + across(row + 1) * down;
+}
+
+/** Segments three squares before a scene, frame by frame, and keeps only counts. */
 async function segmentLong(numFrames) {
-  const scene = await synthClip({ width: 320, height: 180, frames: numFrames, seed: 0 });
   async function* stream() {
-    for (let t = 0; t < numFrames; t += 1) yield scene.frame(t);
+    for (let t = 0; t < numFrames; t += 1)
+      yield plainFrame(WIDTH, HEIGHT, (x, y) => {
+        const object = objectAt(x, y, t);
+        return Array(3).fill(spotsAt(object ? x - leftOf(object, t) : x, y, object));
+      });
   }
   const outcome = { indices: [], shots: new Set(), memoryBytes: 0, peakBytes: 0, votes: [] };
   for await (const window of segmentVideo(stream())) {
     // votes[object][label]: pixels of the object that have the label.
-    const votes = Array.from({ length: scene.numObjects + 1 }, () => ({}));
+    const votes = Array.from({ length: NUM_OBJECTS + 1 }, () => ({}));
     for (const { index, labels } of window.frames()) {
       outcome.indices.push(index);
-      scene.mask(index).forEach((object, p) => (votes[object][labels[p]] = (votes[object][labels[p]] ?? 0) + 1));
+      labels.forEach((label, p) => {
+        const object = objectAt(p % WIDTH, Math.floor(p / WIDTH), index);
+        votes[object][label] = (votes[object][label] ?? 0) + 1;
+      });
     }
     outcome.votes.push(votes);
     outcome.shots.add(window.shot);

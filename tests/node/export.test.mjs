@@ -6,6 +6,7 @@ import { describe, test } from 'node:test';
 import { encodeVideo, maskPng, masksZip, version } from 'tracecut';
 import { objectColor, objectShape } from 'tracecut/draw';
 import { cocoRle, encodeImages, fromCocoRle, labelMaps, labelsNpy, prompts } from 'tracecut/export';
+import { blackenAround } from '../../dist/kit/export/video-painter.js';
 import { unzipSync, unzlibSync } from '../../dist/vendor/zip.js';
 import { pngParts, readPng } from '../png.mjs';
 import { mapPixels, rejects, resultOf } from './support.mjs';
@@ -665,4 +666,18 @@ test('invalid input is refused, and an abort is reported', async () => {
 
 test('videos need a browser; the error names what to use instead', async () => {
   await rejects(encodeVideo(masks, frames()), 'unsupported', /WebCodecs.*masksZip/);
+});
+
+test('the colours of a transparent video end four pixels from its objects, across and down', () => {
+  const [width, height] = [30, 20];
+  const objects = ['0100', '0010', '0011'];
+  const pixels = (valueAt) => Array.from({ length: width * height }, (_, p) => valueAt(p % width, (p / width) | 0));
+  const alpha = Uint8Array.from(pixels((x, y) => Number(objects[y - 8]?.[x - 12] ?? 0)));
+  const data = new Uint8ClampedArray(4 * width * height).fill(200);
+  blackenAround({ data, width, height }, { x: 13, y: 8, width: 3, height: 3 }, alpha);
+  pixels((x, y) => {
+    const isNear = ([a, b]) => Math.abs(a - x) <= 4 && Math.abs(b - y) <= 4;
+    const places = pixels((a, b) => [a, b]).filter((_, p) => alpha[p]);
+    assert.equal(data[4 * (y * width + x)], places.some(isNear) ? 200 : 0, `${x}, ${y}`);
+  });
 });

@@ -225,7 +225,7 @@ function widenBox(box: ObjectBox, { width, height }: { width: number; height: nu
  * @param box around the objects
  * @param alpha opacity of the objects
  */
-function blackenAround(
+export function blackenAround(
   { data, width, height }: { data: Uint8ClampedArray; width: number; height: number },
   box: ObjectBox,
   alpha: Uint8Array,
