@@ -1,5 +1,5 @@
-// `npm test`: installs what is missing, runs the parts of the tests whose inputs have changed, and counts. What a part needs and
-// runs is in package.json under "wireit", which also runs parts side by side.
+// `npm test`: installs what is missing, runs the parts of the tests, and counts. What a part needs and runs is in
+// package.json under "wireit", which also runs parts side by side.
 //
 //   npm test [-- PART ...] [--force]     all parts or these (rust, wasm, node, ...); --force also runs unchanged ones
 //   npm run test:long [-- PART ...]      the slow tests

@@ -8,7 +8,9 @@ import { segmentVideo } from '../../dist/node/index.js';
 import { plainFrame, textureAt } from '../moving.mjs';
 
 const MAX_MEMORY_RATIO = 1.3;
-const [WIDTH, HEIGHT, SIDE, NUM_OBJECTS] = [320, 180, 44, 3];
+const [WIDTH, HEIGHT] = [320, 180];
+/** Each of three objects, squares of this side, has rows of its own. */
+const [SIDE, ROWS] = [44, 60];
 
 if (process.argv[2] === 'segment') console.log(JSON.stringify(await segmentLong(Number(process.argv[3]))));
 else
@@ -47,10 +49,10 @@ function leftOf(object, t) {
   return Math.round(way < span ? way : 2 * span - way);
 }
 
-/** The object at a pixel, 0 for none: each square has rows of its own. */
+/** The object at a pixel, 0 for none. */
 function objectAt(x, y, t) {
-  const object = Math.ceil((y * NUM_OBJECTS) / HEIGHT + 1e-9);
-  const [right, down] = [x - leftOf(object, t), y - ((object - 1) * HEIGHT) / NUM_OBJECTS - 8];
+  const object = Math.floor(y / ROWS) + 1;
+  const [right, down] = [x - leftOf(object, t), (y % ROWS) - 8];
   return right >= 0 && right < SIDE && down >= 0 && down < SIDE ? object : 0;
 }
 
@@ -75,7 +77,7 @@ async function segmentLong(numFrames) {
   const outcome = { indices: [], shots: new Set(), memoryBytes: 0, peakBytes: 0, votes: [] };
   for await (const window of segmentVideo(stream())) {
     // votes[object][label]: pixels of the object that have the label.
-    const votes = Array.from({ length: NUM_OBJECTS + 1 }, () => ({}));
+    const votes = Array.from({ length: 4 }, () => ({}));
     for (const { index, labels } of window.frames()) {
       outcome.indices.push(index);
       labels.forEach((label, p) => {
