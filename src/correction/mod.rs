@@ -143,6 +143,18 @@ mod tests {
         labels.iter().flat_map(|&l| [l; 16]).collect()
     }
 
+    /// Strokes on these trajectories and what lies under each, where labels 0 and 1 are used.
+    fn input<'a>(
+        (tracks, affinities): &'a (Trajectories, SymCsr),
+        label: &'a [u8],
+        stroke: &'a [Option<u8>],
+        is_fixed: &'a [bool],
+        core_labels: &'a [Vec<u8>],
+    ) -> StrokeInput<'a> {
+        let used_labels = &[0, 1];
+        StrokeInput { tracks, spacing: 8.0, affinities, label, used_labels, is_fixed, stroke, core_labels }
+    }
+
     /// Strokes over the first column of each of these blocks; `over` is what lies under each.
     fn decide(
         columns: &[usize],
@@ -151,23 +163,14 @@ mod tests {
         over: &[&[u8]],
         verb: fn(&StrokeInput) -> Result<Decision, crate::Error>,
     ) -> Result<Decision, crate::Error> {
-        let (tracks, affinities) = blocks(columns);
-        let label = of_blocks(labels);
-        let mut under = vec![None; tracks.len()];
+        let (blocks, label) = (blocks(columns), of_blocks(labels));
+        let mut under = vec![None; label.len()];
         for (k, &block) in (0..).zip(strokes) {
             (0..4).for_each(|row| under[16 * block + 4 * row] = Some(k));
         }
         let over: Vec<Vec<u8>> = over.iter().map(|o| o.to_vec()).collect();
-        verb(&StrokeInput {
-            tracks: &tracks,
-            spacing: 8.0,
-            affinities: &affinities,
-            label: &label,
-            used_labels: &distinct(labels),
-            is_fixed: &vec![false; tracks.len()],
-            stroke: &under,
-            core_labels: &over,
-        })
+        let is_fixed = vec![false; label.len()];
+        verb(&StrokeInput { used_labels: &distinct(labels), ..input(&blocks, &label, &under, &is_fixed, &over) })
     }
 
     #[test]
@@ -191,21 +194,11 @@ mod tests {
 
     #[test]
     fn a_stroke_over_no_trajectory_is_background_and_makes_no_object() {
-        let (tracks, affinities) = blocks(&[0, 200]);
-        let label = of_blocks(&[0, 1]);
+        let (blocks, label) = (blocks(&[0, 200]), of_blocks(&[0, 1]));
         let mut under = vec![None; 32];
         under[16] = Some(0);
         let over = [vec![1; 5], vec![1; 5]];
-        let input = StrokeInput {
-            tracks: &tracks,
-            spacing: 8.0,
-            affinities: &affinities,
-            label: &label,
-            used_labels: &[0, 1],
-            is_fixed: &[false; 32],
-            stroke: &under,
-            core_labels: &over,
-        };
+        let input = input(&blocks, &label, &under, &[false; 32], &over);
         let decision = split_strokes(&input).unwrap();
         assert_eq!((decision.stroke_labels, decision.label), (vec![1, 0], label.clone()));
         let nowhere = StrokeInput { core_labels: &[vec![0; 5], vec![0; 5]], ..input };
@@ -252,17 +245,8 @@ mod tests {
     fn joining_needs_an_object_and_leaves_some_background() {
         let nothing = decide(&[0, 100], &[0, 1], &[0], &[&[0; 9]], join_strokes).unwrap_err();
         assert!(nothing.to_string().contains("over no object"), "{nothing}");
-        let (tracks, affinities) = blocks(&[0]);
-        let input = StrokeInput {
-            tracks: &tracks,
-            spacing: 8.0,
-            affinities: &affinities,
-            label: &[0; 16],
-            used_labels: &[0, 1],
-            is_fixed: &[false; 16],
-            stroke: &[Some(0); 16],
-            core_labels: &[vec![1; 3]],
-        };
+        let (blocks, over) = (blocks(&[0]), [vec![1; 3]]);
+        let input = input(&blocks, &[0; 16], &[Some(0); 16], &[false; 16], &over);
         assert!(join_strokes(&input).unwrap_err().to_string().contains("no background would be left"));
         let none = StrokeInput { label: &[], stroke: &[], is_fixed: &[], tracks: &Trajectories::default(), ..input };
         assert_eq!(join_strokes(&none).unwrap(), Decision { label: vec![], stroke_labels: vec![1], affected: vec![1] });
@@ -270,23 +254,13 @@ mod tests {
 
     #[test]
     fn what_earlier_strokes_hold_stays() {
-        let (tracks, affinities) = blocks(&[0, 200, 248]);
-        let label = of_blocks(&[0, 1, 1]);
+        let (blocks, label) = (blocks(&[0, 200, 248]), of_blocks(&[0, 1, 1]));
         let mut under = vec![None; 48];
         (under[16], under[47]) = (Some(0), Some(1));
         let mut is_fixed = vec![false; 48];
         is_fixed[46] = true;
         let over = [vec![1; 5], vec![1; 5]];
-        let input = StrokeInput {
-            tracks: &tracks,
-            spacing: 8.0,
-            affinities: &affinities,
-            label: &label,
-            used_labels: &[0, 1],
-            is_fixed: &is_fixed,
-            stroke: &under,
-            core_labels: &over,
-        };
+        let input = input(&blocks, &label, &under, &is_fixed, &over);
         let decision = split_strokes(&input).unwrap();
         assert_eq!((decision.label[46], decision.label[47], decision.label[45]), (1, 2, 2));
     }

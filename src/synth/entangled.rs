@@ -3,15 +3,14 @@
 //! The scene is laid out on a board of 320 × 240 units that is fitted into the frame; the middle frame of the clip shows the
 //! layout as written here. Motions are in units per frame. All sizes, speeds and colours were chosen by eye.
 
-use super::affine::{Affine, sin_turns};
-use super::brush::{Colour, Noise, blend, ramp, shade};
+use super::affine::Affine;
+use super::board::Board;
+use super::brush::{Colour, blend, ramp, shade};
 use super::person::{Gait, LEG, Person};
 use super::scene::{Scene, Sprite};
 
-/// Width of the board, in units.
-const BOARD_WIDTH: f64 = 320.0;
-/// Height of the board, in units.
-const BOARD_HEIGHT: f64 = 240.0;
+/// Width and height of the board, in units.
+const BOARD_SIZE: [f64; 2] = [320.0, 240.0];
 /// Height at which the wall meets the floor.
 const SKIRTING_Y: f32 = 128.0;
 /// Speed of the camera to the right.
@@ -32,8 +31,8 @@ impl Scene {
     #[doc(hidden)] // For tests and benchmarks.
     pub fn entangled((width, height): (usize, usize), num_frames: usize, seed: u64) -> Self {
         let mut scene = Self::new(width, height, num_frames);
-        let hall = Hall::new(&scene, seed);
-        hall.add_backdrop(&mut scene);
+        let hall = Board::new(&scene, BOARD_SIZE, PAN_SPEED, [1.6, 2.0], seed ^ 0x4a11);
+        hall.add_hall(&mut scene);
         let clothes = [
             ([[204.0, 60.0, 52.0], [248.0, 220.0, 180.0]], [70.0, 64.0, 92.0]),
             ([[58.0, 104.0, 186.0], [240.0, 214.0, 96.0]], [98.0, 78.0, 60.0]),
@@ -50,8 +49,8 @@ impl Scene {
             // Half a cycle apart: the legs alternate, the trunks rise and sink together.
             let gait = Gait { period: 30.0, phase: 0.1 + 0.5 * k as f64, swing: 0.045 };
             let side = if k == 0 { 1.0 } else { -1.0 };
-            let height = BOARD_HEIGHT - 14.0 - f64::from(LEG);
-            let x = |t: f64| 0.5 * BOARD_WIDTH - side * 0.5 * HIP_DISTANCE + hall.drift(t, RUN_SPEED);
+            let height = BOARD_SIZE[1] - 14.0 - f64::from(LEG);
+            let x = |t: f64| 0.5 * BOARD_SIZE[0] - side * 0.5 * HIP_DISTANCE + hall.drift(t, RUN_SPEED);
             let hip = |t: f64| Affine::scaling(side, 1.0).then(&hall.pose(x(t), height));
             player.add_to(&mut scene, k as u8 + 1, gait, hip, |t| hall.reach(t));
         }
@@ -59,59 +58,14 @@ impl Scene {
     }
 }
 
-/// The board in the frame.
-struct Hall {
-    /// From board units to pixels.
-    view: Affine,
-    /// Pixels per unit.
-    density: f32,
-    /// The last frame.
-    last: f64,
-    /// The middle of the clip, in frames.
-    middle: f64,
-    /// Left, top, right and bottom of the visible part of the board in all frames.
-    visible: [f32; 4],
-    noise: Noise,
-}
-
-impl Hall {
-    fn new(scene: &Scene, seed: u64) -> Self {
-        let (width, height) = (scene.size().0 as f64, scene.size().1 as f64);
-        let scale = (width / BOARD_WIDTH).min(height / BOARD_HEIGHT);
-        let view = Affine::translation(-0.5 * BOARD_WIDTH, -0.5 * BOARD_HEIGHT)
-            .then(&Affine::scaling(scale, scale))
-            .then(&Affine::translation(0.5 * (width - 1.0), 0.5 * (height - 1.0)));
-        let last = (scene.num_frames() as f64 - 1.0).max(1.0);
-        let noise = Noise(crate::rng::mix(seed ^ 0x4a11));
-        let mut hall = Self { view, density: scale as f32, last, middle: 0.5 * last, visible: [0.0; 4], noise };
-        let reach = (0..=scene.num_frames()).map(|t| hall.drift(t as f64, PAN_SPEED).abs()).fold(0.0, f64::max);
-        let (half_width, half_height) = (0.5 * width / scale + 1.6 * reach + 2.0, 0.5 * height / scale + 2.0);
-        let (x, y) = (0.5 * BOARD_WIDTH, 0.5 * BOARD_HEIGHT);
-        hall.visible = [x - half_width, y - half_height, x + half_width, y + half_height].map(|v| v as f32);
-        hall
-    }
-
-    /// Returns the displacement since the middle of the clip at `speed` units per frame; it swings back in 360 frames.
-    fn drift(&self, t: f64, speed: f64) -> f64 {
-        speed * 360.0 / std::f64::consts::TAU * sin_turns((t - self.middle) / 360.0)
-    }
-
+impl Board {
     /// Returns the extension of the arms at frame `t`, 0 to 1.
     fn reach(&self, t: f64) -> f64 {
-        let f = (t / self.last) as f32;
+        let f = (t / (2.0 * self.middle).max(1.0)) as f32;
         f64::from(ramp(0.30, 0.45, f) * ramp(0.72, 0.57, f))
     }
 
-    fn pose(&self, x: f64, y: f64) -> Affine {
-        Affine::translation(x, y).then(&self.view)
-    }
-
-    /// Returns the size of the finest grain that survives resampling, in units.
-    fn finest(&self) -> f32 {
-        2.4 / self.density
-    }
-
-    fn add_backdrop(&self, scene: &mut Scene) {
+    fn add_hall(&self, scene: &mut Scene) {
         let wall = scene.add_sprite(self.wall());
         scene.add_layer(wall, 0, |t| self.pose(-self.drift(t, PAN_SPEED), 0.0));
         let floor = scene.add_sprite(self.floor());

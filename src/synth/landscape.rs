@@ -5,14 +5,13 @@
 //! and colours were chosen by eye.
 
 use super::affine::{Affine, sin_turns};
+use super::board::Board;
 use super::brush::{Colour, Noise, bar, blend, disc, lerp, ramp, rounded_box, shade};
 use super::person::{Gait, LEG, Person};
 use super::scene::{Scene, Sprite};
 
-/// Width of the board, in units.
-const BOARD_WIDTH: f64 = 480.0;
-/// Height of the board, in units.
-const BOARD_HEIGHT: f64 = 270.0;
+/// Width and height of the board, in units.
+const BOARD_SIZE: [f64; 2] = [480.0, 270.0];
 /// Height at which the meadow meets the hills.
 const HORIZON_Y: f32 = 152.0;
 /// Scale of the van, which is painted 64 units long.
@@ -34,7 +33,7 @@ impl Scene {
     /// `seed` changes the textures, the hills and the trees, not the motions of objects.
     pub fn sample((width, height): (usize, usize), num_frames: usize, seed: u64) -> Self {
         let mut scene = Self::new(width, height, num_frames);
-        let board = Board::new(&scene, seed);
+        let board = new_board(&scene, seed);
         board.add_backdrop(&mut scene);
         board.add_balloon(&mut scene);
         board.add_van(&mut scene);
@@ -47,7 +46,7 @@ impl Scene {
             seed: seed ^ 0x71,
         };
         let gait = Gait { period: 34.0, phase: 0.12 - board.middle / 34.0, swing: 0.072 };
-        let height = BOARD_HEIGHT - 16.0 - f64::from(LEG);
+        let height = BOARD_SIZE[1] - 16.0 - f64::from(LEG);
         let hip = |t: f64| board.pose(352.0 + board.drift(t, 0.3), height - board.tilt(t));
         hiker.add_to(&mut scene, 3, gait, hip, |_| 0.0);
         scene
@@ -58,7 +57,7 @@ impl Scene {
     #[doc(hidden)] // For tests and benchmarks.
     pub fn two_walkers((width, height): (usize, usize), num_frames: usize, seed: u64) -> Self {
         let mut scene = Self::new(width, height, num_frames);
-        let board = Board::new(&scene, seed);
+        let board = new_board(&scene, seed);
         board.add_backdrop(&mut scene);
         let clothes = [
             ([[216.0, 78.0, 60.0], [246.0, 226.0, 196.0]], [64.0, 82.0, 120.0]),
@@ -74,7 +73,7 @@ impl Scene {
                 seed: seed ^ (0x71 + k as u64),
             };
             let gait = Gait { period: 34.0, phase: 0.05, swing: 0.072 };
-            let height = BOARD_HEIGHT - 16.0 - f64::from(LEG);
+            let height = BOARD_SIZE[1] - 16.0 - f64::from(LEG);
             let lag = |t: f64| if k == 0 { 0.0 } else { -36.0 - 1.5 * (t - board.middle).max(0.0) };
             let x = |t: f64| 270.0 + board.drift(t, 0.55) + lag(t);
             let hip = |t: f64| board.pose(x(t), height - board.tilt(t));
@@ -84,63 +83,19 @@ impl Scene {
     }
 }
 
-/// The board in the frame, and the motion of the camera.
-struct Board {
-    /// From board units to pixels.
-    view: Affine,
-    /// Pixels per unit.
-    density: f32,
-    /// The middle of the clip, in frames.
-    middle: f64,
-    /// Left, top, right and bottom of the visible part of the board in all frames.
-    visible: [f32; 4],
-    noise: Noise,
+fn new_board(scene: &Scene, seed: u64) -> Board {
+    Board::new(scene, BOARD_SIZE, PAN_SPEED, [1.5, 12.0], seed)
 }
 
 impl Board {
-    fn new(scene: &Scene, seed: u64) -> Self {
-        let (width, height) = (scene.size().0 as f64, scene.size().1 as f64);
-        let scale = (width / BOARD_WIDTH).min(height / BOARD_HEIGHT);
-        let view = Affine::translation(-0.5 * BOARD_WIDTH, -0.5 * BOARD_HEIGHT)
-            .then(&Affine::scaling(scale, scale))
-            .then(&Affine::translation(0.5 * (width - 1.0), 0.5 * (height - 1.0)));
-        let mut board = Self {
-            view,
-            density: scale as f32,
-            middle: 0.5 * (scene.num_frames() as f64 - 1.0),
-            visible: [0.0; 4],
-            noise: Noise(crate::rng::mix(seed)),
-        };
-        let reach = (0..=scene.num_frames()).map(|t| board.drift(t as f64, PAN_SPEED).abs()).fold(0.0, f64::max);
-        let (half_width, half_height) = (0.5 * width / scale + 1.5 * reach + 2.0, 0.5 * height / scale + 12.0);
-        let (x, y) = (0.5 * BOARD_WIDTH, 0.5 * BOARD_HEIGHT);
-        board.visible = [x - half_width, y - half_height, x + half_width, y + half_height].map(|v| v as f32);
-        board
-    }
-
-    /// Returns the displacement since the middle of the clip at `speed` units per frame; it swings back in 360 frames.
-    fn drift(&self, t: f64, speed: f64) -> f64 {
-        speed * 360.0 / std::f64::consts::TAU * sin_turns((t - self.middle) / 360.0)
-    }
-
     /// Returns the tilt of the camera in units: it rises and sinks by 6.
     fn tilt(&self, t: f64) -> f64 {
         6.0 * sin_turns((t - self.middle) / 200.0)
     }
 
-    /// Returns the pose at a point of the board, not moved by the camera.
-    fn pose(&self, x: f64, y: f64) -> Affine {
-        Affine::translation(x, y).then(&self.view)
-    }
-
     /// Returns the pose of the board at depth factor `depth`, moved by the camera.
     fn layer_pose(&self, t: f64, depth: f64) -> Affine {
         self.pose(-self.drift(t, PAN_SPEED * depth), -self.tilt(t))
-    }
-
-    /// Returns the size of the finest grain that survives resampling, in units.
-    fn finest(&self) -> f32 {
-        2.4 / self.density
     }
 
     fn grain(&self, x: f32, y: f32, coarsest: f32) -> f32 {
@@ -206,7 +161,7 @@ impl Board {
     fn meadow(&self) -> Sprite {
         let [left, _, right, bottom] = self.visible;
         // Sheared rows extend farther to the side.
-        let extra = 0.5 * (right - left - BOARD_WIDTH as f32).max(0.0);
+        let extra = 0.5 * (right - left - BOARD_SIZE[0] as f32).max(0.0);
         Sprite::paint([left - extra, HORIZON_Y - 6.0, right + extra, bottom], self.density, |x, y| {
             let edge = HORIZON_Y - 1.0 + 3.0 * self.noise.fractal(x, 11.0, 60.0, self.finest().max(3.0));
             // A plane in perspective: depth is inverse to the distance from the horizon.

@@ -21,6 +21,7 @@
 //! motion blur, no change of light; objects are flat.
 
 mod affine;
+mod board;
 mod brush;
 mod entangled;
 mod landscape;

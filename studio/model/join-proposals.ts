@@ -1,6 +1,7 @@
 // Proposals to join objects that look like pieces of one: they touch and move together, or one begins where and when the
 // other ends.
 
+import type { TrajectorySource } from './library.js';
 import type { Store } from './store.js';
 
 interface LabelledClip {
@@ -9,13 +10,7 @@ interface LabelledClip {
   numFrames: number;
   /** Returns the object of each pixel. */
   labels: (t: number) => ArrayLike<number>;
-  trajectories: {
-    count: number;
-    startFrame: ArrayLike<number>;
-    offset: ArrayLike<number>;
-    x: ArrayLike<number>;
-    y: ArrayLike<number>;
-  };
+  trajectories: TrajectorySource['trajectories'];
   /** The first and the last frame of each object. */
   spans: readonly { object: number; first: number; last: number }[];
   /** First frames of further shots. */

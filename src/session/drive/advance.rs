@@ -235,6 +235,17 @@ mod tests {
         }
     }
 
+    /// Advances to a shot whose first frame is held, and runs it.
+    fn assert_next_shot_has_new_labels(s: &mut Session, other: &Scene, before: &[u8]) {
+        s.advance(5).unwrap();
+        assert_eq!((s.num_frames(), s.holds_next_shot()), (1, false));
+        (1..12).for_each(|t| assert!(!s.push_in_shot(other.frame(t)).unwrap()));
+        s.run().unwrap();
+        let after = s.objects().unwrap().labels();
+        assert!(!before.is_empty() && !after.is_empty());
+        assert!(after.iter().all(|label| !before.contains(label)), "{before:?} {after:?}");
+    }
+
     #[test]
     fn a_cut_holds_the_frame_back_and_begins_a_shot_with_new_labels() {
         let (one, other) = (scene(12, 0), scene(12, 7));
@@ -245,13 +256,7 @@ mod tests {
         assert_eq!(s.num_frames(), 12);
         s.run().unwrap();
         let (before, last_number) = (s.objects().unwrap().labels(), *s.trajectory_numbers().iter().max().unwrap());
-        s.advance(5).unwrap();
-        assert_eq!((s.num_frames(), s.holds_next_shot()), (1, false));
-        (1..12).for_each(|t| assert!(!s.push_in_shot(other.frame(t)).unwrap()));
-        s.run().unwrap();
-        let after = s.objects().unwrap().labels();
-        assert!(!before.is_empty() && !after.is_empty());
-        assert!(after.iter().all(|label| !before.contains(label)), "{before:?} {after:?}");
+        assert_next_shot_has_new_labels(&mut s, &other, &before);
         assert!(s.trajectory_numbers().iter().all(|&n| n > last_number));
     }
 
@@ -265,13 +270,7 @@ mod tests {
         s.advance(5).unwrap();
         assert_eq!(s.advance(5).unwrap_err().code(), "state");
         assert!(s.push_in_shot(other.frame(0)).unwrap());
-        s.advance(5).unwrap();
-        assert_eq!((s.num_frames(), s.holds_next_shot()), (1, false));
-        (1..12).for_each(|t| assert!(!s.push_in_shot(other.frame(t)).unwrap()));
-        s.run().unwrap();
-        let after = s.objects().unwrap().labels();
-        assert!(!before.is_empty() && !after.is_empty());
-        assert!(after.iter().all(|label| !before.contains(label)), "{before:?} {after:?}");
+        assert_next_shot_has_new_labels(&mut s, &other, &before);
     }
 
     #[test]
