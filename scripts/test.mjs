@@ -1,7 +1,7 @@
 // `npm test`: installs what is missing, runs the parts of the tests, and counts. What a part needs and runs is in
 // package.json under "wireit", which also runs parts side by side.
 //
-//   npm test [-- PART ...] [--force]     all parts or these (rust, wasm, node, ...); --force also runs unchanged ones
+//   npm test [-- PART ...] [--force]     what changed since it passed, of all parts or these (rust, node, ...); --force runs all
 //   npm run test:long [-- PART ...]      the slow tests
 
 import { spawnSync } from 'node:child_process';
@@ -57,7 +57,9 @@ function wireitFolder(script) {
 
 /** Runs a script with what it depends on; a failure does not stop the others. */
 function runScript(script) {
-  const env = environment({ WIREIT_FAILURES: 'continue', WIREIT_LOGGER: process.env.WIREIT_LOGGER ?? 'simple' });
+  // What has changed is built and tested again; nothing is restored from an earlier state.
+  const runner = { WIREIT_FAILURES: 'continue', WIREIT_CACHE: 'none' };
+  const env = environment({ ...runner, WIREIT_LOGGER: process.env.WIREIT_LOGGER ?? 'simple' });
   const shell = process.platform === 'win32';
   return spawnSync('npm', ['run', '--silent', script], { cwd: root, stdio: 'inherit', env, shell }).status ?? 1;
 }
