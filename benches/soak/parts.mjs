@@ -64,7 +64,8 @@ async function soakPage() {
   const { launchBrowser } = await import('../../scripts/browser.mjs');
   const { serve } = await import('../../scripts/serve.mjs');
   const server = await serve();
-  const browser = await launchBrowser();
+  // Interpreted: compiled code grows for as long as more functions become hot, by kilobytes a clip for a thousand clips.
+  const browser = await launchBrowser({ args: ['--js-flags=--no-opt --no-maglev --no-sparkplug'] });
   const context = await browser.newContext({ serviceWorkers: 'block' });
   const page = await context.newPage();
   page.setDefaultTimeout(300_000);
