@@ -376,5 +376,9 @@ test.describe('clips of cars are segmented whole @long', () => {
       const windows = numWindows > 1 ? ` in ${numWindows} windows` : '';
       await expect(page.locator('#subline')).toHaveText(new RegExp(`${numFrames} frames of 320 × \\d+${windows} ·`));
       await expect(page.locator('#counter')).toHaveText(new RegExp(`/ ${numFrames}$`));
+      if (numWindows > 1) return;
+      await openSave(page);
+      const { bytes } = await saveExport(page, 'background-png');
+      expect([bytes.readUInt32BE(16), bytes.readUInt32BE(20)]).toEqual([1280, 720]);
     });
 });
