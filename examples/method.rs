@@ -20,7 +20,7 @@ use tracecut::flow::{CompactFlow, FlowPyramid, flow_between};
 use tracecut::image::{Frame, Plane};
 use tracecut::mask::{Observations, classify_clusters, cluster_penalties, number_objects, refine};
 use tracecut::saliency::{SaliencyMaps, context_saliency, trajectory_saliency};
-use tracecut::superpixel::superpixels_of;
+use tracecut::superpixel::frame_superpixels;
 use tracecut::trajectory::Tracker;
 
 /// Returns a label for every pixel of at least two frames of equal size.
@@ -77,7 +77,7 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
 
     // 4.1 Superpixels: faces of the constrained Gabriel graph of each frame's contours.
     let superpixels: Vec<_> =
-        frames.iter().map(|frame| superpixels_of(frame, None, &params.contour, &params.superpixel)).collect();
+        frames.iter().map(|frame| frame_superpixels(frame, &params.contour, &params.superpixel)).collect();
 
     // Which clusters are objects (not in the paper): where the camera stands still, those that differ from a plate of all
     // frames; elsewhere those that hold little of the frame's border and do not move with the camera, or that no rigid

@@ -44,9 +44,8 @@ fn the_method_in_straight_lines_prints_the_labels_of_the_command_line() {
     let mut objects = 0;
     for clip in CLIPS {
         let (frames, out) = (clips.join(clip).join("frames"), folder(&format!("method-{clip}")));
-        // The example has neither a background nor rounds.
-        let labels =
-            by_command_line(&frames, &out, &["--set", "background.enabled=false", "--set", "cut.appearanceRounds=0"]);
+        // The example tries no other clusters.
+        let labels = by_command_line(&frames, &out, &["--set", "discretize.minAgreement=0"]);
         assert_eq!(labels.len(), fs::read_dir(&frames).unwrap().count(), "{clip}");
         let lines = String::from_utf8(run_example("method", &[&frames]).stdout).unwrap();
         let expected: Vec<String> = labels.iter().enumerate().map(|(t, mask)| printed(t, mask)).collect();

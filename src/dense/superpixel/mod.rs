@@ -157,8 +157,10 @@ pub fn superpixels_of(
     superpixels_in(&boundary_map(frame), count, contour, superpixel)
 }
 
+#[doc(hidden)] // For `examples/method.rs`.
 /// Computes the superpixels of a frame of a clip.
-pub(crate) fn frame_superpixels(frame: &Frame, contour: &ContourParams, superpixel: &SuperpixelParams) -> Superpixels {
+#[must_use]
+pub fn frame_superpixels(frame: &Frame, contour: &ContourParams, superpixel: &SuperpixelParams) -> Superpixels {
     superpixels_of_ridges(&frame_ridges(frame, contour), None, contour, superpixel)
 }
 
