@@ -5,7 +5,7 @@ import { defineConfig } from '@playwright/test';
 import { BROWSER_FLAGS, ensureBrowser } from './scripts/browser.mjs';
 import { root } from './scripts/tools.mjs';
 
-const OF_THE_PAGE = /\/(studio|offline|policy)[^/]*\.spec\.mjs$/;
+const OF_THE_PAGE = /[\\/](studio|offline|policy)[^\\/]*\.spec\.mjs$/;
 const isLong = Boolean(process.env.TRACECUT_LONG);
 
 const outputOf = (project) => join(root, 'out', 'playwright', project);

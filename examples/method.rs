@@ -2,8 +2,8 @@
 //!
 //! `FRAMES` is a folder of PNG or JPEG files and nothing else, taken in name order. It prints one line per frame:
 //! the mask as runs of a label and a number of pixels, row by row; 0 is the background. The labels equal those of
-//! [`tracecut::Session`] with default parameters, which does the same step by step, scales large frames down, and
-//! processes long clips window by window.
+//! [`tracecut::Session`], which does the same step by step, scales large frames down, processes long clips window by
+//! window, and tries other clusters where masks change from frame to frame (`discretize.minAgreement`).
 
 use std::error::Error;
 use std::{env, fs};
