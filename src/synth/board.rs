@@ -4,6 +4,7 @@ use super::affine::{Affine, sin_turns};
 use super::brush::Noise;
 use super::scene::Scene;
 
+/// A board with its origin at the upper left corner.
 pub(super) struct Board {
     /// From board units to pixels.
     pub view: Affine,
@@ -17,9 +18,16 @@ pub(super) struct Board {
 }
 
 impl Board {
-    /// Fits a board of `size` units into the frame. Of what the camera at `pan_speed` shows, `margins` are visible too:
-    /// multiples of its reach and units on the left and right, units above and below.
-    pub(super) fn new(scene: &Scene, size: [f64; 2], pan_speed: f64, margins: [f64; 2], seed: u64) -> Self {
+    /// Fits a board of `size` units into the frame, before a camera with a pan of `pan_speed` units per frame. The visible part
+    /// has a margin of `reach_factor` times the camera's reach and two units at the sides, and of `margin_y` units above and
+    /// below.
+    pub(super) fn new(
+        scene: &Scene,
+        size: [f64; 2],
+        pan_speed: f64,
+        [reach_factor, margin_y]: [f64; 2],
+        seed: u64,
+    ) -> Self {
         let (width, height) = (scene.size().0 as f64, scene.size().1 as f64);
         let scale = (width / size[0]).min(height / size[1]);
         let view = Affine::translation(-0.5 * size[0], -0.5 * size[1])
@@ -29,7 +37,7 @@ impl Board {
         let noise = Noise(crate::rng::mix(seed));
         let mut board = Self { view, density: scale as f32, middle, visible: [0.0; 4], noise };
         let reach = (0..=scene.num_frames()).map(|t| board.drift(t as f64, pan_speed).abs()).fold(0.0, f64::max);
-        let half = [0.5 * width / scale + margins[0] * reach + 2.0, 0.5 * height / scale + margins[1]];
+        let half = [0.5 * width / scale + reach_factor * reach + 2.0, 0.5 * height / scale + margin_y];
         let corner = |sign: f64| [0, 1].map(|k| (0.5 * size[k] + sign * half[k]) as f32);
         let ([left, top], [right, bottom]) = (corner(-1.0), corner(1.0));
         board.visible = [left, top, right, bottom];
