@@ -14,7 +14,7 @@ import {
 } from 'tracecut';
 import { clipsZip } from 'tracecut/export';
 import { unzipSync } from '../../dist/vendor/zip.js';
-import { collect, each, framesOf, overlapOf, plain, png, rejects } from './support.mjs';
+import { abortAt, collect, each, framesOf, overlapOf, plain, png, rejects } from './support.mjs';
 
 const TINY = { width: 64, height: 48, frames: 5, seed: 3 };
 
@@ -22,27 +22,18 @@ const segmentAll = (clips, options) => collect(segmentEach(clips, options));
 
 test('each clip gives what it gives alone; one that fails, or is taken out, stops no other', async () => {
   const frames = await framesOf(TINY);
-  const out = new AbortController();
-  out.abort(new Error('taken out'));
   const reports = [];
   const clips = [
     { name: 'a.mp4', source: frames },
     { name: 'empty', source: [] },
-    { name: 'out', source: frames, signal: out.signal },
+    { name: 'out', source: frames, signal: AbortSignal.abort(new Error('taken out')) },
     { name: 'cut', source: [...frames.map((frame) => png(frame)), new Uint8Array(9)] },
   ];
   const outcomes = await segmentAll(clips, {
     onProgress: ({ index, name, stage }) => reports.push(`${index} ${name} ${stage}`),
   });
-  assert.deepEqual(
-    outcomes.map(({ index, name, result }) => [index, name, result?.numFrames ?? null]),
-    [
-      [0, 'a.mp4', 5],
-      [1, 'empty', null],
-      [2, 'out', null],
-      [3, 'cut', 5],
-    ],
-  );
+  const facts = outcomes.map(({ index, name, result }) => `${index} ${name} ${result?.numFrames ?? 'none'}`);
+  assert.deepEqual(facts, ['0 a.mp4 5', '1 empty none', '2 out none', '3 cut 5']);
   const expected = await segmentVideo(frames).collect();
   for (let t = 0; t < 5; t += 1) assert.deepEqual(outcomes[0].result.labels(t), expected.labels(t));
   assert.equal(outcomes[1].error.code, 'no-frames');
@@ -65,9 +56,8 @@ test('a queue grows on the way, is left early, and ends as a whole', async () =>
   }
   for await (const { index } of segmentEach(growing())) if (index === 1) break;
   assert.equal(requests, 2);
-  const stop = new AbortController();
-  const onProgress = () => stop.abort(new Error('enough'));
-  await assert.rejects(segmentAll([{ name: 'a', source: frames }], { signal: stop.signal, onProgress }), /enough/);
+  const aborted = segmentAll([{ name: 'a', source: frames }], abortAt({ reason: new Error('enough') }));
+  await assert.rejects(aborted, /enough/);
 });
 
 test('wrong options and invalid clips are errors of the call', async () => {
@@ -86,17 +76,9 @@ test('one archive: a folder for each clip, a report that names what failed, the 
   const counted = [];
   const zip = await clipsZip(clips, { onProgress: (step) => counted.push(`${step.done}/${step.total}`) });
   const files = unzipSync(zip);
-  assert.deepEqual(Object.keys(files).sort(), [
-    'my-clip-2/00000.png',
-    'my-clip-2/00001.png',
-    'my-clip-2/00002.png',
-    'my-clip-2/masks.json',
-    'my-clip/00000.png',
-    'my-clip/00001.png',
-    'my-clip/00002.png',
-    'my-clip/masks.json',
-    'report.json',
-  ]);
+  const names = ['00000.png', '00001.png', '00002.png', 'masks.json'];
+  const paths = ['my-clip-2', 'my-clip'].flatMap((folder) => names.map((name) => `${folder}/${name}`));
+  assert.deepEqual(Object.keys(files).sort(), [...paths, 'report.json']);
   const expected = unzipSync(await masksZip(masks));
   for (const [name, bytes] of Object.entries(expected)) assert.deepEqual(files[`my-clip/${name}`], bytes);
   assert.deepEqual(JSON.parse(Buffer.from(files['report.json']).toString()).clips, [
@@ -125,10 +107,8 @@ test('eight frames, every second one, at the size of the frames, much like the t
   }
   const coarse = await previewMasks(counted(), { frameRate: 10 });
   assert.ok(coarse instanceof VideoResult);
-  assert.deepEqual(
-    [...coarse.times],
-    [0, 2, 4, 6, 8, 10, 12, 14].map((t) => t / 10),
-  );
+  const times = [0, 2, 4, 6, 8, 10, 12, 14].map((t) => t / 10);
+  assert.deepEqual([...coarse.times], times);
   assert.deepEqual([coarse.width, coarse.height], [MOVING.width, MOVING.height]);
   assert.equal(requests, 15, 'no frame is read that is not needed');
   masksOf(coarse).forEach((mask, k) => {
@@ -145,10 +125,8 @@ test('is segmentVideo of these frames at this size, and options say which', asyn
   assert.deepEqual(coarse.times, expected.times);
   assert.deepEqual(masksOf(coarse), masksOf(expected));
   const usual = { step: 2, maxFrames: 8, clip: { maxSide: 320 } };
-  assert.deepEqual(
-    masksOf(await previewMasks(frames, { step: undefined, clip: undefined })),
-    masksOf(await segmentVideo(frames, usual).collect()),
-  );
+  const usualMasks = masksOf(await previewMasks(frames, { step: undefined, clip: undefined }));
+  assert.deepEqual(usualMasks, masksOf(await segmentVideo(frames, usual).collect()));
 });
 
 test('bad options and sources reject as segmentVideo says, and an abort ends it', async () => {
@@ -183,22 +161,14 @@ test('frames are the middles of equal parts, in order, with their times', async 
 
 test('a part of the clip, at a smaller size; a short clip gives each frame once', async () => {
   const part = await stripOf(numbered(40), { count: 2, frameRate: 10, start: 1, end: 2, size: 16 });
-  assert.deepEqual(
-    part.map(({ number, size }) => [number, size]),
-    [
-      [12, '16x8'],
-      [17, '16x8'],
-    ],
-  );
+  assert.deepEqual(each(part, 'number', 'size').flat(), [12, '16x8', 17, '16x8']);
   const few = await stripOf(numbered(3), {});
   assert.deepEqual(each(few, 'number'), [0, 1, 2]);
 });
 
 test('leaving early and aborting end it', async () => {
   for await (const { index } of videoStrip(numbered(40))) if (index === 1) break;
-  const controller = new AbortController();
-  controller.abort(new Error('enough'));
-  await assert.rejects(stripOf(numbered(40), { signal: controller.signal }), /enough/);
+  await assert.rejects(stripOf(numbered(40), { signal: AbortSignal.abort(new Error('enough')) }), /enough/);
 });
 
 test('a source without a strip and an unknown option are refused by name', async () => {

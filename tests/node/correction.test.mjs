@@ -3,12 +3,12 @@
 import assert from 'node:assert/strict';
 import { after, test } from 'node:test';
 import { createSession, segmentVideo } from 'tracecut';
-import { fingerprint, framesOf, ready, rejects, SMALL } from './support.mjs';
+import { abortAt, each, fingerprint, framesOf, ready, rejects, SMALL } from './support.mjs';
 
 /** Two walkers and more: enough objects to merge. */
 const SCENE = { width: 192, height: 108, frames: 10, seed: 4 };
 
-const labelsOf = (objects) => objects.map(({ label }) => label);
+const labelsOf = (objects) => each(objects, 'label');
 const highest = ({ objects }) => Math.max(0, ...labelsOf(objects));
 const ascending = (a, b) => a - b;
 
@@ -99,9 +99,8 @@ test('a correction that is aborted stays in force until it is finished or undone
   const { session, result } = await segmented();
   const splitMasks = masksOf(await session.split(1));
   await session.undo();
-  const controller = new AbortController();
   const reason = new Error('enough');
-  const stop = { signal: controller.signal, onProgress: () => controller.abort(reason) };
+  const stop = abortAt({ reason });
   await assert.rejects(session.split(1, undefined, stop), (error) => error === reason);
   assert.equal(session.corrections, 1);
   await rejects(session.merge(1, 2), 'state', /run the session first/);
@@ -272,10 +271,7 @@ test('the explanation of a pixel agrees with the masks, and its sums with their 
     assert.equal(explanation.label, result.labels(frame)[y * SCENE.width + x]);
     const superpixels = await result.superpixels(frame);
     assert.equal(explanation.superpixel, superpixels.label[y * SCENE.width + x]);
-    assert.deepEqual(
-      explanation.costs.map(({ label }) => label),
-      [...result.clusters.object],
-    );
+    assert.deepEqual(labelsOf(explanation.costs), [...result.clusters.object]);
     const ownCost = explanation.costs[explanation.cluster];
     assert.equal(explanation.source === 'superpixel', ownCost.label === explanation.label);
     for (const cost of explanation.costs) {

@@ -1,12 +1,18 @@
 // Masks changed by hand: painted, erased, carried through the clip, undone, saved.
 
 import assert from 'node:assert/strict';
-import { test } from 'node:test';
+import { after, test } from 'node:test';
 import { maskPng, synthClip } from 'tracecut';
 import { editMasks, encodeRuns } from 'tracecut/edit';
 import { labelMaps } from 'tracecut/export';
 import { createImageEngine } from 'tracecut/stages';
-import { mapPixels, overlapOf, plain, ready, rejects } from './support.mjs';
+import { abortAt, each, mapPixels, overlapOf, plain, ready, rejects } from './support.mjs';
+
+const engine = await createImageEngine();
+after(() => engine.close());
+
+/** Opens masks with pictures and the engine of all tests. */
+const editWith = (masks, picture) => editMasks(masks, { picture, engine: async () => engine });
 
 /** Masks of `numFrames` frames that are all background. */
 const blank = (width, height, numFrames) => ({
@@ -15,6 +21,12 @@ const blank = (width, height, numFrames) => ({
   numFrames,
   labels: () => new Uint8Array(width * height),
 });
+
+/** Returns the two shots of a clip with a cut before a frame. */
+const shotsWithCut = (cut, numFrames) => [
+  { first: 0, last: cut - 1 },
+  { first: cut, last: numFrames - 1 },
+];
 
 test('a brush covers the pixels within its radius of its way, and no more', async () => {
   const [width, height] = [40, 30];
@@ -97,32 +109,25 @@ test('paint on an object follows it through the clip, both ways', async () => {
   assert.ok(editor.labels(3).some(Boolean));
 });
 
-test('nothing is carried where the picture changes, beyond a cut, or further than asked', async (t) => {
+test('nothing is carried where the picture changes, beyond a cut, or further than asked', async () => {
   const clip = await synthClip({ width: 96, height: 64, frames: 4, seed: 7 });
   const frames = [0, 1, 2, 3].map((k) => clip.frame(k));
-  const engine = await createImageEngine();
-  t.after(() => engine.close());
   const region = encodeRuns(mapPixels(96, 64, (x, y) => x > 20 && x < 60 && y >= 16 && y < 48));
   const carryEdit = async (masks, pictures, more) => {
-    const editor = editMasks(masks, { picture: (k) => pictures[k], engine: async () => engine });
+    const editor = editWith(masks, (k) => pictures[k]);
     return editor.carry(await editor.paint({ label: 1, t: 1, region }), more);
   };
   assert.deepEqual(await carryEdit(blank(96, 64, 4), frames), { first: 0, last: 3 });
-  const shots = [
-    { first: 0, last: 1 },
-    { first: 2, last: 3 },
-  ];
+  const shots = shotsWithCut(2, 4);
   assert.deepEqual(await carryEdit({ ...blank(96, 64, 4), shots }, frames), { first: 0, last: 1 });
   assert.deepEqual(await carryEdit(blank(96, 64, 4), frames, { first: 1, last: 2 }), { first: 1, last: 2 });
   const noise = plain(96, 64, (x, y) => (97 * x + 61 * y + ((x * y) % 13) * 17) % 256);
   assert.deepEqual(await carryEdit(blank(96, 64, 4), [frames[0], frames[1], noise, frames[3]]), { first: 0, last: 1 });
 });
 
-test('an edit is trimmed to fewer frames, and carried on to more, as one step', async (t) => {
+test('an edit is trimmed to fewer frames, and carried on to more, as one step', async () => {
   const clip = await synthClip({ width: 96, height: 64, frames: 8, seed: 7 });
-  const engine = await createImageEngine();
-  t.after(() => engine.close());
-  const editor = editMasks(blank(96, 64, 8), { picture: (k) => clip.frame(k), engine: async () => engine });
+  const editor = editWith(blank(96, 64, 8), (k) => clip.frame(k));
   const edit = await editor.paint({ label: 2, stroke: { t: 3, points: [40, 30, 56, 34], radius: 10 } });
   await editor.carry(edit, { minEvidence: 0 });
   const frames = () => [...edit.paints[0].parts.keys()].sort((a, b) => a - b);
@@ -141,7 +146,7 @@ test('an edit is trimmed to fewer frames, and carried on to more, as one step', 
   assert.throws(() => editor.trim(edit, { first: 2, last: 4 }), /in force/);
 });
 
-test('carried paint stays on its object before a background of similar colours', async (t) => {
+test('carried paint stays on its object before a background of similar colours', async () => {
   // A grey block on a grey field of the same kind that stands still, while the block moves by two pixels a frame.
   const [width, height, numFrames] = [96, 64, 7];
   const noise = (x, y) => ((x * 374761393 + y * 668265263) >>> 7) % 64;
@@ -149,12 +154,7 @@ test('carried paint stays on its object before a background of similar colours',
   const pictures = Array.from({ length: numFrames }, (_, k) =>
     plain(width, height, (x, y) => (isBlock(k, x, y) ? 120 + noise(x - 2 * k, y + 999) : 90 + noise(x, y))),
   );
-  const engine = await createImageEngine();
-  t.after(() => engine.close());
-  const editor = editMasks(blank(width, height, numFrames), {
-    picture: (k) => pictures[k],
-    engine: async () => engine,
-  });
+  const editor = editWith(blank(width, height, numFrames), (k) => pictures[k]);
   const inside = mapPixels(width, height, (x, y) => isBlock(0, x, y));
   const edit = await editor.paint({ label: 1, t: 0, region: encodeRuns(inside) });
   await editor.carry(edit, { minEvidence: 0 });
@@ -167,16 +167,13 @@ test('carried paint stays on its object before a background of similar colours',
   }
 });
 
-test('masks of a range come from the frames beside it, moved along the flow, as one step', async (t) => {
+test('masks of a range come from the frames beside it, moved along the flow, as one step', async () => {
   const clip = await synthClip({ width: 160, height: 96, frames: 12, seed: 7 });
-  const engine = await createImageEngine();
-  t.after(() => engine.close());
   // In three frames the masks are lost, and in one there is nothing but an object.
   const labels = (k) =>
     k === 6 ? new Uint8Array(160 * 96).fill(9) : k > 3 && k < 8 ? new Uint8Array(160 * 96) : clip.mask(k);
   const masks = { ...blank(160, 96, 12), labels };
-  const open = (more) =>
-    editMasks({ ...masks, ...more }, { picture: (k) => clip.frame(k), engine: async () => engine });
+  const open = (more) => editWith({ ...masks, ...more }, (k) => clip.frame(k));
   const editor = open();
   const reports = [];
   const edit = await editor.interpolate({ from: 4, to: 8 }, { onFrame: ({ t: k }) => reports.push(k) });
@@ -196,12 +193,7 @@ test('masks of a range come from the frames beside it, moved along the flow, as 
   assert.deepEqual(editor.labels(6), labels(6));
   const forward = await editor.interpolate({ from: 4, to: 12 }, { sides: 'before' });
   assert.ok(forward.paints[0].parts.has(4));
-  const cut = open({
-    shots: [
-      { first: 0, last: 3 },
-      { first: 4, last: 11 },
-    ],
-  });
+  const cut = open({ shots: shotsWithCut(4, 12) });
   await rejects(cut.interpolate({ from: 4, to: 8 }), 'param', /from = 4/);
   await rejects(editor.interpolate({ from: 0, to: 8 }), 'param', /from = 0 .*1\.\.=11/);
   await rejects(editor.interpolate({ from: 8, to: 12 }), 'param', /to = 12/);
@@ -213,11 +205,7 @@ test('a carrying that is stopped keeps the frames that it reached', async () => 
   const clip = await synthClip({ width: 96, height: 64, frames: 6, seed: 7 });
   const editor = editMasks(blank(96, 64, 6), { picture: (t) => clip.frame(t) });
   const edit = await editor.paint({ label: 2, stroke: { t: 0, points: [48, 32], radius: 12 } });
-  const controller = new AbortController();
-  const stopped = editor.carry(edit, {
-    signal: controller.signal,
-    onFrame: ({ t }) => t === 2 && controller.abort(),
-  });
+  const stopped = editor.carry(edit, abortAt({ callback: 'onFrame', isDue: ({ t }) => t === 2 }));
   await assert.rejects(stopped, { name: 'AbortError' });
   assert.deepEqual([...edit.paints[0].parts.keys()], [0, 1, 2]);
 });
@@ -258,16 +246,13 @@ test('pieces and halves of an object become objects, and objects one, by pixels 
 
 test('a session decides until something is changed on its masks, and is asked to take it back', async (t) => {
   const clip = await synthClip({ width: 192, height: 120, frames: 8, seed: 3 });
-  const session = await ready(
-    t,
-    {},
-    Array.from({ length: 8 }, (_, k) => clip.frame(k)),
-  );
+  const frames = Array.from({ length: 8 }, (_, k) => clip.frame(k));
+  const session = await ready(t, {}, frames);
   const result = await session.run();
   const secondEditor = editMasks(result);
   const editor = editMasks(result, { session });
   const allLabels = (masks) => Array.from({ length: 8 }, (_, k) => masks.labels(k));
-  const [first, second] = result.objects.map(({ label }) => label);
+  const [first, second] = each(result.objects, 'label');
   const { corrections } = await editor.merge(0, [first, second]);
   await secondEditor.merge(0, [first, second]);
   assert.equal(corrections, 2);
@@ -300,20 +285,13 @@ test('edits are saved as JSON and done again over the same masks; exports take t
   assert.equal(again.edits[0].paints[0].parts.get(2).evidence, 0.75);
   assert.deepEqual(await maskPng(again, 1), await maskPng({ ...masks, labels: (t) => editor.labels(t) }, 1));
   assert.deepEqual(labelMaps(again).data.slice(96, 192), editor.labels(1));
-  await rejects(
-    async () => editMasks(blank(5, 5, 3)).restore(editor.toJSON()),
-    'data',
-    /12 × 8 × 3 \(expected 5 × 5 × 3\)/,
-  );
+  const restoreOther = async () => editMasks(blank(5, 5, 3)).restore(editor.toJSON());
+  await rejects(restoreOther, 'data', /12 × 8 × 3 \(expected 5 × 5 × 3\)/);
   const json = JSON.parse(JSON.stringify(editor));
-  const damaged = [
-    undefined,
-    [{}],
-    [{ table: {}, paints: 5 }],
-    [{ table: {}, paints: [{ label: 1, parts: [{ t: 0 }] }] }],
-  ];
+  const damaged = [{}, { table: {}, paints: 5 }, { table: {}, paints: [{ label: 1, parts: [{ t: 0 }] }] }];
   const before = again.edits.length;
-  for (const edits of damaged) await rejects(async () => again.restore({ ...json, edits }), 'data');
+  for (const edits of [undefined, ...damaged.map((edit) => [edit])])
+    await rejects(async () => again.restore({ ...json, edits }), 'data');
   assert.equal(again.edits.length, before);
 });
 
@@ -323,16 +301,14 @@ test('what cannot be meant is refused, and the editor stays usable', async () =>
   const refused = (call, code, message) => rejects((async () => call())(), code, message);
   await refused(() => editMasks({ width: 8 }), 'data', /^masks/);
   await refused(() => editor.paint({ label: 256, stroke }), 'param', /label = 256/);
-  await refused(() => editor.paint({ label: 1, stroke: { ...stroke, t: 2 } }), 'param', /stroke\.t = 2/);
-  await refused(() => editor.paint({ label: 1, stroke: { ...stroke, radius: -1 } }), 'param', /stroke\.radius = -1/);
-  await refused(() => editor.paint({ label: 1, stroke: { ...stroke, points: [1] } }), 'param', /^stroke = .* x0, y0/);
-  await refused(
-    () => editor.paint({ label: 1, stroke: { ...stroke, points: [1, NaN] } }),
-    'param',
-    /stroke\.points\[1\] = NaN/,
-  );
+  const refusedStroke = (part, message) =>
+    refused(() => editor.paint({ label: 1, stroke: { ...stroke, ...part } }), 'param', message);
+  await refusedStroke({ t: 2 }, /stroke\.t = 2/);
+  await refusedStroke({ radius: -1 }, /stroke\.radius = -1/);
+  await refusedStroke({ points: [1] }, /^stroke = .* x0, y0/);
+  await refusedStroke({ points: [1, NaN] }, /stroke\.points\[1\] = NaN/);
+  await refusedStroke({ points: [] }, /points = a list of 0/);
   await refused(() => editor.paint({ label: 1, t: 0, region: encodeRuns([1, 1]) }), 'data', /region covers 2 pixels/);
-  await refused(() => editor.paint({ label: 1, stroke: { ...stroke, points: [] } }), 'param', /points = a list of 0/);
   await refused(() => editor.merge(1, 300), 'param', /300/);
   await refused(() => editor.extend({ paints: [] }, 0, encodeRuns(new Uint8Array(64)), 1), 'state', /in force/);
   const edit = await editor.paint({ label: 1, stroke });
@@ -340,17 +316,10 @@ test('what cannot be meant is refused, and the editor stays usable', async () =>
   const editorWith = (picture) => editMasks(blank(8, 8, 2), { picture });
   const paintAndCarry = async (editor, options) => editor.carry(await editor.paint({ label: 1, stroke }), options);
   await refused(() => paintAndCarry(editorWith(() => null)), 'data', /picture\(0\)/);
-  await refused(
-    () =>
-      paintAndCarry(
-        editorWith(() => plain(8, 8)),
-        { first: 1 },
-      ),
-    'param',
-    /first = 1/,
-  );
+  const editorOfPlain = () => editorWith(() => plain(8, 8));
+  await refused(() => paintAndCarry(editorOfPlain(), { first: 1 }), 'param', /first = 1/);
   await editor.undo();
-  await refused(() => editorWith(() => plain(8, 8)).carry(edit), 'state', /in force/);
+  await refused(() => editorOfPlain().carry(edit), 'state', /in force/);
   assert.equal(editor.labels(0).some(Boolean), false);
   let total = 0;
   while (total < 255) await editor.paint({ label: (total += 1), stroke });

@@ -2,9 +2,7 @@
 // part, engines that lack classes, threads that are killed, clocks that jump, sources without end.
 
 import assert from 'node:assert/strict';
-import { execFileSync } from 'node:child_process';
-import { cpSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
-import { readFile } from 'node:fs/promises';
+import { cpSync, mkdtempSync, rmSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -17,7 +15,20 @@ import { getWorkerStarter, platform, setPlatform } from '../../dist/platform.js'
 import { runTask } from '../../dist/worker/aside.js';
 import { serve } from '../../scripts/serve.mjs';
 import { root } from '../../scripts/tools.mjs';
-import { endless, fingerprint, framesOf, open, plain, png, ready, rejects, segment } from './support.mjs';
+import {
+  compileWasm,
+  endless,
+  fingerprint,
+  framesOf,
+  open,
+  plain,
+  png,
+  readWasm,
+  ready,
+  rejects,
+  runModule,
+  segment,
+} from './support.mjs';
 
 const TINY = { width: 64, height: 48, frames: 5, seed: 5 };
 const frames = await framesOf(TINY);
@@ -38,7 +49,7 @@ test('configure says for all calls where the wasm files are, until it says other
   const png = await maskPng({ width: 2, height: 1, numFrames: 1, labels: () => new Uint8Array(2) }, 0);
   configure({ wasm: file('none.wasm'), decoder: file('none.wasm') });
   await rejects(synthClip(TINY), 'wasm-load', /none\.wasm could not be read/);
-  const wasm = await readFile(file('tracecut_bg.wasm'));
+  const wasm = await readWasm();
   (await synthClip({ ...TINY, wasm })).close();
   configure({ wasm });
   const session = await open(t);
@@ -117,47 +128,33 @@ test('an engine without classes for text, messages or garbage gives the same res
     const zip = await masksZip(await session.run());
     const text = await createSession({ cut: { 'weißt du': 1 } }).catch(({ message }) => message);
     console.log(zip.length, zip.reduce((sum, byte) => (Math.imul(sum, 31) + byte) >>> 0, 0), text);`;
-  const printed = (gone) =>
-    execFileSync(process.execPath, ['--input-type=module', '--eval', script(gone)], {
-      cwd: fileURLToPath(new URL('../..', import.meta.url)),
-      encoding: 'utf8',
-    });
-  const expected = printed([]);
+  const expected = runModule(script([]));
   assert.match(expected, /weißt du/);
   const gone = ['TextDecoder', 'TextEncoder', 'FinalizationRegistry', 'MessageChannel', 'setImmediate'];
-  assert.equal(printed(gone), expected);
+  assert.equal(runModule(script(gone)), expected);
 });
 
 const wasmFile = new URL('../../dist/tracecut_bg.wasm', import.meta.url);
+const wasmBytes = await readWasm();
 
-test('the module needs no relaxed SIMD, which Safari and Node 20 refuse', async () => {
-  const bytes = await readFile(wasmFile);
+test('the module needs no relaxed SIMD, which Safari and Node 20 refuse', () => {
   const relaxed = [
     0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 15, 1, 13, 0, 65, 1, 253, 15, 65, 2, 253, 15,
     253, 128, 2, 11,
   ];
-  assert.ok(WebAssembly.validate(bytes), 'this Node refuses the module');
+  assert.ok(WebAssembly.validate(wasmBytes), 'this Node refuses the module');
   // Where the engine itself knows relaxed SIMD the check above proves nothing; CI runs a Node that does not.
   if (process.version.startsWith('v20.'))
     assert.ok(!WebAssembly.validate(new Uint8Array(relaxed)), 'the probe is no probe');
 });
 
 test('wasm can be given as bytes, as a module, as a file URL, as a web URL and as a response', async (t) => {
-  const bytes = await readFile(wasmFile);
   const server = await serve();
   t.after(() => server.close());
   const url = `${server.url}dist/tracecut_bg.wasm`;
-  for (const wasm of [
-    bytes,
-    bytes.buffer,
-    await WebAssembly.compile(bytes),
-    wasmFile,
-    url,
-    new URL(url),
-    await fetch(url),
-  ]) {
+  const inMemory = [wasmBytes, wasmBytes.buffer, await compileWasm()];
+  for (const wasm of [...inMemory, wasmFile, url, new URL(url), await fetch(url)])
     (await createSession({ wasm })).close();
-  }
 });
 
 test('the decoder is only loaded for files, from its configured address', async (t) => {
@@ -172,29 +169,34 @@ test('the decoder is only loaded for files, from its configured address', async 
   await rejects(boundaries(png(image), { decoder: 7 }), 'param', /wasm = 7/);
 });
 
-test('a page of HTML in place of wasm is called what it is', async () => {
-  const html = new TextEncoder().encode('<!doctype html><title>404</title>');
-  await rejects(createSession({ wasm: html }), 'wasm-load', /HTML/);
-  const response = new Response(html, { headers: { 'Content-Type': 'text/html' } });
-  await rejects(createSession({ wasm: response }), 'wasm-load', /HTML/);
-  const disguised = new Response(html, { headers: { 'Content-Type': 'application/wasm' } });
-  await rejects(createSession({ wasm: disguised }), 'wasm-load', /HTML/);
-});
-
-test('a missing, broken or wrong wasm file is a wasm-load error in words', async (t) => {
+test('a missing, broken or wrong wasm file, or a page of HTML in its place, is an error in words', async (t) => {
   const server = await serve();
   t.after(() => server.close());
-  await rejects(createSession({ wasm: `${server.url}dist/none.wasm` }), 'wasm-load', /the server answered 404/);
-  await rejects(createSession({ wasm: new URL('none.wasm', wasmFile) }), 'wasm-load', /could not be read/);
-  await rejects(createSession({ wasm: new Uint8Array([0, 97, 115, 109, 9]) }), 'wasm-load', /could not be compiled/);
+  const html = '<!doctype html><title>404</title>';
+  const responseOf = (type) => new Response(html, { headers: { 'Content-Type': type } });
+  for (const [wasm, message] of [
+    [new TextEncoder().encode(html), /HTML/],
+    [responseOf('text/html'), /HTML/],
+    [responseOf('application/wasm'), /HTML/],
+    [`${server.url}dist/none.wasm`, /the server answered 404/],
+    [new URL('none.wasm', wasmFile), /could not be read/],
+    [new Uint8Array([0, 97, 115, 109, 9]), /could not be compiled/],
+  ])
+    await rejects(createSession({ wasm }), 'wasm-load', message);
   await rejects(createSession({ wasm: 7 }), 'param', /wasm = 7/);
 });
 
-test('a thread that is killed ends what waits for it with an error, and the next session has another', async (t) => {
+/** Returns the threads that start from now on until the test ends, in their order. */
+function watchThreads(t) {
   const threads = [];
   const watch = (thread) => threads.push(thread);
   process.on('worker', watch);
   t.after(() => process.off('worker', watch));
+  return threads;
+}
+
+test('a thread that is killed ends what waits for it with an error, and the next session has another', async (t) => {
+  const threads = watchThreads(t);
   const session = await ready(t, { worker: true }, frames);
   const run = session.run({ onProgress: () => void threads[0].terminate() });
   await rejects(run, 'poisoned', /the thread ended with code 1.*Create a new session/);
@@ -204,10 +206,7 @@ test('a thread that is killed ends what waits for it with an error, and the next
 });
 
 test('a thread that is killed under segmentVideo ends the loop and the source', async (t) => {
-  const threads = [];
-  const watch = (thread) => threads.push(thread);
-  process.on('worker', watch);
-  t.after(() => process.off('worker', watch));
+  const threads = watchThreads(t);
   const source = endless(frames);
   const video = segmentVideo(source, { worker: true, window: 4, overlap: 2 });
   const windows = [];
@@ -246,7 +245,6 @@ for (const file of ['tracecut_bg.wasm', 'node/worker.js', 'decoder_bg.wasm', 'ki
   });
 
 test('a wasm file whose network goes half-way is a wasm-load error, and comes whole the next time', async (t) => {
-  const wasmBytes = readFileSync(join(root, 'dist', 'tracecut_bg.wasm'));
   let calls = 0;
   const server = createServer((request, response) => {
     calls += 1;

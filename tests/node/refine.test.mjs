@@ -2,7 +2,6 @@
 // the source.
 
 import assert from 'node:assert/strict';
-import { readFile } from 'node:fs/promises';
 import { after, before, test } from 'node:test';
 import { maskPng, masksZip, synthClip } from 'tracecut';
 import { adjustMask, decodeRuns, enlargeMask, growRegions, masksAtSize, smoothMasks } from 'tracecut/edit';
@@ -10,7 +9,7 @@ import { estimateVideoSize, soundInfo } from 'tracecut/export';
 import { createImageEngine } from 'tracecut/stages';
 import { RemoteEngine } from '../../dist/worker/remote.js';
 import { wav } from '../browser/page-helpers.mjs';
-import { fnv1a, mapPixels, overlapOf, plain, png, rejects, standIn } from './support.mjs';
+import { abortAt, compileWasm, fnv1a, mapPixels, overlapOf, plain, png, rejects, standIn } from './support.mjs';
 
 const [WIDTH, HEIGHT] = [37, 23];
 
@@ -44,10 +43,8 @@ test('nothing is done where nothing is asked', () => {
   assert.deepEqual(labels, mask.labels);
   assert.notEqual(labels, mask.labels);
   assert.deepEqual(alpha, opacityOf(mask));
-  assert.deepEqual(
-    adjustMask(mask, { objects: [2] }).alpha,
-    opacityOf(mask, (label) => label === 2),
-  );
+  const opacity = opacityOf(mask, (label) => label === 2);
+  assert.deepEqual(adjustMask(mask, { objects: [2] }).alpha, opacity);
 });
 
 test('components that are too small become background, other objects stay', () => {
@@ -281,28 +278,17 @@ test('frames come from the wanted one on, each flow is asked for once, and an ab
     },
   };
   const order = [];
-  await smoothed(
-    masksOf((labels) => labels),
-    {
-      ...{ engine: counting, reach: 2, first: 4 },
-      onFrame: ({ t, labels, masks }) => {
-        order.push([t, area(labels)]);
-        assert.deepEqual(masks.labels(t), labels);
-      },
-    },
-  );
-  assert.deepEqual(
-    order.map(([t]) => t),
-    [4, 5, 6, 0, 1, 2, 3],
-  );
+  const unchanged = masksOf((labels) => labels);
+  const onFrame = ({ t, labels, masks }) => {
+    order.push(t);
+    assert.deepEqual(masks.labels(t), labels);
+  };
+  await smoothed(unchanged, { engine: counting, reach: 2, first: 4, onFrame });
+  assert.deepEqual(order, [4, 5, 6, 0, 1, 2, 3]);
   // The second half meets flow of the first, long forgotten.
   assert.ok(requestedFrames.length - new Set(requestedFrames).size <= 4, String(requestedFrames));
-  const stop = new AbortController();
-  const stopped = smoothed(
-    masksOf((labels) => labels),
-    { signal: stop.signal, onFrame: () => stop.abort(new Error('enough')) },
-  );
-  await assert.rejects(stopped, /enough/);
+  const stop = abortAt({ reason: new Error('enough'), callback: 'onFrame' });
+  await assert.rejects(smoothed(unchanged, stop), /enough/);
 });
 
 test('with flow of real pictures a hole in one frame of a moving object closes', async () => {
@@ -393,10 +379,8 @@ test('frames that are too few, of another size, or no pixels are refused', async
 test('a finer video, a larger one and a longer one is larger', () => {
   const clip = { width: 854, height: 480, numFrames: 100 };
   const sizes = ['low', 'medium', 'high', 'very-high'].map((quality) => estimateVideoSize({ ...clip, quality }));
-  assert.deepEqual(
-    [...sizes].sort((a, b) => a - b),
-    sizes,
-  );
+  const ascending = [...sizes].sort((a, b) => a - b);
+  assert.deepEqual(sizes, ascending);
   assert.equal(estimateVideoSize(clip), sizes[2]);
   assert.equal(estimateVideoSize({ ...clip, numFrames: 200 }), 2 * sizes[2]);
   assert.ok(estimateVideoSize({ ...clip, style: 'cutout' }) < sizes[2]);
@@ -437,10 +421,8 @@ test('a mask of a quarter of the size comes to the border of its picture, and is
   const mask = discMask(4);
   const originalLabels = mask.labels.slice();
   const { width, height, labels, alpha } = await enlargeMask(mask, disc());
-  assert.deepEqual(
-    [width, height, labels.length, alpha.length],
-    [LARGE_WIDTH, LARGE_HEIGHT, LARGE_WIDTH * LARGE_HEIGHT, LARGE_WIDTH * LARGE_HEIGHT],
-  );
+  assert.deepEqual([width, height], [LARGE_WIDTH, LARGE_HEIGHT]);
+  assert.deepEqual([labels.length, alpha.length], Array(2).fill(width * height));
   const nearest = labels.map(
     (_, p) => originalLabels[(Math.floor(p / LARGE_WIDTH) >> 2) * mask.width + ((p % LARGE_WIDTH) >> 2)],
   );
@@ -460,7 +442,7 @@ test('files, pixels and a worker give the same bytes as every machine', async (t
   const worker = standIn();
   t.after(() => worker.terminate());
   const engine = new RemoteEngine(worker);
-  const module = await WebAssembly.compile(await readFile(new URL('../../dist/decoder_bg.wasm', import.meta.url)));
+  const module = await compileWasm('decoder');
   const task = () => ({
     labels: mask.labels.slice(),
     width: mask.width,

@@ -7,7 +7,7 @@ import { createSession, Result, searchReport, segmentVideo, synthClip, VideoResu
 import { editMasks } from 'tracecut/edit';
 import { objectTable, objectTableCsv } from 'tracecut/export';
 import { trajectories } from 'tracecut/stages';
-import { framesOf, mapPixels, plain, rejects, resultOf, segment } from './support.mjs';
+import { each, framesOf, mapPixels, plain, rejects, resultOf, segment } from './support.mjs';
 
 const SCENE = { width: 256, height: 144, frames: 10, seed: 4 };
 const frames = await framesOf(SCENE);
@@ -43,14 +43,14 @@ function isCounted(result) {
 test('objects are a list of the same facts on results of sessions, windows and clips', async () => {
   const windows = [];
   const video = await segmentVideo(frames).collect((window) => void windows.push(window));
-  for (const masks of [result, windows[0], video]) isCounted(masks);
+  for (const masks of [result, windows[0], video, collected]) isCounted(masks);
   assert.deepEqual(windows[0].objects, result.objects);
   assert.deepEqual(video.objects, result.objects);
   assert.deepEqual(Object.keys(video.objects[0]), Object.keys(result.objects[0]));
 });
 
 test('the number of objects counts them, where labels have gaps', async () => {
-  const labels = result.objects.map(({ label }) => label);
+  const labels = each(result.objects, 'label');
   assert.ok(labels.length >= 2, `${labels}`);
   const merged = await session.merge(0, 1);
   assert.equal(merged.objects.length, labels.length - 1);
@@ -155,13 +155,10 @@ test('the table of a synthetic clip equals the one that native code writes', asy
 
 test('rows have times where there are any, and objects can be chosen', async () => {
   const rows = await objectTable(handmade, { frameRate: 10, objects: [7] });
-  assert.deepEqual(
-    rows.map(({ frame, time, object }) => [frame, time, object]),
-    [
-      [0, 0, 7],
-      [2, 0.2, 7],
-    ],
-  );
+  assert.deepEqual(each(rows, 'frame', 'time', 'object'), [
+    [0, 0, 7],
+    [2, 0.2, 7],
+  ]);
   const [still] = await objectTable({ ...handmade, trajectories: undefined, doubts: undefined });
   assert.deepEqual([still.dx, still.dy, still.trajectories, still.doubt], [null, null, 0, null]);
   assert.match(await objectTableCsv(rows), /\n2,0\.2,7,10,6,2,2,3,10\.667,6\.667,,,0,0\n$/);
@@ -193,16 +190,14 @@ test("a segmented clip's rows have the areas and trajectories of its result", as
   for (const { label, areas } of collected.objects) {
     const objectRows = rows.filter(({ object }) => object === label);
     const present = [...areas].filter((area) => area > 0);
-    assert.deepEqual(
-      objectRows.map(({ area }) => area),
-      present,
-    );
-    assert.ok(objectRows.every(({ time, frame }) => time === collected.times[frame]));
-    assert.ok(
-      objectRows.every(
-        ({ doubt, frame }) => doubt === collected.doubts.some(({ from, to }) => from <= frame && frame < to),
-      ),
-    );
+    assert.deepEqual(each(objectRows, 'area'), present);
+    for (const { time, frame, doubt } of objectRows) {
+      assert.equal(time, collected.times[frame]);
+      assert.equal(
+        doubt,
+        collected.doubts.some(({ from, to }) => from <= frame && frame < to),
+      );
+    }
   }
 });
 

@@ -1,14 +1,15 @@
 // A session's life: progress, abort and going on, closing, repeating; several of one thread; one on a thread of its own.
 
 import assert from 'node:assert/strict';
-import { execFileSync } from 'node:child_process';
 import { monitorEventLoopDelay } from 'node:perf_hooks';
 import { test } from 'node:test';
 import { createSession, parameters, segmentVideo, synthClip, version } from 'tracecut';
 import { enlargeMask } from 'tracecut/edit';
 import { superpixels, trajectories } from 'tracecut/stages';
-import { root } from '../../scripts/tools.mjs';
 import {
+  abortAt,
+  checkTrackFile,
+  each,
   fingerprint,
   framesOf,
   open,
@@ -17,6 +18,7 @@ import {
   ready,
   rejects,
   resultOf,
+  runModule,
   segment,
   SMALL,
   STAGES,
@@ -67,13 +69,8 @@ test('a run that is aborted, or whose onProgress throws, rejects with the reason
   };
   await assert.rejects(session.run({ onProgress }), error);
   for (const stage of ['flow', 'flow', 'trajectories', 'affinities']) {
-    const controller = new AbortController();
     const reason = new Error(`enough of ${stage}`);
-    const run = session.run({
-      signal: controller.signal,
-      onProgress: (progress) => progress.stage === stage && controller.abort(reason),
-    });
-    await run.then(
+    await session.run(abortAt({ reason, isDue: (progress) => progress.stage === stage })).then(
       () => {},
       (error) => assert.equal(error, reason),
     );
@@ -83,9 +80,8 @@ test('a run that is aborted, or whose onProgress throws, rejects with the reason
 
 test('a cancelled run, cleared and filled again, equals a new one', async (t) => {
   const session = await ready(t);
-  const controller = new AbortController();
-  const onProgress = ({ stage }) => stage === 'affinities' && controller.abort();
-  await assert.rejects(session.run({ signal: controller.signal, onProgress }), { name: 'AbortError' });
+  const aborted = session.run(abortAt({ isDue: ({ stage }) => stage === 'affinities' }));
+  await assert.rejects(aborted, { name: 'AbortError' });
   await session.clear();
   assert.equal(session.numFrames, 0);
   for (const frame of await framesOf()) await session.push(frame);
@@ -147,22 +143,7 @@ test('a large frame is processed at maxSide and its results are in input pixels'
 });
 
 test('the track file lists every trajectory with its label, points and frames', async () => {
-  const result = await resultOf();
-  const lines = result.toTracksDat().trimEnd().split('\n');
-  const { count, startFrame, offset, x, y } = result.trajectories;
-  assert.deepEqual(lines.slice(0, 2), [`${SMALL.frames}`, `${count}`]);
-  let line = 2;
-  for (let i = 0; i < count; i += 1) {
-    const length = offset[i + 1] - offset[i];
-    assert.equal(lines[line], `${result.clusters.label[i]} ${length}`);
-    for (let p = 0; p < length; p += 1) {
-      const [px, py, frame] = lines[line + 1 + p].split(' ').map(Number);
-      assert.ok(Math.abs(px - x[offset[i] + p]) <= 0.0006 && Math.abs(py - y[offset[i] + p]) <= 0.0006);
-      assert.equal(frame, startFrame[i] + p);
-    }
-    line += 1 + length;
-  }
-  assert.equal(line, lines.length);
+  checkTrackFile(await resultOf());
 });
 
 test('the edges of a frame join trajectories that are alive in it', async () => {
@@ -289,10 +270,7 @@ test('no instance is in the calling thread, and results are the same', async (t)
   assert.equal(fingerprint(result), expected);
   assert.ok(stages.has('masks'));
   assert.equal((await result.superpixels(2)).width, SMALL.width);
-  assert.equal(
-    (await session.merge(0, 1)).objects.some(({ label }) => label === 1),
-    false,
-  );
+  assert.ok(!each((await session.merge(0, 1)).objects, 'label').includes(1));
   assert.equal(memories.length, 0);
 });
 
@@ -338,7 +316,5 @@ test('sessions that nobody closed keep no process alive, and one at work does', 
     };
     await (await ready({ threads: 3 })).run();
     (await ready({ worker: true })).run().then(({ numFrames }) => console.log(numFrames));`;
-  const args = ['--input-type=module', '--eval', script];
-  const output = execFileSync(process.execPath, args, { cwd: root, encoding: 'utf8' });
-  assert.equal(output, `${TINY.frames}\n`);
+  assert.equal(runModule(script), `${TINY.frames}\n`);
 });

@@ -1,12 +1,14 @@
 // What the tests of the package share: clips, sessions, PNG files, and checks of errors.
 
 import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
 import { readFile } from 'node:fs/promises';
 import { setFlagsFromString } from 'node:v8';
 import { runInNewContext } from 'node:vm';
 import { MessageChannel } from 'node:worker_threads';
 import { createSession, synthClip, TraceCutError } from 'tracecut';
 import { serve } from '../../dist/worker/serve.js';
+import { root } from '../../scripts/tools.mjs';
 import { fingerprint, fnv1a } from '../fingerprint.mjs';
 import { pngBytes } from '../png.mjs';
 import { withTrap } from '../faulty-wasm.mjs';
@@ -55,8 +57,15 @@ export async function collect(items) {
   return list;
 }
 
-/** One property of each of a list. */
-export const each = (list, name) => list.map((item) => item[name]);
+/** One property of each of a list, or several of them as a row. */
+export const each = (list, ...names) =>
+  list.map((item) => (names.length > 1 ? names.map((name) => item[name]) : item[names[0]]));
+
+/** Returns options of a call that one of its reports aborts: the first one, or the first one that `isDue`. */
+export function abortAt({ reason, isDue = () => true, callback = 'onProgress' } = {}) {
+  const controller = new AbortController();
+  return { signal: controller.signal, [callback]: (report) => void (isDue(report) && controller.abort(reason)) };
+}
 
 /** The frames of a clip that repeats, counted as they are taken; `ended` settles once nobody wants more. */
 export function endless(frames) {
@@ -137,12 +146,37 @@ export function png(frame, claim) {
   return new Uint8Array(pngBytes(frame, { claim }));
 }
 
+/** Returns the bytes of a wasm file of the package. */
+export const readWasm = async (name = 'tracecut') =>
+  new Uint8Array(await readFile(new URL(`../../dist/${name}_bg.wasm`, import.meta.url)));
+
+/** Compiles a wasm file of the package. */
+export const compileWasm = async (name) => WebAssembly.compile(await readWasm(name));
+
 /** The wasm file with a fault: a run stops at its first step. */
-export async function trappingWasm() {
-  return withTrap(
-    new Uint8Array(await readFile(new URL('../../dist/tracecut_bg.wasm', import.meta.url))),
-    'session_step',
-  );
+export const trappingWasm = async () => withTrap(await readWasm(), 'session_step');
+
+/** Runs a module in a process of its own, in the folder of the repository, and returns what it prints. */
+export const runModule = (code) =>
+  execFileSync(process.execPath, ['--input-type=module', '--eval', code], { cwd: root, encoding: 'utf8' });
+
+/** Checks that the track file of a result lists every trajectory with its label, points and frames. */
+export function checkTrackFile(result) {
+  const lines = result.toTracksDat().trimEnd().split('\n');
+  const { count, startFrame, offset, x, y, label = result.clusters.label } = result.trajectories;
+  assert.deepEqual(lines.slice(0, 2), [`${result.numFrames}`, `${count}`]);
+  let line = 2;
+  for (let i = 0; i < count; i += 1) {
+    const length = offset[i + 1] - offset[i];
+    assert.equal(lines[line], `${label[i]} ${length}`);
+    for (let p = 0; p < length; p += 1) {
+      const [px, py, frame] = lines[line + 1 + p].split(' ').map(Number);
+      assert.ok(Math.abs(px - x[offset[i] + p]) <= 0.0006 && Math.abs(py - y[offset[i] + p]) <= 0.0006);
+      assert.equal(frame, startFrame[i] + p);
+    }
+    line += 1 + length;
+  }
+  assert.equal(line, lines.length);
 }
 
 /**

@@ -1,14 +1,13 @@
 // How a clip is cut into windows, with an engine that only counts; where they lie is the wasm module's own answer.
 
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { getRequestSpec } from '../../dist/session/requests.js';
 import { Driver } from '../../dist/video/window.js';
 import { startInstance } from '../../dist/worker/instance.js';
+import { compileWasm } from './support.mjs';
 
-const wasm = new URL('../../dist/tracecut_bg.wasm', import.meta.url);
-const { glue } = await startInstance(new WebAssembly.Module(readFileSync(wasm)));
+const { glue } = await startInstance(await compileWasm());
 
 /** An engine that keeps the numbers of its frames, and holds back those that begin a shot. */
 class CountingEngine {
@@ -85,9 +84,12 @@ async function drive({ frames, window, overlap, cuts = [], clips = [], isLengthK
   return { engine, windows, outputs };
 }
 
-/** Returns the first frame of a window, the number of its frames, and which of them are settled. */
-const spanOf = (window) => [window.firstFrame, window.numFrames, window.settled];
-const shotAndSpanOf = (window) => [window.shot, ...spanOf(window)];
+/** Returns the shot, the frames of the clip and the settled ones of each window; ends are not included. */
+const describeWindows = (windows) =>
+  windows.map(({ shot, firstFrame, numFrames, settled: { from, to } }) => {
+    const [begin, end] = [firstFrame + from, firstFrame + to];
+    return `shot ${shot}: ${firstFrame} to ${firstFrame + numFrames}, settled ${begin} to ${end}`;
+  });
 
 test('each frame is settled once, in order, with its own time and mask, however long the clip, the window, the overlap and the shots', async () => {
   for (const window of [2, 3, 5, 8]) {
@@ -97,22 +99,17 @@ test('each frame is settled once, in order, with its own time and mask, however 
           const isLengthKnown = frames % 2 === 0;
           const { engine, windows, outputs } = await drive({ frames, window, overlap, cuts, isLengthKnown });
           const where = JSON.stringify({ frames, window, overlap, cuts, isLengthKnown });
-          assert.deepEqual(
-            outputs.map(({ index, labels, time }) => [index, labels[0], time]),
-            Array.from({ length: frames }, (_, k) => [k, k, k / 10]),
-            where,
-          );
+          const facts = outputs.map(({ index, labels, time }) => [index, labels[0], time]);
+          const expectedFacts = outputs.map((_, k) => [k, k, k / 10]);
+          assert.deepEqual(facts, expectedFacts, where);
           assert.ok(engine.most <= window, `${engine.most} frames in a window: ${where}`);
           assert.equal(engine.runs, windows.length, where);
           const shots = outputs.map(
             ({ index }) =>
               windows.find((w) => w.firstFrame + w.settled.from <= index && index < w.firstFrame + w.settled.to).shot,
           );
-          assert.deepEqual(
-            shots,
-            outputs.map(({ index }) => cuts.filter((cut) => cut <= index).length),
-            where,
-          );
+          const expectedShots = outputs.map(({ index }) => cuts.filter((cut) => cut <= index).length);
+          assert.deepEqual(shots, expectedShots, where);
         }
       }
     }
@@ -135,8 +132,8 @@ test('a clip in a stream of several comes in the windows that it has alone', asy
         const expected = await drive({ frames: lengths[k], window: 6, overlap: 2, cuts: clipCuts });
         const mine = windows.filter(({ clip }) => clip === `clip ${k + 1}`);
         assert.deepEqual(
-          mine.map(shotAndSpanOf),
-          expected.windows.map(shotAndSpanOf),
+          describeWindows(mine),
+          describeWindows(expected.windows),
           JSON.stringify({ lengths, cuts, k }),
         );
       }
@@ -144,67 +141,50 @@ test('a clip in a stream of several comes in the windows that it has alone', asy
   }
 });
 
-test('of frames that two windows share the first half is settled by the earlier one', async () => {
-  const { windows } = await drive({ frames: 90, window: 50, overlap: 10 });
-  assert.deepEqual(windows.map(spanOf), [
-    [0, 50, { from: 0, to: 45 }],
-    [40, 50, { from: 5, to: 50 }],
-  ]);
-});
+const LONG = { window: 50, overlap: 10 };
+const SHORT = { window: 8, overlap: 4 };
 
-test('a clip of just a window, and one more frame, are one window and two', async () => {
-  assert.equal((await drive({ frames: 50, window: 50, overlap: 10 })).windows.length, 1);
-  const { windows } = await drive({ frames: 51, window: 50, overlap: 10 });
-  assert.deepEqual(windows.map(spanOf), [
-    [0, 50, { from: 0, to: 45 }],
-    [40, 11, { from: 5, to: 11 }],
-  ]);
-});
-
-test('where the number of frames is known the last window is full too, and each window settles what it is in the middle of', async () => {
-  for (const [frames, expected] of [
-    [
-      51,
-      [
-        [0, 50, { from: 0, to: 25 }],
-        [1, 50, { from: 24, to: 50 }],
-      ],
-    ],
-    [
-      90,
-      [
-        [0, 50, { from: 0, to: 45 }],
-        [40, 50, { from: 5, to: 50 }],
-      ],
-    ],
-    [
-      97,
-      [
-        [0, 50, { from: 0, to: 45 }],
-        [40, 50, { from: 5, to: 28 }],
-        [47, 50, { from: 21, to: 50 }],
-      ],
-    ],
-  ]) {
-    const { windows } = await drive({ frames, window: 50, overlap: 10, isLengthKnown: true });
-    assert.deepEqual(windows.map(spanOf), expected);
-  }
-});
-
-test('a cut right after a full window runs nothing twice: the full window settles all of its frames', async () => {
-  const { windows, engine } = await drive({ frames: 12, window: 8, overlap: 4, cuts: [8] });
-  assert.deepEqual(windows.map(shotAndSpanOf), [
-    [0, 0, 8, { from: 0, to: 8 }],
-    [1, 8, 4, { from: 0, to: 4 }],
-  ]);
-  assert.equal(engine.runs, 2);
-});
-
-test('a cut elsewhere ends the window at hand, whose frames are all settled', async () => {
-  const { windows } = await drive({ frames: 10, window: 8, overlap: 4, cuts: [3, 4] });
-  assert.deepEqual(windows.map(shotAndSpanOf), [
-    [0, 0, 3, { from: 0, to: 3 }],
-    [1, 3, 1, { from: 0, to: 1 }],
-    [2, 4, 6, { from: 0, to: 6 }],
-  ]);
-});
+for (const [words, options, ...expected] of [
+  [
+    'of frames that two windows share the first half is settled by the earlier one',
+    { ...LONG, frames: 90 },
+    ...['shot 0: 0 to 50, settled 0 to 45', 'shot 0: 40 to 90, settled 45 to 90'],
+  ],
+  ['a clip of just a window is one window', { ...LONG, frames: 50 }, 'shot 0: 0 to 50, settled 0 to 50'],
+  [
+    'a clip of one frame more than a window is two windows',
+    { ...LONG, frames: 51 },
+    ...['shot 0: 0 to 50, settled 0 to 45', 'shot 0: 40 to 51, settled 45 to 51'],
+  ],
+  // Where the number of frames is known, each window settles the frames that it is in the middle of.
+  [
+    'the last window is full where the number of frames is known to be one more than a window',
+    { ...LONG, frames: 51, isLengthKnown: true },
+    ...['shot 0: 0 to 50, settled 0 to 25', 'shot 0: 1 to 51, settled 25 to 51'],
+  ],
+  [
+    'full windows stay where they are where the number of frames is known',
+    { ...LONG, frames: 90, isLengthKnown: true },
+    ...['shot 0: 0 to 50, settled 0 to 45', 'shot 0: 40 to 90, settled 45 to 90'],
+  ],
+  [
+    'the last of three windows is full where the number of frames is known',
+    { ...LONG, frames: 97, isLengthKnown: true },
+    ...['shot 0: 0 to 50, settled 0 to 45', 'shot 0: 40 to 90, settled 45 to 68', 'shot 0: 47 to 97, settled 68 to 97'],
+  ],
+  [
+    'a cut right after a full window runs nothing twice: the full window settles all of its frames',
+    { ...SHORT, frames: 12, cuts: [8] },
+    ...['shot 0: 0 to 8, settled 0 to 8', 'shot 1: 8 to 12, settled 8 to 12'],
+  ],
+  [
+    'a cut elsewhere ends the window at hand, whose frames are all settled',
+    { ...SHORT, frames: 10, cuts: [3, 4] },
+    ...['shot 0: 0 to 3, settled 0 to 3', 'shot 1: 3 to 4, settled 3 to 4', 'shot 2: 4 to 10, settled 4 to 10'],
+  ],
+])
+  test(words, async () => {
+    const { windows, engine } = await drive(options);
+    assert.deepEqual(describeWindows(windows), expected);
+    assert.equal(engine.runs, expected.length);
+  });

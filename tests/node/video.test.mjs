@@ -13,7 +13,7 @@ import {
   WindowResult,
 } from 'tracecut';
 import { trajectories } from 'tracecut/stages';
-import { each, endless, framesOf, plain, png, rejects, resultOf, STAGES } from './support.mjs';
+import { abortAt, each, endless, framesOf, plain, png, rejects, resultOf, STAGES } from './support.mjs';
 
 /** Windows that are run in a moment. */
 const TINY = { width: 48, height: 36, frames: 14, seed: 3 };
@@ -43,10 +43,8 @@ test('a list of frames comes out window by window, each frame once and in order,
   );
   const frames = settledFrames(windows);
   assert.deepEqual(each(frames, 'index'), numbers(14));
-  assert.deepEqual(
-    each(frames, 'time'),
-    numbers(14).map((k) => k / 10),
-  );
+  const times = numbers(14).map((k) => k / 10);
+  assert.deepEqual(each(frames, 'time'), times);
   for (const window of windows) {
     assert.ok(window instanceof WindowResult && window instanceof Result);
     assert.ok(window.times instanceof Float64Array && window.times.length === window.numFrames);
@@ -85,10 +83,8 @@ test('the selection of frames applies to each of several clips', async () => {
   const frames = await framesOf(TINY);
   const stream = ['a', 'b'].flatMap((clip) => frames.map((frame) => ({ frame, clip })));
   const windows = await windowsOf(stream, { start: 0.2, end: 0.9, step: 3, frameRate: 10 });
-  assert.deepEqual(
-    windows.map(({ clip, times }) => [clip, ...times]),
-    ['a', 'b'].map((clip) => [clip, 0.2, 0.5, 0.8]),
-  );
+  const facts = windows.map(({ clip, times }) => `${clip} ${times.join(' ')}`);
+  assert.deepEqual(facts, ['a 0.2 0.5 0.8', 'b 0.2 0.5 0.8']);
 });
 
 test('a clip of one window gives what a session gives', async () => {
@@ -154,10 +150,8 @@ test('start, end, step, maxFrames and size choose and reduce the frames', async 
   const [window] = await windowsOf(frames, options);
   assert.deepEqual([window.width, window.height], [32, 24]);
   assert.deepEqual([...window.times], [0.2, 0.4, 0.6, 0.8]);
-  const [files] = await windowsOf(
-    frames.map((frame) => png(frame)),
-    options,
-  );
+  const pngFiles = frames.map((frame) => png(frame));
+  const [files] = await windowsOf(pngFiles, options);
   for (let t = 0; t < 4; t += 1) assert.deepEqual(files.labels(t), window.labels(t));
 });
 
@@ -191,10 +185,8 @@ test('progress reports decoding and every stage, window by window', async () => 
   }
   assert.ok(reports.every(({ frames }) => frames.total === 14));
   const counts = reports.map(({ frames }) => frames.done);
-  assert.deepEqual(
-    counts,
-    counts.toSorted((a, b) => a - b),
-  );
+  const ascending = counts.toSorted((a, b) => a - b);
+  assert.deepEqual(counts, ascending);
   assert.equal(counts.at(-1), 14);
 });
 
@@ -331,11 +323,10 @@ test('an abort in the middle rejects with its reason and ends the source; the sa
   const frames = await framesOf(TINY);
   const expected = settledFrames(await windowsOf(frames, WINDOWS)).map(({ labels }) => labels);
   for (const stage of ['decode', 'flow', 'superpixels']) {
-    const controller = new AbortController();
     const reason = new Error('changed my mind');
     const source = endless(frames);
-    const onProgress = (progress) => progress.stage === stage && progress.window === 1 && controller.abort(reason);
-    await assert.rejects(windowsOf(source, { ...WINDOWS, signal: controller.signal, onProgress }), reason);
+    const stop = abortAt({ reason, isDue: (progress) => progress.stage === stage && progress.window === 1 });
+    await assert.rejects(windowsOf(source, { ...WINDOWS, ...stop }), reason);
     await source.ended;
   }
   assert.deepEqual(each(settledFrames(await windowsOf(frames, WINDOWS)), 'labels'), expected);
@@ -407,10 +398,8 @@ test('a damaged frame ends the clip: the masks equal those of the frames before 
       ...options,
       onDamage: (damage) => (damageReport = damage),
     }).collect();
-    assert.deepEqual(
-      [error.code, error.frames, damageReport.frames, damageReport.total],
-      ['decode', place, place, null],
-    );
+    assert.deepEqual([error.code, error.frames], ['decode', place]);
+    assert.deepEqual([damageReport.frames, damageReport.total], [place, null]);
     for (const truncatedResult of [error.result, result]) {
       assert.deepEqual(truncatedResult.runs, expected.runs, `damage at frame ${place}`);
       assert.deepEqual(truncatedResult.truncated, { frames: place, reason: error.message });
@@ -451,11 +440,8 @@ test('an unknown parameter is refused, and a small window gets a small overlap',
 
 test('the bytes of files are refused in Node, with what to do instead', async () => {
   for (const source of [new Blob(['x']), new Uint8Array(9)]) {
-    await rejects(
-      segmentVideo(source).collect(),
-      'unsupported',
-      /browsers only.*pass the path.*framesOfVideo.*PNG or JPEG/,
-    );
+    const message = /browsers only.*pass the path.*framesOfVideo.*PNG or JPEG/;
+    await rejects(segmentVideo(source).collect(), 'unsupported', message);
   }
   for (const source of [undefined, null, 7, {}])
     await rejects(segmentVideo(source).collect(), 'data', /source = .*expected a File or Blob/);

@@ -1,7 +1,6 @@
 // The worker's protocol and helpers: whatever becomes of messages and threads, the result is the same bits.
 
 import assert from 'node:assert/strict';
-import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
 import { Worker } from 'node:worker_threads';
 import { createSession } from 'tracecut';
@@ -9,11 +8,21 @@ import { platform, setPlatform } from '../../dist/platform.js';
 import { Session } from '../../dist/session/session.js';
 import { defaultThreads } from '../../dist/worker/helpers.js';
 import { createRemoteEngine, openEngine } from '../../dist/worker/remote.js';
-import { fingerprint, framesOf, ready, rejects, segment, SMALL, STAGES, standIn, trappingWasm } from './support.mjs';
+import {
+  abortAt,
+  compileWasm,
+  fingerprint,
+  framesOf,
+  ready,
+  rejects,
+  segment,
+  SMALL,
+  STAGES,
+  standIn,
+  trappingWasm,
+} from './support.mjs';
 
-const compiled = async (name) =>
-  WebAssembly.compile(await readFile(new URL(`../../dist/${name}_bg.wasm`, import.meta.url)));
-const module = await compiled('tracecut');
+const module = await compileWasm();
 
 const frames = await framesOf();
 const expected = fingerprint(await segment(frames, { threads: 1 }));
@@ -21,7 +30,7 @@ const expected = fingerprint(await segment(frames, { threads: 1 }));
 /** Opens a session in a stand-in for a worker, with these frames. */
 async function open(t, pushed = [], wasm = module) {
   const worker = standIn();
-  const session = new Session(await createRemoteEngine(() => worker, wasm, {}), () => compiled('decoder'));
+  const session = new Session(await createRemoteEngine(() => worker, wasm, {}), () => compileWasm('decoder'));
   t.after(() => session.close());
   for (const frame of pushed) await session.push(frame);
   return { session, worker };
@@ -97,26 +106,16 @@ test('a worker answers the requests of the table, and nothing else', async () =>
     const worker = standIn();
     const answer = new Promise((resolve) => worker.addEventListener('message', ({ data }) => resolve(data)));
     worker.postMessage({ id: 7, type, data: [0] }, []);
-    assert.deepEqual(await answer, {
-      id: 7,
-      type: 'failed',
-      data: { code: 'state', message: `unknown request "${type}"` },
-    });
+    const data = { code: 'state', message: `unknown request "${type}"` };
+    assert.deepEqual(await answer, { id: 7, type: 'failed', data });
     worker.terminate();
   }
 });
 
 test('an abort reaches the worker between steps and the run continues later', async (t) => {
   const { session } = await open(t, frames);
-  const controller = new AbortController();
   let numReports = 0;
-  const run = session.run({
-    signal: controller.signal,
-    onProgress() {
-      numReports += 1;
-      controller.abort();
-    },
-  });
+  const run = session.run(abortAt({ isDue: () => (numReports += 1) }));
   await assert.rejects(run, { name: 'AbortError' });
   assert.equal(numReports, 1);
   assert.equal(fingerprint(await session.run()), expected);
@@ -187,9 +186,8 @@ test('any number of threads gives the same bits', async (t) => {
 test('an aborted and continued run gives the same bits', async (t) => {
   const session = await ready(t, { threads: 3 }, frames);
   for (const stop of ['flow', 'saliency', 'superpixels']) {
-    const controller = new AbortController();
-    const onProgress = ({ stage }) => stage === stop && controller.abort();
-    await assert.rejects(session.run({ signal: controller.signal, onProgress }), { name: 'AbortError' });
+    const aborted = session.run(abortAt({ isDue: ({ stage }) => stage === stop }));
+    await assert.rejects(aborted, { name: 'AbortError' });
   }
   assert.equal(fingerprint(await session.run()), expected);
 });
@@ -271,8 +269,6 @@ test('the number of threads is checked, and usually all but one of the machine, 
   for (const threads of [0, 1.5, 65, '2']) {
     await rejects(createSession({ threads }), 'param', /threads = .* \(expected a whole number, 1\.\.=64\)/);
   }
-  assert.deepEqual(
-    [undefined, 1, 2, 3, 4, 9, 64].map((cores) => defaultThreads(cores)),
-    [1, 1, 2, 2, 3, 8, 8],
-  );
+  const numbers = [undefined, 1, 2, 3, 4, 9, 64].map((cores) => defaultThreads(cores));
+  assert.deepEqual(numbers, [1, 1, 2, 2, 3, 8, 8]);
 });
