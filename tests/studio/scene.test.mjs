@@ -153,34 +153,24 @@ function clipOf(boxes, pan = 0, trackedFrames = numFrames) {
 
 const FIRST = { box: [4, 4, 10, 10], step: [2, 0.5] };
 
-test('parts that touch and move alike are one group, the largest first; a chain is one group', () => {
-  const middle = { box: [14, 4, 12, 12], step: [2.1, 0.5] };
-  const last = { box: [27, 4, 8, 8], step: [2, 0.6] };
-  assert.deepEqual(findSimilarObjects(clipOf([FIRST, middle, last])), [[2, 1, 3]]);
-});
+const NEXT = { box: [14, 4, 10, 10], step: [2, 0.5] };
+const LARGER = { ...NEXT, box: [14, 4, 12, 12] };
+const CHAIN = [FIRST, { ...LARGER, step: [2.1, 0.5] }, { box: [27, 4, 8, 8], step: [2, 0.6] }];
+const RESTING = [FIRST, NEXT].map((part) => ({ ...part, step: [2, 0] }));
 
-test('what moves otherwise, or stands apart, is none', () => {
-  assert.deepEqual(findSimilarObjects(clipOf([FIRST, { box: [14, 4, 12, 12], step: [1, 0.5] }])), []);
-  assert.deepEqual(findSimilarObjects(clipOf([FIRST, { box: [30, 4, 10, 10], step: [2, 0.5] }])), []);
-  assert.deepEqual(findSimilarObjects(clipOf([FIRST])), []);
-});
-
-test('two that rest in the scene say nothing, also where the camera pans', () => {
-  const parts = [FIRST, { box: [14, 4, 10, 10], step: [2, 0.5] }].map((part) => ({ ...part, step: [2, 0] }));
-  assert.deepEqual(findSimilarObjects(clipOf(parts, 0)), [[1, 2]]);
-  assert.deepEqual(findSimilarObjects(clipOf(parts, 2)), []);
-});
-
-test('only frames in which both are there count', () => {
-  assert.deepEqual(findSimilarObjects(clipOf([FIRST, { box: [14, 4, 10, 10], step: [2, 0.5], until: 3 }])), [[1, 2]]);
-});
-
-test('a trajectory counts in its own frames only', () => {
-  const parts = [FIRST, { box: [14, 4, 10, 10], step: [2, 0.5] }];
-  assert.deepEqual(findSimilarObjects(clipOf(parts, 0, 8)), [[1, 2]]);
-});
+for (const [words, clip, groups] of [
+  ['parts that touch and move alike are one group, the largest first; a chain is one group', [CHAIN], [[2, 1, 3]]],
+  ['what moves otherwise is none', [[FIRST, { ...LARGER, step: [1, 0.5] }]], []],
+  ['what stands apart is none', [[FIRST, { ...NEXT, box: [30, 4, 10, 10] }]], []],
+  ['one part alone is none', [[FIRST]], []],
+  ['two that move alike in a still scene are one group', [RESTING, 0], [[1, 2]]],
+  ['two that rest in the scene say nothing where the camera pans', [RESTING, 2], []],
+  ['only frames in which both are there count', [[FIRST, { ...NEXT, until: 3 }]], [[1, 2]]],
+  ['a trajectory counts in its own frames only', [[FIRST, NEXT], 0, 8], [[1, 2]]],
+])
+  test(words, () => assert.deepEqual(findSimilarObjects(clipOf(...clip)), groups));
 
 test('without trajectories nothing is known', () => {
-  const { trajectories, ...rest } = clipOf([FIRST, { box: [14, 4, 10, 10], step: [2, 0.5] }]);
+  const { trajectories, ...rest } = clipOf([FIRST, NEXT]);
   assert.deepEqual(findSimilarObjects({ ...rest, trajectories: { ...trajectories, count: 0 } }), []);
 });
