@@ -18,7 +18,7 @@ use tracecut::discretize::{EvidenceInput, discretize};
 use tracecut::embedding::embed;
 use tracecut::flow::{CompactFlow, FlowPyramid, flow_between};
 use tracecut::image::{Frame, Plane};
-use tracecut::mask::{Observations, classify_clusters, cluster_penalties, number_objects, refine};
+use tracecut::mask::{Observations, attach_loose_parts, classify_clusters, cluster_penalties, number_objects, refine};
 use tracecut::saliency::{SaliencyMaps, context_saliency, trajectory_saliency};
 use tracecut::superpixel::frame_superpixels;
 use tracecut::trajectory::Tracker;
@@ -39,7 +39,7 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
     for pair in frames.windows(2) {
         let [from, to] = [&pair[0], &pair[1]].map(|frame| FlowPyramid::reduced(frame, params.flow.max_side));
         let forward = flow_between(&from, &to, &params.flow).at_size(width, height);
-        let backward = flow_between(&to, &from, &params.flow.for_check()).at_size(width, height);
+        let backward = flow_between(&to, &from, &params.flow).at_size(width, height);
         tracker.track(&pair[0], &forward, &backward);
         denser.track(&pair[0], &forward, &backward);
         flows.push(CompactFlow::new(&forward));
@@ -121,12 +121,15 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
         appearance = appearance_log_odds(&last, &params.cut, &cut, frames, params.clip.seed);
         cut = gabriel_cut(&CutInput { appearance: &appearance, ..input }, &params.cut);
     }
-    let cut = cut.labels;
-
-    // Masks: clusters that are objects, with borders to the pixel (not in the paper).
+    // Masks: clusters that are objects, with borders to the pixel and without small parts that lie apart (not in the paper).
     let object = |cluster: u32| objects.get(cluster as usize).copied().unwrap_or(0);
-    let coarse = (superpixels.iter().zip(&cut)).map(|(superpixels, label)| paint(superpixels, label).map(object));
-    Ok(coarse.zip(frames).map(|(mask, frame)| refine(&mask, frame, &params.refine)).collect())
+    let masks =
+        (superpixels.iter().zip(&cut.labels).zip(frames).enumerate()).map(|(t, ((superpixels, label), frame))| {
+            let mut mask = refine(&paint(superpixels, label).map(object), frame, &params.refine);
+            attach_loose_parts(&mut mask, t, &input, &objects, params.refine.min_part, |_, _| false);
+            mask
+        });
+    Ok(masks.collect())
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -139,10 +139,10 @@ fn pairs_in(overlap: &[Vec<u64>], pairs: Vec<ClusterPair>, found: &mut Vec<Examp
     }
 }
 
-fn objects_in(overlap: &[Vec<u64>], terms: Vec<Option<Vec<f64>>>, found: &mut Vec<Example>) {
+fn objects_in(overlap: &[Vec<u64>], terms: Vec<Vec<f64>>, found: &mut Vec<Example>) {
     for (cluster, terms) in terms.into_iter().enumerate() {
         let num_points = points(overlap, cluster);
-        if let (Some(terms), true) = (terms, num_points >= FEWEST) {
+        if num_points >= FEWEST {
             let truth = points(&overlap[1..], cluster) / num_points;
             found.push(Example { terms, truth, weight: num_points.sqrt() });
         }

@@ -102,15 +102,22 @@ fn rigid_scene_clusters(background: &Background, observations: &Observations<'_>
 
 /// Computes the log-odds of each cluster to be an object.
 fn cluster_log_odds(background: &Background, clusters: &Clusters, input: &EvidenceInput<'_>) -> Vec<f64> {
+    let log_odds = |cues: Vec<ClusterCues>| -> Vec<f64> { cues.iter().map(ClusterCues::log_odds).collect() };
+    let has_scene = |log_odds: &[f64]| log_odds.iter().any(|&v| v <= MIN_LOG_ODDS);
     if let Background::Still(scene) = background {
         let cues = scene.plate_distances(input.tracks, clusters).into_iter();
-        let log_odds: Vec<f64> = cues.map(|plate_distance| ClusterCues::Still { plate_distance }.log_odds()).collect();
+        let by_plate = log_odds(cues.map(|plate_distance| ClusterCues::Still { plate_distance }).collect());
         // If all clusters were objects, no label would be left for the scene: then the frame border decides.
-        if log_odds.iter().any(|&v| v <= MIN_LOG_ODDS) {
-            return log_odds;
+        if has_scene(&by_plate) {
+            return by_plate;
         }
     }
     let contrasts = motion_contrasts(&clusters.label, input);
-    let cues = cluster_cues(input.tracks, clusters, &contrasts).into_iter();
-    cues.map(|cues| cues.map_or(f64::NEG_INFINITY, |cues| cues.log_odds())).collect()
+    let mut by_border = log_odds(cluster_cues(input.tracks, clusters, &contrasts));
+    // For the same reason the least likely object is the scene then.
+    let least = (0..by_border.len()).min_by(|&a, &b| by_border[a].total_cmp(&by_border[b]));
+    if let Some(least) = least.filter(|_| !has_scene(&by_border)) {
+        by_border[least] = f64::NEG_INFINITY;
+    }
+    by_border
 }

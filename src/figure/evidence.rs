@@ -14,8 +14,8 @@
 //! with the size. Where connectedness separates a part of the border, fixed log-odds replace the sum in proportion.
 //!
 //! **Objects.** Moving camera: a cluster's share of the frame border for its size, since the scene runs on beyond the frame,
-//! and its contrast to the camera's motion; more than its share of the border always means scene. Still camera: its distance
-//! from the background plate.
+//! and its contrast to the camera's motion; they fall further with its excess of the border, since near parts of a deep scene
+//! move unlike the camera, but are large. Still camera: its distance from the background plate.
 //!
 //! Cost: O(points) for the sums, which add up under merging, and O(clusters) for each merge. It fails where two objects
 //! move by one affine motion, and on objects that fill the frame border.
@@ -396,9 +396,9 @@ impl MergeState {
 /// Log-odds above which a cluster is an object. Chosen by eye, below 0: pixels can still reject an object later, but not
 /// bring it back.
 const OBJECT_THRESHOLD: f64 = -0.8;
-/// Largest share of the frame border, over the share of the frame, of an object of any motion: the near parts of a deep
-/// scene have more. By definition of the share.
-const MAX_BORDER_SHARE: f64 = 1.0;
+/// Fall of the log-odds with the excess of the frame border, whatever the motion: the near parts of a deep scene have more of it
+/// than small objects that enter. Chosen by eye.
+const EXCESS_WEIGHT: f64 = 40.0;
 /// Bias and weight of the border term alone, without the motion. Chosen by eye.
 const BORDER_WEIGHTS: [f64; 2] = [-0.2, -2.0];
 /// Added to a border share and to a plate distance before their logarithms. Chosen by eye.
@@ -412,6 +412,8 @@ pub(crate) enum ClusterCues {
     Moving {
         /// Share of the frame border over the share of the frame: 1 on average.
         border_share: f64,
+        /// The cluster's part of the frame border less its part of the frame, at least 0.
+        border_excess: f64,
         /// Contrast to the camera's motion ([`motion_contrasts`]), if input.
         contrast: Option<f64>,
     },
@@ -423,7 +425,7 @@ impl ClusterCues {
     /// Returns the terms of the log-odds; `None` if the motion is unknown.
     pub(crate) fn terms(&self) -> Option<Vec<f64>> {
         match *self {
-            Self::Moving { border_share, contrast } => Some(vec![border_term(border_share), contrast?]),
+            Self::Moving { border_share, contrast, .. } => Some(vec![border_term(border_share), contrast?]),
             Self::Still { plate_distance } => Some(vec![plate_term(plate_distance)]),
         }
     }
@@ -434,10 +436,12 @@ impl ClusterCues {
             Self::Still { plate_distance } => {
                 log_odds(&STILL_OBJECT_WEIGHTS, &[plate_term(plate_distance)]) - OBJECT_THRESHOLD
             }
-            Self::Moving { border_share, contrast: None } => log_odds(&BORDER_WEIGHTS, &[border_term(border_share)]),
-            Self::Moving { border_share, contrast: Some(_) } if border_share > MAX_BORDER_SHARE => f64::NEG_INFINITY,
-            Self::Moving { border_share, contrast: Some(contrast) } => {
-                log_odds(&OBJECT_WEIGHTS, &[border_term(border_share), contrast]) - OBJECT_THRESHOLD
+            Self::Moving { border_share, contrast: None, .. } => {
+                log_odds(&BORDER_WEIGHTS, &[border_term(border_share)])
+            }
+            Self::Moving { border_share, border_excess, contrast: Some(contrast) } => {
+                let by_terms = log_odds(&OBJECT_WEIGHTS, &[border_term(border_share), contrast]);
+                by_terms - OBJECT_THRESHOLD - EXCESS_WEIGHT * border_excess
             }
         }
     }
@@ -639,14 +643,27 @@ mod tests {
 
     #[test]
     fn objects_keep_off_the_border_or_contrast_with_the_camera() {
-        let value = |border_share: f64, contrast| ClusterCues::Moving { border_share, contrast }.log_odds();
+        let value = |border_share: f64, contrast| moving(0.3, border_share, contrast).log_odds();
         for border_share in [0.9, 0.1] {
             assert!(value(border_share, Some(5.0)) > value(border_share, Some(0.2)));
         }
         assert!(value(1.1, Some(0.2)) < 0.0 && value(0.0, Some(5.0)) > 0.0);
-        // A piece of the scene in the middle of the frame; a near part of a deep scene.
-        assert!(value(0.6, Some(0.3)) < 0.0 && value(2.0, Some(9.0)) < 0.0);
+        // A piece of the scene in the middle of the frame; a near part of a deep scene, and an object as near to the border.
+        assert!(value(0.6, Some(0.3)) < 0.0 && value(1.2, Some(5.0)) < -1.5);
+        assert!(moving(0.01, 1.2, Some(5.0)).log_odds() > 0.0);
         assert!(value(1.1, None) < 0.0 && value(0.0, None) > 0.0);
+    }
+
+    /// The cues of a cluster with this part of the frame.
+    fn moving(part: f64, border_share: f64, contrast: Option<f64>) -> ClusterCues {
+        ClusterCues::Moving { border_share, border_excess: (part * (border_share - 1.0)).max(0.0), contrast }
+    }
+
+    #[test]
+    fn log_odds_of_an_object_have_no_jump_at_any_share_of_the_border() {
+        let value = |step: u32| moving(0.2, f64::from(step) / 100.0, Some(4.0)).log_odds();
+        let falls: Vec<f64> = (50..150).map(|step| value(step) - value(step + 1)).collect();
+        assert!(falls.iter().all(|fall| (0.0..0.1).contains(fall)), "{falls:?}");
     }
 
     #[test]

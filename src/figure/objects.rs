@@ -2,8 +2,8 @@
 //!
 //! The scene runs on beyond the frame, while objects mostly end inside of it. The frame is divided into square cells, eight
 //! along its shorter side; the outermost are its border. In each frame a cell counts for the clusters of its trajectories,
-//! in proportion. A cluster's border share is its part of all border cells over its part of all cells; that and its
-//! contrast to the camera's motion give its log-odds ([`crate::evidence`]).
+//! in proportion. A cluster's border share is its part of all border cells over its part of all cells, its excess
+//! the difference of both; these and its contrast to the camera's motion give its log-odds ([`crate::evidence`]).
 //!
 //! Near and far parts of the scene, which parallax makes different clusters, are both background by this rule. It counts
 //! trajectories and not the pixels of masks, since the cut gives areas without trajectories, such as a plain sky, to
@@ -43,20 +43,15 @@ impl Objects {
 
 /// Classifies clusters by the frame border. The cluster with most of the border is always background.
 pub(crate) fn find_objects(tracks: &Trajectories, clusters: &Clusters) -> Objects {
-    find_objects_above(tracks, clusters, 0.0)
-}
-
-/// Same as [`find_objects`], for objects of more than `min_log_odds`.
-pub(crate) fn find_objects_above(tracks: &Trajectories, clusters: &Clusters, min_log_odds: f64) -> Objects {
     let counts = CellCounts::new(tracks, clusters);
     let cues = counts.cues(&[]);
-    let is_object = |&c: &usize| cues[c].is_some_and(|cues| cues.log_odds() > min_log_odds);
+    let surrounding = counts.surrounding();
+    let is_object = |&c: &usize| Some(c) != surrounding && cues[c].log_odds() > 0.0;
     counts.number((0..clusters.count).filter(is_object).collect())
 }
 
-/// Returns the cues of each cluster; `None` for the one that is always background. `contrasts` has each cluster's contrast
-/// to the camera's motion, and is empty if unknown.
-pub(crate) fn cluster_cues(tracks: &Trajectories, clusters: &Clusters, contrasts: &[f64]) -> Vec<Option<ClusterCues>> {
+/// Returns the cues of each cluster. `contrasts` has each cluster's contrast to the camera's motion, and is empty if unknown.
+pub(crate) fn cluster_cues(tracks: &Trajectories, clusters: &Clusters, contrasts: &[f64]) -> Vec<ClusterCues> {
     CellCounts::new(tracks, clusters).cues(contrasts)
 }
 
@@ -79,12 +74,13 @@ impl CellCounts {
         let (mut cells, mut border_cells) = (vec![0.0; count], vec![0.0; count]);
         let (w, h) = (tracks.size.0 as f32, tracks.size.1 as f32);
         let side = (w.min(h) / CELLS_PER_SIDE as f32).max(1.0);
-        let (columns, rows) = ((w / side).ceil().max(1.0) as usize, (h / side).ceil().max(1.0) as usize);
+        let [columns, rows] = [w, h].map(|length| (length / side).round().max(1.0) as usize);
         for t in 0..tracks.num_frames {
             let mut points = vec![0_u32; columns * rows * count];
             for (i, x, y) in tracks.alive(t) {
-                let column = ((x + 0.5).max(0.0) / side) as usize;
-                let row = ((y + 0.5).max(0.0) / side) as usize;
+                // Equal cells: the share is the same in a mirrored frame.
+                let column = ((x + 0.5).max(0.0) * columns as f32 / w) as usize;
+                let row = ((y + 0.5).max(0.0) * rows as f32 / h) as usize;
                 let cell = row.min(rows - 1) * columns + column.min(columns - 1);
                 points[cell * count + clusters.label[i] as usize] += 1;
             }
@@ -101,16 +97,25 @@ impl CellCounts {
         Self { cells, border_cells }
     }
 
-    /// Cues of each cluster but the one with most of the border.
-    fn cues(&self, contrasts: &[f64]) -> Vec<Option<ClusterCues>> {
+    /// Cues of each cluster.
+    fn cues(&self, contrasts: &[f64]) -> Vec<ClusterCues> {
         let Self { cells, border_cells } = self;
-        let mean_share = border_cells.iter().sum::<f64>() / cells.iter().sum::<f64>().max(1.0);
-        let cues = |c: usize| ClusterCues::Moving {
-            border_share: border_cells[c] / (mean_share * cells[c]).max(1e-9),
-            contrast: contrasts.get(c).copied(),
+        let [all, border] = [cells, border_cells].map(|cells| cells.iter().sum::<f64>().max(1.0));
+        let cues = |c: usize| {
+            let (part, border_part) = (cells[c] / all, border_cells[c] / border);
+            ClusterCues::Moving {
+                border_share: border_part / part.max(1e-9),
+                border_excess: (border_part - part).max(0.0),
+                contrast: contrasts.get(c).copied(),
+            }
         };
-        let surrounding = (0..cells.len()).rev().max_by(|&a, &b| border_cells[a].total_cmp(&border_cells[b]));
-        (0..cells.len()).map(|c| (Some(c) != surrounding).then(|| cues(c))).collect()
+        (0..cells.len()).map(cues).collect()
+    }
+
+    /// The cluster with most of the border.
+    fn surrounding(&self) -> Option<usize> {
+        let border_cells = &self.border_cells;
+        (0..border_cells.len()).rev().max_by(|&a, &b| border_cells[a].total_cmp(&border_cells[b]))
     }
 
     /// Numbers these clusters by falling area.
@@ -159,12 +164,12 @@ mod tests {
         let (tracks, clusters) = frame(corner, 2);
         assert_eq!(find_objects(&tracks, &clusters).of_cluster, [0, 0]);
         let value = |tracks: &Trajectories, clusters: &Clusters, contrast: f64| {
-            cluster_cues(tracks, clusters, &[0.2, contrast])[1].map(|cues| cues.log_odds())
+            cluster_cues(tracks, clusters, &[0.2, contrast])[1].log_odds()
         };
-        assert!(value(&tracks, &clusters, 6.0) > Some(0.0));
+        assert!(value(&tracks, &clusters, 6.0) > 0.0);
         let side = ["00000000", "00000000", "00000000", "00001111", "00001111", "00000000", "00000000", "00000000"];
         let (tracks, clusters) = frame(side, 2);
-        assert!(value(&tracks, &clusters, 4.0) > Some(0.0) && value(&tracks, &clusters, 0.3) < Some(0.0));
+        assert!(value(&tracks, &clusters, 4.0) > 0.0 && value(&tracks, &clusters, 0.3) < 0.0);
     }
 
     #[test]
@@ -172,6 +177,24 @@ mod tests {
         let side = ["00000000", "00000000", "00000000", "00001111", "00001111", "00000000", "00000000", "00000000"];
         let (tracks, clusters) = frame(side, 2);
         assert_eq!(find_objects(&tracks, &clusters).of_cluster, [0, 1]);
+    }
+
+    #[test]
+    fn a_mirrored_clip_has_the_same_shares() {
+        // Cells of an eighth of the height do not fill the width.
+        let size = (107, 80);
+        let shares = |is_mirrored: bool| {
+            let mut tracks = Trajectories::empty(1, size);
+            let mut label = Vec::new();
+            for k in 0..107 * 8 {
+                let (x, y) = (k % 107, 10 * (k / 107) + 5);
+                let column = if is_mirrored { 106 - x } else { x };
+                tracks.push(0, [(column as f32, y as f32, 0.0)]);
+                label.push(u32::from(x < 12 && y < 40));
+            }
+            cluster_cues(&tracks, &Clusters { count: 2, label }, &[0.0, 4.0])[1]
+        };
+        assert_eq!(shares(false), shares(true));
     }
 
     #[test]

@@ -20,7 +20,7 @@ use crate::image::{Frame, Picture, Plane};
 /// Parameters of the refinement at each size; chosen by eye. Doubling leaves an error of one or two pixels, and masks may be off by
 /// as much; larger moves took good masks off their borders.
 const REFINE_PARAMS: RefineParams =
-    RefineParams { band: 4, colour_weight: 0.5, displacement_weight: 4.0, smoothness: 2.0 };
+    RefineParams { band: 4, colour_weight: 0.5, displacement_weight: 4.0, smoothness: 2.0, min_part: 0.0 };
 /// σ² of the contrast term, in units of the mean squared difference in the band; chosen by eye, less than for frames, since pictures
 /// at their full size have softer edges than reduced ones.
 const CONTRAST_VARIANCE: f32 = 0.3;

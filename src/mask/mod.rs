@@ -7,6 +7,7 @@ mod agreement;
 mod coco;
 mod enlarge;
 mod opacity;
+mod parts;
 mod prompts;
 mod refine;
 mod table;
@@ -21,6 +22,8 @@ pub(crate) use agreement::{agreement, clip_agreement};
 #[doc(hidden)] // For the command line, and the packages for Python and JavaScript.
 pub use coco::{CocoRuns, coco_counts, coco_mask, coco_runs, coco_text};
 pub use enlarge::{EnlargedMask, enlarge};
+#[doc(hidden)] // For `examples/method.rs`.
+pub use parts::attach_loose_parts;
 #[doc(hidden)] // For the command line, and the packages for Python and JavaScript.
 pub use prompts::{Prompt, Prompts};
 pub(crate) use refine::refine_since;

@@ -30,6 +30,9 @@ crate::params! {
         pub displacement_weight: f32 = 2.0, in 0.0..=1000.0, expert;
         /// Cost of a border between two pixels of the same colour.
         pub smoothness: f32 = 2.0, in 0.0..=1000.0, expert;
+        /// A part of an object that lies apart and has hardly any of its trajectories goes to what surrounds it, if its area is
+        /// less than this share of the object's largest part in the frame. 0 keeps all. Not in the paper; docs/choices.md.
+        pub min_part: f32 = 0.1, in 0.0..=1.0, expert;
     }
 }
 

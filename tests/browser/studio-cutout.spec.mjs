@@ -144,7 +144,7 @@ test('edges grow, shrink and fade, and small pieces go; videos have the same edg
   // No piece of the sample is as small as the end of the slider.
   await page.evaluate(() => (document.querySelector('#edge-smallest').max = 5));
   await openLook(page);
-  await page.fill('#edge-smallest', '3');
+  await page.fill('#edge-smallest', '4.5');
   expect((await measure()).labelled).toBeLessThan(plain.labelled);
   await page.click('#edges-reset');
   expect(await measure()).toEqual(plain);

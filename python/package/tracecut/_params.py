@@ -63,9 +63,6 @@ class FlowParams(TypedDict, total=False):
     fixed_points: int
     """Fixed-point iterations of the refinement at every level, each with new robust weights; 0 skips the refinement.
     Higher is slower. Default: 5 (0 to 12)."""
-    check_fixed_points: int
-    """The same for the backward field of a clip, which only checks the forward one; docs/choices.md. Default: 0 (0 to
-    12)."""
 
 
 class TrajectoryParams(TypedDict, total=False):
@@ -301,6 +298,10 @@ class RefineParams(TypedDict, total=False):
     1000.0)."""
     smoothness: float
     """Cost of a border between two pixels of the same colour. Default: 2.0 (0.0 to 1000.0)."""
+    min_part: float
+    """A part of an object that lies apart and has hardly any of its trajectories goes to what surrounds it, if its area
+    is less than this share of the object's largest part in the frame. 0 keeps all. Not in the paper; docs/choices.md.
+    Default: 0.1 (0.0 to 1.0)."""
 
 
 class StillParams(TypedDict, total=False):

@@ -83,7 +83,7 @@ const NOISE_ERROR: f32 = 10.0;
 /// Part of the prior against objects that is waived where all trajectories are objects'.
 const PRIOR_RELIEF: f32 = 0.5;
 /// Weight of a cluster's penalty in the superpixels of its trajectories.
-const PENALTY_WEIGHT: f32 = 4.0;
+const PENALTY_WEIGHT: f32 = 2.0;
 
 /// Log-odds of an object by a cue of 0 to 1.
 struct CueResponse {

@@ -19,9 +19,8 @@
 //! still background. Patches are searched a second time only where a neighbour disagrees. The refinement solves for both
 //! components of a pixel together.
 //!
-//! **The backward field** of a clip only checks the forward one: where both disagree, something is hidden or the flow is
-//! wrong. It is computed independently, and without the refinement ([`FlowParams::for_check`]): that is half of the work,
-//! and smoothness would make both fields agree where neither knows the motion.
+//! **The backward field** of a clip checks the forward one: where both disagree, something is hidden or the flow is wrong. It
+//! is computed independently.
 //!
 //! Measured: 0.31 px on these pairs at full size (OpenCV's DIS at its finest scale: 0.49 px). Sessions
 //! that make masks reduce frames to `max_side` first: at 480 pixels 0.44 px (Urban3 1.40, before 0.66); their masks do
@@ -147,17 +146,6 @@ crate::params! {
         /// Fixed-point iterations of the refinement at every level, each with new robust weights; 0 skips the refinement.
         /// Higher is slower.
         pub fixed_points: u32 = 5, in 0..=12, expert;
-        /// The same for the backward field of a clip, which only checks the forward one; docs/choices.md.
-        pub check_fixed_points: u32 = 0, in 0..=12, expert;
-    }
-}
-
-impl FlowParams {
-    /// Returns the parameters of the field that checks another one.
-    #[doc(hidden)] // For `examples/method.rs`.
-    #[must_use]
-    pub fn for_check(&self) -> Self {
-        Self { fixed_points: self.check_fixed_points, ..self.clone() }
     }
 }
 

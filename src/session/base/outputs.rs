@@ -12,7 +12,7 @@ use crate::discretize::Clusters;
 use crate::embedding::Embedding;
 use crate::evidence::EvidenceInput;
 use crate::image::{Plane, Runs};
-use crate::mask::Agreement;
+use crate::mask::{Agreement, attach_loose_parts};
 use crate::objects::Objects;
 use crate::saliency::{Saliency, SaliencyMaps};
 use crate::sparse::SymCsr;
@@ -208,6 +208,17 @@ impl Outputs {
     /// Returns the mask label of a cluster; a clip without clusters is all background.
     pub(crate) fn mask_label(&self, cluster: u32) -> u8 {
         self.cut.mask_label(cluster)
+    }
+
+    /// Gives loose parts of a mask of frame `t` to what surrounds them ([`attach_loose_parts`]).
+    pub(crate) fn attach_loose_parts(
+        &self,
+        mask: &mut Plane<u8>,
+        t: usize,
+        min_share: f32,
+        is_fixed: impl Fn(usize, u8) -> bool,
+    ) {
+        attach_loose_parts(mask, t, &self.cut_input(), &self.cut.objects.of_cluster, min_share, is_fixed);
     }
 
     /// Saves all that a correction changes.

@@ -200,7 +200,7 @@ impl ForwardFlow {
     /// Computes the backward flow. Also returns the second frame, which is the first of the next pair.
     pub(crate) fn finish(self, params: &FlowParams, scratch: &mut FlowScratch) -> (PairFlow, FlowFrame) {
         let Self { from, to, flow: forward } = self;
-        let backward = CompactFlow::new(&to.flow_to(&from, &params.for_check(), scratch));
+        let backward = CompactFlow::new(&to.flow_to(&from, params, scratch));
         let variation = local_flow_variation(&forward);
         (PairFlow { forward, backward, variation, structure: structure(&to.luma) }, to)
     }

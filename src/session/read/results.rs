@@ -262,11 +262,10 @@ impl Session {
         Some(outputs.cut.agreement.get_or_init(compute))
     }
 
-    /// Computes whether the camera is still, and the terms by which each cluster is selected as an object (`None` for the one
-    /// that is always background), to fit their weights. `None` before the end of a run without masks, without flow, and with a
-    /// camera that moves forward.
+    /// Computes whether the camera is still, and the terms by which each cluster is selected as an object, to fit their weights.
+    /// `None` before the end of a run without masks, without flow, and with a camera that moves forward.
     #[doc(hidden)]
-    pub fn cluster_terms(&self) -> Option<(bool, Vec<Option<Vec<f64>>>)> {
+    pub fn cluster_terms(&self) -> Option<(bool, Vec<Vec<f64>>)> {
         let clip = self.clip()?;
         let outputs = self.outputs_after(Stage::Masks).filter(|outputs| outputs.masks.is_empty())?;
         let settings = &clip.params.background;
@@ -281,10 +280,10 @@ impl Session {
             Camera::Still => {
                 let Background::Still(scene) = model_background(camera, outputs, clip)? else { return None };
                 let cues = scene.plate_distances(tracks, clusters).into_iter();
-                (true, cues.map(|plate_distance| Some(ClusterCues::Still { plate_distance })).collect())
+                (true, cues.map(|plate_distance| ClusterCues::Still { plate_distance }).collect())
             }
         };
-        Some((is_still, cues.iter().map(|cues| cues.as_ref()?.terms()).collect()))
+        Some((is_still, cues.iter().map(ClusterCues::terms).collect::<Option<_>>()?))
     }
 
     /// Returns the clip-wide number of each trajectory, which it keeps in the next window.

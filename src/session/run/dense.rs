@@ -76,10 +76,17 @@ impl StageWork for MaskWork {
         let t = outputs.masks.len();
         let result = clip.pending_jobs.take_result(JobKind::Mask, t);
         let frame = &clip.frames[t];
+        let params = &clip.params.refine;
         let mask = match (&self.recut, result) {
-            (Some(recut), _) => recut.mask(t, frame, outputs, &clip.params),
-            (None, Some(JobResult::Mask(mask))) => mask,
-            (None, _) => refine(&outputs.cut.coarse_mask(&outputs.superpixels[t], t), frame, &clip.params.refine),
+            (Some(recut), _) => recut.mask(t, frame, outputs, params),
+            (None, result) => {
+                let mut mask = match result {
+                    Some(JobResult::Mask(mask)) => mask,
+                    _ => refine(&outputs.cut.coarse_mask(&outputs.superpixels[t], t), frame, params),
+                };
+                outputs.attach_loose_parts(&mut mask, t, params.min_part, |_, _| false);
+                mask
+            }
         };
         outputs.masks.push(mask);
         Ok(StepReport::new(Stage::Masks, t + 1, clip.frames.len()))

@@ -2,9 +2,9 @@
 
 use crate::correction::{StrokeConstraint, regroup};
 use crate::image::{Frame, Plane};
-use crate::mask::refine_since;
+use crate::mask::{RefineParams, refine_since};
 use crate::objects::Objects;
-use crate::session::base::{Outputs, Params};
+use crate::session::base::Outputs;
 use crate::superpixel::Superpixels;
 
 /// The labels of trajectories after a correction.
@@ -60,17 +60,21 @@ impl Recut {
 
     /// Computes the mask of frame `t`. Without a changed superpixel or a stroke it is the old one; elsewhere existing
     /// borders stay and new ones are refined.
-    pub(super) fn mask(&self, t: usize, frame: &Frame, outputs: &Outputs, params: &Params) -> Plane<u8> {
+    pub(super) fn mask(&self, t: usize, frame: &Frame, outputs: &Outputs, params: &RefineParams) -> Plane<u8> {
         let (old, superpixels) = (&self.old_masks[t], &outputs.superpixels[t]);
         let (old_labels, clusters) = (&self.old_labels[t], &outputs.cut.labels.labels[t]);
         let of_cluster = &self.objects.of_cluster;
         let new_labels: Vec<u8> = clusters.iter().map(|&c| outputs.mask_label(c)).collect();
         let is_used: Vec<bool> = (0..=255).map(|l| of_cluster.contains(&l)).collect();
         let is_changed = new_labels != *old_labels;
+        let strokes = || self.constraints.iter().filter(|constraint| constraint.t == t);
         let update = MaskUpdate { old, superpixels, old_labels, new_labels: &new_labels };
         let mut mask = if is_changed { update.mask(&is_used) } else { old.clone() };
         if is_changed {
-            let refined = refine_since(&mask, old, frame, &params.refine);
+            let mut refined = refine_since(&mask, old, frame, params);
+            let is_drawn = |p: usize| strokes().any(|stroke| stroke.pixels.binary_search(&(p as u32)).is_ok());
+            let is_fixed = |p: usize, label: u8| old.data()[p] == label || is_drawn(p);
+            outputs.attach_loose_parts(&mut refined, t, params.min_part, is_fixed);
             for (label, &new) in mask.data_mut().iter_mut().zip(refined.data()) {
                 if self.is_open[usize::from(*label)] && self.is_open[usize::from(new)] {
                     *label = new;
@@ -83,7 +87,7 @@ impl Recut {
                 *label = if is_used[0] { 0 } else { new_labels[s as usize] };
             }
         }
-        for constraint in self.constraints.iter().filter(|constraint| constraint.t == t) {
+        for constraint in strokes() {
             constraint.pixels.iter().for_each(|&p| mask.data_mut()[p as usize] = constraint.label);
         }
         mask
