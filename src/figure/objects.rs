@@ -1,9 +1,9 @@
 //! Classification of clusters as objects or scene, by the frame border.
 //!
 //! The scene runs on beyond the frame, while objects mostly end inside of it. The frame is divided into square cells, eight
-//! along its shorter side; the outermost are its border. In each frame a cell counts for the clusters of its trajectories,
-//! in proportion. A cluster's border share is its part of all border cells over its part of all cells, its excess
-//! the difference of both; these and its contrast to the camera's motion give its log-odds ([`crate::evidence`]).
+//! along its shorter side. In each frame a cell counts for the clusters of its trajectories, in proportion, and for the border
+//! as far as they are near it: wholly within half a cell, and not from one and a half on, so that no pixel more or less
+//! decides. A cluster's border share is its part of the border over its part of all cells, its excess the difference of both; these and its contrast to the camera's motion give its log-odds ([`crate::evidence`]).
 //!
 //! Near and far parts of the scene, which parallax makes different clusters, are both background by this rule. It counts
 //! trajectories and not the pixels of masks, since the cut gives areas without trajectories, such as a plain sky, to
@@ -17,6 +17,9 @@ use crate::trajectory::Trajectories;
 
 /// Cells along the shorter side of the frame. Chosen by eye.
 const CELLS_PER_SIDE: usize = 8;
+/// Distance from the frame border, in cells, from which a point does not count for it; up to one cell less it counts wholly. Chosen
+/// by eye.
+const BORDER_REACH: f32 = 1.5;
 /// Most objects: masks have a byte a pixel.
 const MAX_OBJECTS: usize = 255;
 
@@ -64,7 +67,7 @@ pub fn number_objects(tracks: &Trajectories, clusters: &Clusters, is_object: &[b
 /// Number of cells that each cluster covers, with fractions, summed over the frames.
 struct CellCounts {
     cells: Vec<f64>,
-    /// Cells at the frame border.
+    /// The same, weighted by nearness to the frame border.
     border_cells: Vec<f64>,
 }
 
@@ -76,21 +79,22 @@ impl CellCounts {
         let side = (w.min(h) / CELLS_PER_SIDE as f32).max(1.0);
         let [columns, rows] = [w, h].map(|length| (length / side).round().max(1.0) as usize);
         for t in 0..tracks.num_frames {
-            let mut points = vec![0_u32; columns * rows * count];
+            let (mut points, mut border) = (vec![0_u32; columns * rows * count], vec![0.0; columns * rows * count]);
             for (i, x, y) in tracks.alive(t) {
                 // Equal cells: the share is the same in a mirrored frame.
                 let column = ((x + 0.5).max(0.0) * columns as f32 / w) as usize;
                 let row = ((y + 0.5).max(0.0) * rows as f32 / h) as usize;
                 let cell = row.min(rows - 1) * columns + column.min(columns - 1);
-                points[cell * count + clusters.label[i] as usize] += 1;
+                let place = cell * count + clusters.label[i] as usize;
+                points[place] += 1;
+                let distance = (x + 0.5).min(w - x - 0.5).min(y + 0.5).min(h - y - 0.5);
+                border[place] += f64::from((BORDER_REACH - distance / side).clamp(0.0, 1.0));
             }
-            for (cell, points) in points.chunks_exact(count.max(1)).enumerate() {
+            for (points, border) in points.chunks_exact(count.max(1)).zip(border.chunks_exact(count.max(1))) {
                 let total = f64::from(points.iter().sum::<u32>().max(1));
-                let (column, row) = (cell % columns, cell / columns);
-                let is_at_border = column == 0 || row == 0 || column + 1 == columns || row + 1 == rows;
-                for (c, &n) in points.iter().enumerate() {
+                for (c, (&n, border)) in points.iter().zip(border).enumerate() {
                     cells[c] += f64::from(n) / total;
-                    border_cells[c] += if is_at_border { f64::from(n) / total } else { 0.0 };
+                    border_cells[c] += border / total;
                 }
             }
         }
