@@ -3,7 +3,8 @@
 //! The scene runs on beyond the frame, while objects mostly end inside of it. The frame is divided into square cells, eight
 //! along its shorter side. In each frame a cell counts for the clusters of its trajectories, in proportion, and for the border
 //! as far as they are near it: wholly within half a cell, and not from one and a half on, so that no pixel more or less
-//! decides. A cluster's border share is its part of the border over its part of all cells, its excess the difference of both; these and its contrast to the camera's motion give its log-odds ([`crate::evidence`]).
+//! decides. A cluster's border share is its part of the border over its part of all cells, its excess the difference of both;
+//! these and its contrast to the camera's motion give its log-odds ([`crate::evidence`]).
 //!
 //! Near and far parts of the scene, which parallax makes different clusters, are both background by this rule. It counts
 //! trajectories and not the pixels of masks, since the cut gives areas without trajectories, such as a plain sky, to

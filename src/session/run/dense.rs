@@ -77,9 +77,9 @@ impl StageWork for MaskWork {
         let result = clip.pending_jobs.take_result(JobKind::Mask, t);
         let frame = &clip.frames[t];
         let params = &clip.params.refine;
-        let mask = match (&self.recut, result) {
-            (Some(recut), _) => recut.mask(t, frame, outputs, params),
-            (None, result) => {
+        let mask = match &self.recut {
+            Some(recut) => recut.mask(t, frame, outputs, params),
+            None => {
                 let mut mask = match result {
                     Some(JobResult::Mask(mask)) => mask,
                     _ => refine(&outputs.cut.coarse_mask(&outputs.superpixels[t], t), frame, params),
