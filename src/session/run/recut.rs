@@ -154,3 +154,38 @@ impl MaskUpdate<'_> {
         mask
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cut::CutLabels;
+    use crate::session::base::Cut;
+    use crate::trajectory::Trajectories;
+
+    #[test]
+    fn a_small_new_part_goes_unless_a_stroke_is_on_it() {
+        // A large object, and a piece apart that a correction gave the same label.
+        let rows = ["1111111000", "1111111020", "1111111020", "1111111020", "1111111000"];
+        let label = Plane::from_fn(10, 5, |x, y| u32::from(rows[y].as_bytes()[x] - b'0'));
+        let frame = Frame::from_rgb(vec![90; 150], 10, 5).unwrap();
+        let objects = objects_from_labels(vec![0, 1]);
+        let mut outputs = Outputs { superpixels: vec![Superpixels::from(&label)], ..Outputs::default() };
+        let labels = CutLabels { labels: vec![vec![0, 1, 1]] };
+        outputs.cut = Cut { labels, objects: objects.clone(), ..Cut::default() };
+        outputs.track_set.tracks = Trajectories::empty(1, (10, 5));
+        let piece = |constraints: Vec<StrokeConstraint>| {
+            let recut = Recut {
+                objects: objects.clone(),
+                clusters: vec![vec![0, 1, 0]],
+                old_labels: vec![vec![0, 1, 0]],
+                old_masks: vec![label.map(|l| u8::from(l == 1))],
+                is_open: vec![true; 256],
+                constraints,
+            };
+            let mask = recut.mask(0, &frame, &outputs, &RefineParams { band: 0, ..RefineParams::default() });
+            [1, 2, 3].map(|y| mask[(8, y)])
+        };
+        let stroke = StrokeConstraint { t: 0, pixels: vec![28], tracks: Vec::new(), label: 1 };
+        assert_eq!((piece(Vec::new()), piece(vec![stroke])), ([0; 3], [1; 3]));
+    }
+}
