@@ -298,7 +298,10 @@ fn players_are_told_apart(seeds: &[u64]) {
         for mode in [ConnectednessMode::Agents, ConnectednessMode::ForegroundOnly] {
             let with = players_by_cluster(mode, seed);
             assert!(with.iter().all(|players| players.len() < 2), "seed {seed}: {with:?}");
-            assert!([1, 2].iter().all(|o| with.iter().flatten().filter(|p| *p == o).count() == 1), "{with:?}");
+            // Where only the foreground is clustered, an arm may come out on its own.
+            let most = if mode == ConnectednessMode::Agents { 1 } else { 2 };
+            let num_clusters = |player| with.iter().flatten().filter(|p| **p == player).count();
+            assert!([1, 2].iter().all(|&player| (1..=most).contains(&num_clusters(player))), "seed {seed}: {with:?}");
         }
     }
 }
