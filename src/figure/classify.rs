@@ -54,6 +54,17 @@ impl Observations<'_> {
         }
         label
     }
+
+    /// Classifies clusters by their log-odds to be objects.
+    pub(crate) fn classify(&self, clusters: &Clusters, log_odds: &[f64]) -> Classification {
+        let penalty = |value: f64| if value > MIN_LOG_ODDS { -value.min(0.0) as f32 } else { 0.0 };
+        Classification {
+            clusters: clusters.clone(),
+            is_object: log_odds.iter().map(|&v| v > MIN_LOG_ODDS).collect(),
+            label: self.propagate_labels(clusters),
+            penalties: clusters.label.iter().map(|&l| penalty(log_odds[l as usize])).collect(),
+        }
+    }
 }
 
 /// Classifies clusters as objects or scene.
@@ -65,18 +76,13 @@ pub fn classify_clusters(
     clusters: &Clusters,
     observations: &Observations<'_>,
 ) -> Classification {
-    let (ObjectClusters { clusters, is_object }, penalties) = match rigid_scene_clusters(background, observations) {
-        Some(objects) => (objects, Vec::new()),
-        None => {
-            let log_odds = cluster_log_odds(background, clusters, observations.clustered);
-            let penalty = |value: f64| if value > MIN_LOG_ODDS { -value.min(0.0) as f32 } else { 0.0 };
-            let penalties = clusters.label.iter().map(|&l| penalty(log_odds[l as usize])).collect();
-            let is_object = log_odds.iter().map(|&v| v > MIN_LOG_ODDS).collect();
-            (ObjectClusters { clusters: clusters.clone(), is_object }, penalties)
+    match rigid_scene_clusters(background, observations) {
+        Some(ObjectClusters { clusters, is_object }) => {
+            let label = observations.propagate_labels(&clusters);
+            Classification { clusters, is_object, label, penalties: Vec::new() }
         }
-    };
-    let label = observations.propagate_labels(&clusters);
-    Classification { clusters, is_object, label, penalties }
+        None => observations.classify(clusters, &cluster_log_odds(background, clusters, observations.clustered)),
+    }
 }
 
 /// Computes each cluster's mean penalty over its trajectories, 0 for clusters that are sure.
@@ -95,29 +101,32 @@ pub fn cluster_penalties(clusters: &Clusters, penalties: &[f32], is_sure: impl F
 /// the scene's.
 fn rigid_scene_clusters(background: &Background, observations: &Observations<'_>) -> Option<ObjectClusters> {
     let EvidenceInput { tracks, discontinuities, .. } = observations.clustered;
-    let Background::Forward(motion, _) = background else { return None };
-    let objects = segment_rigid_scene(motion, tracks, &discontinuities.neighborhoods, observations.max_edge);
+    let objects =
+        segment_rigid_scene(background.forward()?, tracks, &discontinuities.neighborhoods, observations.max_edge);
     objects.is_object.contains(&false).then_some(objects)
 }
 
 /// Computes the log-odds of each cluster to be an object.
 fn cluster_log_odds(background: &Background, clusters: &Clusters, input: &EvidenceInput<'_>) -> Vec<f64> {
-    let log_odds = |cues: Vec<ClusterCues>| -> Vec<f64> { cues.iter().map(ClusterCues::log_odds).collect() };
     let has_scene = |log_odds: &[f64]| log_odds.iter().any(|&v| v <= MIN_LOG_ODDS);
-    if let Background::Still(scene) = background {
-        let cues = scene.plate_distances(input.tracks, clusters).into_iter();
-        let by_plate = log_odds(cues.map(|plate_distance| ClusterCues::Still { plate_distance }).collect());
+    let contrasts = motion_contrasts(&clusters.label, input);
+    let cues = cluster_cues(input.tracks, clusters, &contrasts).into_iter();
+    let mut log_odds: Vec<f64> = cues.map(|cues| cues.log_odds()).collect();
+    if let Some((scene, stillness)) = background.still() {
+        let distances = scene.plate_distances(input.tracks, clusters);
+        let by_plate = distances.into_iter().map(|plate_distance| ClusterCues::Still { plate_distance }.log_odds());
+        let share = f64::from(stillness);
+        let both: Vec<f64> =
+            log_odds.iter().zip(by_plate).map(|(border, plate)| (1.0 - share) * border + share * plate).collect();
         // If all clusters were objects, no label would be left for the scene: then the frame border decides.
-        if has_scene(&by_plate) {
-            return by_plate;
+        if has_scene(&both) {
+            log_odds = both;
         }
     }
-    let contrasts = motion_contrasts(&clusters.label, input);
-    let mut by_border = log_odds(cluster_cues(input.tracks, clusters, &contrasts));
     // For the same reason the least likely object is the scene then.
-    let least = (0..by_border.len()).min_by(|&a, &b| by_border[a].total_cmp(&by_border[b]));
-    if let Some(least) = least.filter(|_| !has_scene(&by_border)) {
-        by_border[least] = f64::NEG_INFINITY;
+    let least = (0..log_odds.len()).min_by(|&a, &b| log_odds[a].total_cmp(&log_odds[b]));
+    if let Some(least) = least.filter(|_| !has_scene(&log_odds)) {
+        log_odds[least] = f64::NEG_INFINITY;
     }
-    by_border
+    log_odds
 }

@@ -69,7 +69,13 @@ impl Scene {
 
     /// Creates a scene of a disc on a textured plane, without motion. Object 1 is the disc.
     #[doc(hidden)] // For tests and benchmarks.
-    pub fn still((width, height): (usize, usize), num_frames: usize, seed: u64) -> Self {
+    pub fn still(size: (usize, usize), num_frames: usize, seed: u64) -> Self {
+        Self::moving_disc(size, num_frames, 0.0, seed)
+    }
+
+    /// Creates a scene of a disc that moves by `speed` pixels a frame to the right before a textured plane without motion; it
+    /// starts in the middle of the frame. Object 1 is the disc.
+    pub(crate) fn moving_disc((width, height): (usize, usize), num_frames: usize, speed: f64, seed: u64) -> Self {
         let mut scene = Self::new(width, height, num_frames);
         let (right, bottom) = (scene.size().0 as f32, scene.size().1 as f32);
         let centre = (0.5 * right, 0.5 * bottom);
@@ -79,7 +85,7 @@ impl Scene {
                 (textured(PLANE_COLOURS[k], noise, x, y), if k == 0 { -1e3 } else { disc(x, y, centre, 0.3 * bottom) })
             });
             let sprite = scene.add_sprite(sprite);
-            scene.add_layer(sprite, k as u8, |_| Affine::IDENTITY);
+            scene.add_layer(sprite, k as u8, |t| Affine::translation(k as f64 * speed * t, 0.0));
         }
         scene
     }

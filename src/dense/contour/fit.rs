@@ -256,7 +256,8 @@ mod tests {
             segments(Plane::from_fn(60, 40, |x, y| if on(x, y) { strength } else { 0.0 }))
         };
         let ContourParams { high_threshold: high, min_length: min_chain, .. } = ContourParams::default();
-        assert!(ridge(20, 0.9 * high).lines.is_empty());
+        // The thresholds fall in an image that has hardly a line.
+        assert!(ridge(20, 0.09 * high).lines.is_empty());
         assert!(ridge(min_chain as usize - 1, 1.0).lines.is_empty());
         assert_eq!(ridge(min_chain as usize, 1.0).lines.len(), 1);
     }

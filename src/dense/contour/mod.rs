@@ -17,7 +17,7 @@
 //! 6. The thin map has the maxima across the boundary only (`thin`).
 //!
 //! Borders are mirrored, so that the frame of the image is no boundary. There is no normalisation by image: a value means
-//! the same in every frame of every clip.
+//! the same in every frame of every clip. Only the thresholds of contours fall in images that have hardly any (`min_share`).
 //!
 //! **Deviations.** The works cited compare half-discs of finite size in each direction, with bins of various sizes and
 //! textons that are clusters of the image's filter responses. The tensor needs one pass for all directions, and fixed
@@ -45,7 +45,7 @@ use thin::thin;
 pub(crate) use thin::{ORIENTATIONS, normals};
 
 use crate::image::{Frame, Plane};
-use crate::order::larger;
+use crate::order::{larger, nth_smallest};
 
 crate::params! {
     /// Boundary probability and contours.
@@ -54,6 +54,9 @@ crate::params! {
         pub low_threshold: f32 = 0.03, in 0.0..=1.0, expert;
         /// A contour is kept if its Pb is above this value somewhere.
         pub high_threshold: f32 = 0.08, in 0.0..=1.0;
+        /// If fewer pixels than this share of an image exceed the high threshold, as in fog, both thresholds fall until as many do, at
+        /// most to an eighth. Not in the paper.
+        pub min_share: f32 = 0.01, in 0.0..=1.0, expert;
         /// Contours of fewer pixels with a free end are left out.
         pub min_length: u32 = 8, in 1..=10000, expert;
         /// Largest distance of a line from its contour, in pixels. Higher gives fewer lines.
@@ -65,6 +68,9 @@ crate::params! {
         pub half_size_min_side: u32 = 400, in 1..=65536, expert;
     }
 }
+
+/// Least factor on the thresholds of an image of little contrast. Chosen by eye.
+const MIN_THRESHOLD_FACTOR: f32 = 0.125;
 
 /// Boundary probability of each pixel.
 ///
@@ -240,8 +246,20 @@ pub fn contour_segments(map: &BoundaryMap, params: &ContourParams) -> Segments {
 
 /// Same as [`contour_segments`], from a thin map.
 pub(crate) fn ridge_segments(thin: &Plane<f32>, params: &ContourParams) -> Segments {
-    let chains = link::link(thin, params.low_threshold, params.high_threshold, params.min_length as usize);
+    let factor = threshold_factor(thin, params);
+    let [low, high] = [params.low_threshold, params.high_threshold].map(|threshold| factor * threshold);
+    let chains = link::link(thin, low, high, params.min_length as usize);
     fit::fit(&chains, params.max_deviation, params.max_line_length)
+}
+
+/// Returns the factor on both thresholds that leaves enough pixels of a thin map above the high one, at most 1.
+fn threshold_factor(thin: &Plane<f32>, params: &ContourParams) -> f32 {
+    let pixels = thin.data();
+    let num_above = (params.min_share * pixels.len() as f32) as usize;
+    if num_above == 0 || params.high_threshold == 0.0 {
+        return 1.0;
+    }
+    (nth_smallest(pixels, pixels.len() - num_above) / params.high_threshold).clamp(MIN_THRESHOLD_FACTOR, 1.0)
 }
 
 #[cfg(test)]
@@ -325,6 +343,20 @@ mod tests {
             }
             assert!((h - 4..=2 * w).contains(&on_line), "{on_line} pixels on the step ({slope_x}, {slope_y})");
         }
+    }
+
+    #[test]
+    fn thresholds_fall_in_fog_and_not_elsewhere() {
+        let params = ContourParams::default();
+        // Bars, each darker than the last.
+        let bars = |x: usize, part: u8| u8::from(x % 20 < 10) * (part + (x / 20) as u8);
+        let (clear, foggy) = (clutter(61, 47, 2), |part: u8| frame(61, 47, |x, _| [100 + bars(x, part); 3]));
+        assert_eq!(threshold_factor(&map_of(&clear).thin, &params), 1.0);
+        let factors = [40, 12, 8].map(|part| threshold_factor(&map_of(&foggy(part)).thin, &params));
+        assert!(factors[0] == 1.0 && factors.is_sorted_by(|a, b| a > b), "{factors:?}");
+        let segments = |min_share| contour_segments(&map_of(&foggy(8)), &ContourParams { min_share, ..params.clone() });
+        let num_lines = [0.0, 0.04].map(|share| segments(share).lines.len());
+        assert!(num_lines[0] < num_lines[1], "{num_lines:?} {factors:?}");
     }
 
     #[test]

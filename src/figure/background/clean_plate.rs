@@ -65,7 +65,7 @@ fn source_frames(t: usize, num_frames: usize) -> impl Iterator<Item = usize> {
 fn collect_colours(input: &CleanPlateInput<'_>, t: usize, s: usize, occluded: &mut [OccludedPixel]) {
     let (source, mask, tracks) = (reduce(&input.frames[s], 1), &input.masks[s], input.tracks);
     let (right, bottom) = ((mask.width() - 1) as f32, (mask.height() - 1) as f32);
-    let moves = *input.camera != Camera::Still;
+    let moves = !input.camera.is_still();
     let scene = tracks.alive(t).filter(|&(i, ..)| moves && input.is_scene.get(i) == Some(&true));
     let matches = scene.filter_map(|(i, x, y)| tracks.at(i, s).map(|to| ((x, y), to)));
     let warp = Warp::new((mask.width(), mask.height()), input.camera.between(t, s), matches);
@@ -125,7 +125,7 @@ mod tests {
 
     #[test]
     fn a_still_camera_shows_the_scene() {
-        let clean = plate(0, &Camera::Still, 3);
+        let clean = plate(0, &Camera::still(), 3);
         for y in 0..SIZE.1 {
             for x in 0..SIZE.0 {
                 let [r, g, b] = scene(x, y);
@@ -150,7 +150,7 @@ mod tests {
         let (frames, mut masks) = clip(0);
         // An object that never moves.
         masks.iter_mut().for_each(|mask| mask.row_mut(35)[50] = 1);
-        let (tracks, camera) = (Trajectories::empty(8, SIZE), Camera::Still);
+        let (tracks, camera) = (Trajectories::empty(8, SIZE), Camera::still());
         let input =
             CleanPlateInput { frames: &frames, masks: &masks, camera: &camera, tracks: &tracks, is_scene: Vec::new() };
         let clean = clean_plate(&input, 0);

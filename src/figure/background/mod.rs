@@ -1,7 +1,7 @@
 //! Per-pixel evidence for and against objects, by the background.
 //!
 //! In: frames, flow and segmented trajectories of a clip, and its camera. Out: log-odds of each superpixel to be an
-//! object's, and cues of each cluster.
+//! object's, and cues of each cluster. Those of a still and of a moving camera are weighted by how surely it stands still.
 //!
 //! **Still camera.**
 //! 1. The *plate* (`plate`) is the scene without its movers; each pixel of each frame has a distance from it. Frames do not
@@ -106,13 +106,13 @@ impl CueResponse {
 
 /// Background model of a clip, by the motion of its camera.
 #[derive(Debug, Clone)]
-pub enum Background {
-    /// The camera stands still.
-    Still(StillScene),
-    /// The camera moves.
-    Moving(MovingScene),
-    /// The camera goes forward, as from a car.
-    Forward(ForwardMotion, MovingScene),
+pub struct Background {
+    /// How surely the camera stands still, 0 to 1: the weight of the still scene; the moving one has the rest.
+    stillness: f32,
+    still: Option<StillScene>,
+    moving: Option<MovingScene>,
+    /// The camera's motion if it goes forward.
+    forward: Option<ForwardMotion>,
 }
 
 /// Scene of a still camera: the distance of each pixel from the background plate.
@@ -142,29 +142,36 @@ impl Background {
         let side = frames.first().map_or(1, |f| f.width().max(f.height()));
         let step = side.div_ceil(MAX_SIDE_PX).max(1);
         let pictures: Vec<Picture> = frames.iter().map(|frame| reduce(frame, step)).collect();
-        let moving = |path, pictures| MovingScene { path, pictures, step, errors: Vec::new(), outlier_threshold: 0.0 };
-        match camera {
-            Camera::Still => Self::Still(StillScene::new(&pictures, step, tracks, mover_radius)),
-            Camera::Moving(path) => Self::Moving(moving(path, pictures)),
-            Camera::Forward(path, motion) => Self::Forward(motion, moving(path, pictures)),
-        }
+        let Camera { stillness, path, forward } = camera;
+        let still = (stillness > 0.0).then(|| StillScene::new(&pictures, step, tracks, mover_radius));
+        let moving = (stillness < 1.0).then_some(MovingScene {
+            path,
+            pictures,
+            step,
+            errors: Vec::new(),
+            outlier_threshold: 0.0,
+        });
+        Self { stillness, still, moving, forward }
     }
 
-    fn moving_scene(&self) -> Option<&MovingScene> {
-        match self {
-            Self::Still(_) => None,
-            Self::Moving(scene) | Self::Forward(_, scene) => Some(scene),
-        }
+    /// The camera's motion if it goes forward.
+    pub(crate) fn forward(&self) -> Option<&ForwardMotion> {
+        self.forward.as_ref()
+    }
+
+    /// The scene of a still camera, and its weight; `None` if the camera surely moves.
+    pub(crate) fn still(&self) -> Option<(&StillScene, f32)> {
+        Some((self.still.as_ref()?, self.stillness))
     }
 
     /// Number of frames with reprojection errors: none without an object or with a still camera.
     pub(crate) fn num_error_frames(&self, is_object: &[bool]) -> usize {
-        self.moving_scene().filter(|_| is_object.contains(&true)).map_or(0, |scene| scene.pictures.len())
+        self.moving.as_ref().filter(|_| is_object.contains(&true)).map_or(0, |scene| scene.pictures.len())
     }
 
     /// Gathers the input of the reprojection errors of frame `t`; `None` with a still camera.
     pub(crate) fn reprojection_input(&self, t: usize, segmented: SegmentedTracks<'_>) -> Option<ReprojectionInput> {
-        let MovingScene { path, pictures, step, .. } = self.moving_scene()?;
+        let MovingScene { path, pictures, step, .. } = self.moving.as_ref()?;
         Some(ReprojectionInput::new(pictures, *step, t, path, segmented))
     }
 
@@ -177,15 +184,13 @@ impl Background {
 
     /// Stores the reprojection errors of every frame (empty if not computed) and calibrates the outlier threshold.
     pub(crate) fn set_reprojection_errors(&mut self, errors: Vec<ReprojectionErrors>, segmented: SegmentedTracks<'_>) {
-        match self {
-            Self::Still(_) => {}
-            Self::Moving(scene) => {
-                scene.errors = errors;
-                scene.outlier_threshold = OUTLIER_FACTOR * scene.mean_sq_error(segmented).max(MIN_SCENE_ERROR_SQ);
-            }
-            // The motion of the road between trajectories is badly known: high errors there are no outliers.
-            Self::Forward(_, scene) => (scene.errors, scene.outlier_threshold) = (errors, f32::MAX),
-        }
+        let Some(scene) = &mut self.moving else { return };
+        scene.errors = errors;
+        // The motion of the road between trajectories is badly known: high errors there are no outliers.
+        scene.outlier_threshold = match self.forward {
+            None => OUTLIER_FACTOR * scene.mean_sq_error(segmented).max(MIN_SCENE_ERROR_SQ),
+            Some(_) => f32::MAX,
+        };
     }
 
     /// Computes the log-odds of each superpixel to be an object's, frame by frame. `flows` has the flow of each pair of
@@ -199,10 +204,13 @@ impl Background {
         penalties: &[f32],
         params: &BackgroundParams,
     ) -> Vec<f32> {
-        let mut evidence = match self {
-            Self::Still(scene) => scene.evidence(superpixels, flows, params),
-            Self::Moving(scene) | Self::Forward(_, scene) => scene.evidence(superpixels, segmented, params),
-        };
+        let still = self.still.iter().map(|scene| (self.stillness, scene.evidence(superpixels, flows, params)));
+        let moving =
+            self.moving.iter().map(|scene| (1.0 - self.stillness, scene.evidence(superpixels, segmented, params)));
+        let mut evidence = vec![0.0; superpixels.iter().map(|s| s.count).sum()];
+        for (weight, values) in still.chain(moving) {
+            evidence.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
+        }
         subtract_penalties(&mut evidence, superpixels, segmented, penalties);
         evidence
     }
@@ -481,10 +489,7 @@ mod tests {
     }
 
     fn still_scene(frames: &[Frame], tracks: &Trajectories) -> StillScene {
-        match Background::new(frames, Camera::Still, tracks, 1.0) {
-            Background::Still(scene) => scene,
-            moving => panic!("{moving:?}"),
-        }
+        Background::new(frames, Camera::still(), tracks, 1.0).still.unwrap()
     }
 
     fn halves() -> Superpixels {
@@ -604,7 +609,7 @@ mod tests {
             tracks.push(0, (0..10).map(|t| (3.0 * t as f32 + 1.0 + k as f32, 11.0, 0.0)));
             tracks.push(0, (0..10).map(|_| (7.0 * k as f32, 2.0, 0.0)));
         }
-        let background = Background::new(&frames(), Camera::Still, &tracks, 1.0);
+        let background = Background::new(&frames(), Camera::still(), &tracks, 1.0);
         let label: Vec<u32> = (0..10).map(|i| i % 2).collect();
         let superpixels = vec![halves(); 10];
         let segmented = SegmentedTracks { tracks: &tracks, label: &label, is_object: &[true, false] };

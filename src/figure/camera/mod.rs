@@ -1,13 +1,14 @@
 //! Motion of the camera over the whole clip.
 //!
-//! In: the dominant motion of each frame pair, the frames, and trajectories. Out: a [`Camera`], which stands
-//! still, moves or goes forward, with the homographies along the clip. Parallax is added by a `Warp`.
+//! In: the dominant motion of each frame pair, the frames, and trajectories. Out: a [`Camera`]: how surely it stands still,
+//! whether it goes forward, and the homographies along the clip. Parallax is added by a `Warp`.
 //!
 //! 1. The motions of the pairs are chained to homographies between frames a few apart.
 //! 2. A camera whose trajectories show forward motion, as from a car ([`ForwardMotion`]), does not stand still.
 //! 3. Edge pixels vote: one agrees with a motion if the image gradient at its new position is nearly the same. The camera
-//!    stands still if the edges agree with no motion about as often as with the chain, since a chain drifts, and on
-//!    plain ground it follows whatever moves.
+//!    surely stands still if the edges agree with no motion about as often as with the chain, since a chain drifts, and on
+//!    plain ground it follows whatever moves. It surely moves if they agree less than four fifths as often; what follows
+//!    weighs both, so that no edge decides.
 //!
 //! Not in the paper. Cost: O(pixels) for each of at most eight pairs. It fails where a slow pan moves edges by less than
 //! their width. All in `f64` with `+ - * /`, square roots and comparisons: the same bits on every target.
@@ -41,24 +42,29 @@ const MIN_EDGE_GRADIENT: f32 = 4.0;
 const MAX_EDGE_SHARE: f64 = 0.2;
 /// Largest difference of gradients that agree, as a part of the first.
 const MAX_GRADIENT_CHANGE: f32 = 0.5;
-/// The camera stands still if no motion has at least this share of the chain's agreement, and this agreement.
-const MIN_STILL_TO_CHAIN: f64 = 0.95;
-const MIN_STILL_AGREEMENT: f64 = 0.15;
+/// Between these shares of the chain's agreement, and these agreements, of no motion a moving camera becomes a still one.
+const STILL_TO_CHAIN: [f64; 2] = [0.8, 0.95];
+const STILL_AGREEMENT: [f64; 2] = [0.05, 0.15];
 
 /// Motion of the camera of a clip.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Camera {
-    /// It stands still.
-    Still,
-    /// It moves.
-    Moving(CameraPath),
-    /// It surely goes forward, as from a car.
-    Forward(CameraPath, ForwardMotion),
+pub struct Camera {
+    /// How surely it stands still, 0 to 1.
+    pub(crate) stillness: f32,
+    pub(crate) path: CameraPath,
+    /// Its motion if it surely goes forward, as from a car.
+    pub(crate) forward: Option<ForwardMotion>,
+}
+
+/// How surely a camera stands still, 0 to 1, by the agreement of the edges with the chain of motions and with no motion.
+fn stillness(chain: f64, still: f64) -> f32 {
+    let ramp = |value: f64, [from, to]: [f64; 2]| ((value - from) / (to - from)).clamp(0.0, 1.0);
+    ramp(still / chain.max(f64::MIN_POSITIVE), STILL_TO_CHAIN).min(ramp(still, STILL_AGREEMENT)) as f32
 }
 
 /// The homographies along a clip.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CameraPath {
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct CameraPath {
     /// From each frame to the first.
     to_first: Vec<Homography>,
 }
@@ -70,7 +76,7 @@ impl Camera {
         let last = frames.len().min(motions.len() + 1).saturating_sub(1);
         let span = PAIR_SPAN_FRAMES.min(last);
         if span == 0 {
-            return Self::moving(Vec::new(), forward);
+            return Self { stillness: 0.0, path: CameraPath::default(), forward };
         }
         let pairs = MAX_PAIRS.min(last / span).max(1);
         let starts = (0..pairs).map(|k| if pairs > 1 { k * (last - span) / (pairs - 1) } else { 0 });
@@ -83,37 +89,41 @@ impl Camera {
             still_agreement.push(edges.agreement(&Homography::IDENTITY));
         }
         let (chain, still) = (median(chain_agreement), median(still_agreement));
-        if forward.is_none() && still >= MIN_STILL_AGREEMENT && still >= MIN_STILL_TO_CHAIN * chain {
-            return Self::Still;
-        }
+        let stillness = if forward.is_some() { 0.0 } else { stillness(chain, still) };
         let mut to_first = vec![Homography::IDENTITY];
         for motion in motions {
             to_first.push(to_first[to_first.len() - 1].after(&motion.homography().inverse()));
         }
-        Self::moving(to_first, forward)
+        Self { stillness, path: CameraPath { to_first }, forward }
     }
 
-    fn moving(to_first: Vec<Homography>, forward: Option<ForwardMotion>) -> Self {
-        let path = CameraPath { to_first };
-        match forward {
-            Some(forward) => Self::Forward(path, forward),
-            None => Self::Moving(path),
-        }
+    /// The same camera, if it stood still this surely.
+    #[cfg(test)]
+    pub(crate) fn with_stillness(self, stillness: f32) -> Self {
+        Self { stillness, ..self }
+    }
+
+    /// A camera that stands still.
+    #[cfg(test)]
+    pub(crate) fn still() -> Self {
+        Self { stillness: 1.0, path: CameraPath::default(), forward: None }
     }
 
     /// A camera that moves the scene by `speed` pixels a frame to the right.
     #[cfg(test)]
     pub(crate) fn panning(speed: f64, num_frames: usize) -> Self {
         let to_first = |t: usize| Homography([1.0, 0.0, -speed * t as f64, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
-        Self::moving((0..num_frames).map(to_first).collect(), None)
+        Self { stillness: 0.0, path: CameraPath { to_first: (0..num_frames).map(to_first).collect() }, forward: None }
+    }
+
+    /// Returns whether it rather stands still than moves.
+    pub(crate) fn is_still(&self) -> bool {
+        self.stillness > 0.5
     }
 
     /// Returns the map of the scene from frame `from` to frame `to`.
     pub(crate) fn between(&self, from: usize, to: usize) -> Homography {
-        match self {
-            Self::Still => Homography::IDENTITY,
-            Self::Moving(path) | Self::Forward(path, _) => path.between(from, to),
-        }
+        if self.is_still() { Homography::IDENTITY } else { self.path.between(from, to) }
     }
 }
 
@@ -223,24 +233,35 @@ mod tests {
 
     #[test]
     fn a_still_camera_is_told_from_a_panning_one() {
-        for (speed, still) in [(0, true), (1, false), (3, false)] {
+        for (speed, still) in [(0, 1.0), (1, 0.0), (3, 0.0)] {
             let frames: Vec<Frame> = (0..14).map(|t| frame(t, speed)).collect();
             let motions = vec![motion(-(speed as f32)); 13];
-            assert_eq!(Camera::new(&motions, &frames, None) == Camera::Still, still, "{speed} pixels a frame");
+            assert_eq!(Camera::new(&motions, &frames, None).stillness, still, "{speed} pixels a frame");
+        }
+    }
+
+    #[test]
+    fn stillness_has_no_jump_at_any_agreement() {
+        let by_share: Vec<f32> = (0..=100).map(|step| stillness(0.8, 0.008 * f64::from(step))).collect();
+        let by_agreement: Vec<f32> =
+            (0..=100).map(|step| stillness(0.003 * f64::from(step), 0.003 * f64::from(step))).collect();
+        for values in [by_share, by_agreement] {
+            assert!(values[0] == 0.0 && values[100] == 1.0, "{values:?}");
+            assert!(values.windows(2).all(|pair| (0.0..0.07).contains(&(pair[1] - pair[0]))), "{values:?}");
         }
     }
 
     #[test]
     fn dominant_motions_that_follow_a_mover_do_not_make_a_still_camera_move() {
         let frames: Vec<Frame> = (0..14).map(|t| frame(t, 0)).collect();
-        assert_eq!(Camera::new(&vec![motion(-2.0); 13], &frames, None), Camera::Still);
+        assert_eq!(Camera::new(&vec![motion(-2.0); 13], &frames, None).stillness, 1.0);
     }
 
     #[test]
     fn without_edges_or_frames_the_camera_counts_as_moving() {
         let flat = Frame::from_rgb(vec![90; 3 * 20 * 10], 20, 10).unwrap();
-        assert_ne!(Camera::new(&[motion(0.0)], &[flat.clone(), flat.clone()], None), Camera::Still);
-        assert_ne!(Camera::new(&[], &[flat], None), Camera::Still);
-        assert_ne!(Camera::new(&[], &[], None), Camera::Still);
+        assert_eq!(Camera::new(&[motion(0.0)], &[flat.clone(), flat.clone()], None).stillness, 0.0);
+        assert_eq!(Camera::new(&[], &[flat], None).stillness, 0.0);
+        assert_eq!(Camera::new(&[], &[], None).stillness, 0.0);
     }
 }

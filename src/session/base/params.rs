@@ -157,7 +157,7 @@ impl Params {
         params.trajectory.mask_step = params.trajectory.grid_step;
         params.trajectory.mask_min_length = params.trajectory.min_length;
         params.flow.max_side = 4096;
-        params.contour.half_size_min_side = 65536;
+        (params.contour.half_size_min_side, params.contour.min_share) = (65536, 0.0);
         (params.refine.band, params.refine.min_part) = (0, 0.0);
         params.background.enabled = false;
         params.clip.reference_side = 0;

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::affinity::affinities;
-use crate::background::{Background, CleanPlateInput, clean_plate};
+use crate::background::{CleanPlateInput, clean_plate};
 use crate::camera::Camera;
 use crate::connectedness::Components;
 use crate::contour::{BoundaryMap, frame_boundaries};
@@ -271,17 +271,17 @@ impl Session {
         let settings = &clip.params.background;
         let camera = estimate_camera(outputs, &clip.frames, settings, &mut |_, matches| matches.estimate_egomotion())?;
         let (tracks, clusters) = (&outputs.track_set.tracks, &outputs.clusters);
-        let (is_still, cues) = match camera {
-            Camera::Forward(..) => return None,
-            Camera::Moving(_) => {
-                let contrasts = motion_contrasts(&clusters.label, &outputs.cluster_evidence(&clip.params.affinity));
-                (false, cluster_cues(tracks, clusters, &contrasts))
-            }
-            Camera::Still => {
-                let Background::Still(scene) = model_background(camera, outputs, clip)? else { return None };
-                let cues = scene.plate_distances(tracks, clusters).into_iter();
-                (true, cues.map(|plate_distance| ClusterCues::Still { plate_distance }).collect())
-            }
+        if camera.forward.is_some() {
+            return None;
+        }
+        let is_still = camera.is_still();
+        let cues = if is_still {
+            let background = model_background(camera, outputs, clip)?;
+            let cues = background.still()?.0.plate_distances(tracks, clusters).into_iter();
+            cues.map(|plate_distance| ClusterCues::Still { plate_distance }).collect()
+        } else {
+            let contrasts = motion_contrasts(&clusters.label, &outputs.cluster_evidence(&clip.params.affinity));
+            cluster_cues(tracks, clusters, &contrasts)
         };
         Some((is_still, cues.iter().map(ClusterCues::terms).collect::<Option<_>>()?))
     }
