@@ -19,6 +19,7 @@
 //! rotating object only close pairs are similar, and one wrong flow field lowers an affinity for good.
 
 use crate::Error;
+use crate::order::larger;
 use crate::rng::mix;
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;
@@ -305,17 +306,21 @@ impl Velocities {
     fn distance_sq(&self, tracks: &Trajectories, i: usize, j: usize, common: Range<usize>) -> f32 {
         let (p, q) = (tracks.point(i, common.start), tracks.point(j, common.start));
         let length = common.len();
+        let [px, qx] = [p, q].map(|start| &tracks.x[start..][..length]);
+        let [py, qy] = [p, q].map(|start| &tracks.y[start..][..length]);
         let mut distance_sum = 0.0;
         for k in 0..length {
-            distance_sum +=
-                ((tracks.x[p + k] - tracks.x[q + k]).powi(2) + (tracks.y[p + k] - tracks.y[q + k]).powi(2)).sqrt();
+            distance_sum += ((px[k] - qx[k]).powi(2) + (py[k] - qy[k]).powi(2)).sqrt();
         }
         let mut largest = 0.0_f32;
         if length > self.horizon {
-            for k in 0..length - self.horizon {
-                let (a, b) = (p + k, q + k);
-                let difference = (self.vx[a] - self.vx[b]).powi(2) + (self.vy[a] - self.vy[b]).powi(2);
-                largest = largest.max(difference * self.precision[a].max(self.precision[b]));
+            let n = length - self.horizon;
+            let [avx, bvx] = [p, q].map(|start| &self.vx[start..][..n]);
+            let [avy, bvy] = [p, q].map(|start| &self.vy[start..][..n]);
+            let [a, b] = [p, q].map(|start| &self.precision[start..][..n]);
+            for k in 0..n {
+                let difference = (avx[k] - bvx[k]).powi(2) + (avy[k] - bvy[k]).powi(2);
+                largest = larger(difference * larger(a[k], b[k]), largest);
             }
         } else {
             let (a, b) = (self.velocity(tracks, p, length - 1), self.velocity(tracks, q, length - 1));

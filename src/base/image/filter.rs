@@ -40,16 +40,28 @@ fn pad_row(row: &[f32], radius: usize, padded: &mut Vec<f32>) {
     padded.extend(std::iter::repeat_n(row[row.len() - 1], radius));
 }
 
-/// Computes `out = Σ_k kernel[|k|] slice(k)`. Takes two pairs of slices at a time, so that `out` is loaded and stored half
-/// as often.
+/// Computes `out = Σ_k kernel[|k|] slice(k)`. Takes up to nine slices at a time, so that `out` is seldom loaded and stored; the
+/// order of the sum does not depend on that.
 pub(crate) fn convolve_symmetric<'a>(out: &mut [f32], kernel: &[f32], slice: impl Fn(isize) -> &'a [f32]) {
-    for (o, s) in out.iter_mut().zip(slice(0)) {
-        *o = kernel[0] * s;
-    }
-    let (twos, rest) = kernel[1..].as_chunks::<2>();
-    let mut k = 1;
+    let centre = slice(0);
+    let pairs = |k: isize| [slice(-k), slice(k), slice(-k - 1), slice(k + 1)];
+    let mut k = match *kernel {
+        [u, v, w, x, y, ..] => {
+            set_to_nine(out, centre, [pairs(1), pairs(3)], [u, v, w, x, y]);
+            5
+        }
+        [u, v, w, ..] => {
+            set_to_five(out, centre, pairs(1), [u, v, w]);
+            3
+        }
+        _ => {
+            out.iter_mut().zip(centre).for_each(|(o, s)| *o = kernel[0] * s);
+            1
+        }
+    };
+    let (twos, rest) = kernel[k as usize..].as_chunks::<2>();
     for &[v, w] in twos {
-        add_two_pairs(out, [slice(-k), slice(k), slice(-k - 1), slice(k + 1)], v, w);
+        add_two_pairs(out, pairs(k), v, w);
         k += 2;
     }
     for &w in rest {
@@ -60,6 +72,26 @@ pub(crate) fn convolve_symmetric<'a>(out: &mut [f32], kernel: &[f32], slice: imp
 }
 
 // Not inlined: separate arguments tell the compiler that the slices do not overlap.
+#[inline(never)]
+fn set_to_nine(out: &mut [f32], centre: &[f32], pairs: [[&[f32]; 4]; 2], [u, v, w, x, y]: [f32; 5]) {
+    let n = out.len();
+    let (s, [near, far]) = (&centre[..n], pairs);
+    let ([a, b, c, d], [e, f, g, h]) = (near.map(|slice| &slice[..n]), far.map(|slice| &slice[..n]));
+    for i in 0..n {
+        let sum = u * s[i] + (v * (a[i] + b[i]) + w * (c[i] + d[i]));
+        out[i] = sum + (x * (e[i] + f[i]) + y * (g[i] + h[i]));
+    }
+}
+
+#[inline(never)]
+fn set_to_five(out: &mut [f32], centre: &[f32], pairs: [&[f32]; 4], [u, v, w]: [f32; 3]) {
+    let n = out.len();
+    let (s, [a, b, c, d]) = (&centre[..n], pairs.map(|slice| &slice[..n]));
+    for i in 0..n {
+        out[i] = u * s[i] + (v * (a[i] + b[i]) + w * (c[i] + d[i]));
+    }
+}
+
 #[inline(never)]
 fn add_two_pairs(out: &mut [f32], pairs: [&[f32]; 4], v: f32, w: f32) {
     let n = out.len();

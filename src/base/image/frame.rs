@@ -192,21 +192,23 @@ impl<'a, const CHANNELS: usize> Picture<'a, CHANNELS> {
 
     fn reduced_to(&self, size: (usize, usize), columns: Range<usize>, rows: Range<usize>) -> Vec<u8> {
         let (all_columns, all_rows) = (coverage(self.width, size.0), coverage(self.height, size.1));
-        let mut rgb = Vec::with_capacity(3 * columns.len() * rows.len());
-        let mut line = vec![0.0_f32; CHANNELS * self.width];
-        for row in &all_rows[rows] {
+        let mut rgb = vec![0; 3 * columns.len() * rows.len()];
+        // One more, as four values are read at a time.
+        let mut line = vec![0.0_f32; CHANNELS * self.width + 1];
+        for (out, row) in rgb.chunks_exact_mut(3 * columns.len().max(1)).zip(&all_rows[rows]) {
             line.fill(0.0);
             for &(y, weight) in row {
                 let source = self.row(y, 0..self.width).as_flattened();
                 line.iter_mut().zip(source).for_each(|(sum, &value)| *sum += weight * f32::from(value));
             }
-            for column in &all_columns[columns.clone()] {
-                let mut sums = [0.0; 3];
+            for (pixel, column) in out.as_chunks_mut::<3>().0.iter_mut().zip(&all_columns[columns.clone()]) {
+                let mut sums = [0.0_f32; 4];
                 for &(x, weight) in column {
-                    let pixel = &line[CHANNELS * x..CHANNELS * x + 3];
-                    (0..3).for_each(|c| sums[c] += weight * pixel[c]);
+                    let source = &line[CHANNELS * x..][..4];
+                    (0..4).for_each(|c| sums[c] += weight * source[c]);
                 }
-                rgb.extend(sums.map(|value: f32| (value + 0.5) as u8));
+                let [r, g, b, _] = sums.map(|value| (value + 0.5) as u8);
+                *pixel = [r, g, b];
             }
         }
         rgb

@@ -7,24 +7,38 @@ use std::sync::OnceLock;
 const ROOT_STEPS: usize = 4096;
 /// Size of a and b that is scaled to the ends of `0..=1`. Chosen by eye.
 const MAX_CHROMA: f32 = 40.0;
+/// Linear RGB to XYZ, each relative to white.
+const RGB_TO_XYZ: [[f32; 3]; 3] =
+    [[0.433_953, 0.376_219, 0.189_828], [0.212_671, 0.715_160, 0.072_169], [0.017_758, 0.109_477, 0.872_765]];
+/// Number of pixels that are converted together.
+const BLOCK: usize = 16;
 
 /// Converts sRGB pixels to Lab under daylight D65: `L / 100`, `(a + 40) / 80`, `(b + 40) / 80`, row by row. Strong colours
 /// leave `0..=1`.
 pub(crate) fn lab(frame: &Frame) -> [Vec<f32>; 3] {
     let Tables { linear, roots } = TABLES.get_or_init(Tables::new);
-    let root = |t: f32| roots[((t * ROOT_STEPS as f32 + 0.5) as usize).min(ROOT_STEPS)];
     let mut planes = [0; 3].map(|_| vec![0.0; frame.width() * frame.height()]);
-    let [lightness, a, b] = &mut planes;
-    let values = lightness.iter_mut().zip(a).zip(b);
-    for (&[r, g, b], ((lightness, along_a), along_b)) in frame.rgb().as_chunks::<3>().0.iter().zip(values) {
-        let (r, g, b) = (linear[usize::from(r)], linear[usize::from(g)], linear[usize::from(b)]);
-        // To XYZ, each relative to white.
-        let x = root(0.433_953 * r + 0.376_219 * g + 0.189_828 * b);
-        let y = root(0.212_671 * r + 0.715_160 * g + 0.072_169 * b);
-        let z = root(0.017_758 * r + 0.109_477 * g + 0.872_765 * b);
-        *lightness = 1.16 * y - 0.16;
-        *along_a = 0.5 + 500.0 / (2.0 * MAX_CHROMA) * (x - y);
-        *along_b = 0.5 + 200.0 / (2.0 * MAX_CHROMA) * (y - z);
+    let [lightness, a, b] = planes.each_mut().map(|plane| plane.chunks_mut(BLOCK));
+    // Tables are read one pixel after another; all else is computed for a block at a time.
+    let (mut rgb, mut xyz) = ([[0.0_f32; BLOCK]; 3], [[0.0_f32; BLOCK]; 3]);
+    for (((pixels, lightness), a), b) in frame.rgb().chunks(3 * BLOCK).zip(lightness).zip(a).zip(b) {
+        for (k, pixel) in pixels.as_chunks::<3>().0.iter().enumerate() {
+            (0..3).for_each(|c| rgb[c][k] = linear[usize::from(pixel[c])]);
+        }
+        for (roots_of, weights) in xyz.iter_mut().zip(RGB_TO_XYZ) {
+            let mut steps = [0_i32; BLOCK];
+            for k in 0..BLOCK {
+                let t = weights[0] * rgb[0][k] + weights[1] * rgb[1][k] + weights[2] * rgb[2][k];
+                steps[k] = (t * ROOT_STEPS as f32 + 0.5) as i32;
+            }
+            (0..BLOCK).for_each(|k| roots_of[k] = roots[(steps[k] as usize).min(ROOT_STEPS)]);
+        }
+        let [x, y, z] = &xyz;
+        for (k, ((lightness, a), b)) in lightness.iter_mut().zip(a).zip(b).enumerate() {
+            *lightness = 1.16 * y[k] - 0.16;
+            *a = 0.5 + 500.0 / (2.0 * MAX_CHROMA) * (x[k] - y[k]);
+            *b = 0.5 + 200.0 / (2.0 * MAX_CHROMA) * (y[k] - z[k]);
+        }
     }
     planes
 }

@@ -326,6 +326,7 @@ fn pad(row: &[f32], radius: usize, padded: &mut Vec<f32>) {
 struct Blur {
     kernel: Vec<f32>,
     padded: Vec<f32>,
+    /// The image blurred along its rows; zeros between two images.
     across: Vec<f32>,
 }
 
@@ -344,8 +345,7 @@ impl Blur {
     fn apply_to_spans(&mut self, image: &mut [f32], width: usize, spans: &mut Vec<Range<usize>>) {
         let radius = self.kernel.len() - 1;
         let height = image.len() / width;
-        self.across.clear();
-        self.across.resize(image.len(), 0.0);
+        self.across.resize(self.across.len().max(image.len()), 0.0);
         let rows = image.chunks_exact(width).zip(self.across.chunks_exact_mut(width));
         for ((row, out), span) in rows.zip(&*spans).filter(|(_, span)| !span.is_empty()) {
             pad(row, radius, &mut self.padded);
@@ -360,6 +360,9 @@ impl Blur {
             convolve_symmetric(&mut out[span.clone()], &self.kernel, |k| {
                 &self.across[row(k) + span.start..][..span.len()]
             });
+        }
+        for (row, span) in self.across.chunks_exact_mut(width).zip(&*spans) {
+            row[span.clone()].fill(0.0);
         }
     }
 }

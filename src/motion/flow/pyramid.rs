@@ -17,7 +17,7 @@ const HALVING_WEIGHTS: [f32; 3] = [0.351_75, 0.129_40, 0.018_85];
 /// A plane of `width × height` values inside a border of [`PAD`] replicated pixels.
 #[derive(Debug, Clone, Default)]
 pub(super) struct PaddedPlane {
-    /// All values with the border, row by row, `stride` apart.
+    /// All values with the border, row by row, `stride` apart, and maybe unused ones at the end.
     pub(super) data: Vec<f32>,
     pub(super) width: usize,
     pub(super) height: usize,
@@ -28,7 +28,7 @@ impl PaddedPlane {
     /// Sets the size; values are unspecified.
     pub(super) fn resize(&mut self, width: usize, height: usize) {
         (self.width, self.height, self.stride) = (width, height, width + 2 * PAD);
-        self.data.resize(self.stride * (height + 2 * PAD), 0.0);
+        grow(&mut self.data, self.stride * (height + 2 * PAD), 0.0);
     }
 
     /// Returns the index of pixel `(x, y)` in `data`; either coordinate may reach [`PAD`] pixels outside.
@@ -64,6 +64,11 @@ impl PaddedPlane {
             self.data.copy_within((PAD + height - 1) * stride..(PAD + height) * stride, (PAD + height + y) * stride);
         }
     }
+}
+
+/// Extends a buffer to at least `length` values. One that shrank for a coarse level would be filled again for a fine one.
+pub(super) fn grow<T: Clone>(values: &mut Vec<T>, length: usize, fill: T) {
+    values.resize(values.len().max(length), fill);
 }
 
 /// One size of a frame: brightness and its central differences, per pixel of this level.

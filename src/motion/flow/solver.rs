@@ -27,7 +27,7 @@
 //! of the wavefront's rows. **Limits**: linearised terms correct the flow by a few pixels only.
 
 use super::FlowParams;
-use super::pyramid::{PAD, PaddedPlane};
+use super::pyramid::{PAD, PaddedPlane, grow};
 use crate::image::Plane;
 use std::iter;
 use wide::{CmpGt, f32x8};
@@ -116,13 +116,13 @@ impl Refiner {
         terms.resize(width, rows);
         system.resize(width, rows);
         self.rows.iter_mut().for_each(|row| row.resize(width, 0.0));
-        self.inside.resize(width * height, 0.0);
+        grow(&mut self.inside, width * height, 0.0);
     }
 
     /// Step 1: computes mean and difference of the first frame and the warped second one; `inside` is 0 where the flow leads
     /// outside.
     fn warp_back(&mut self, from: &PaddedPlane, to: &PaddedPlane, u: &Plane<f32>, v: &Plane<f32>) {
-        for (y, inside) in self.inside.chunks_exact_mut(from.width).enumerate() {
+        for (y, inside) in self.inside.chunks_exact_mut(from.width).take(from.height).enumerate() {
             let warped = self.warp.row(to, y, u.row(y), v.row(y), inside);
             for ((mean, w), i) in self.mean.row_mut(y).iter_mut().zip(warped).zip(from.row(y)) {
                 *mean = 0.5 * (w + i);
@@ -310,8 +310,10 @@ fn compute_equations(system: &mut [[Lanes; 9]], terms: &[[Lanes; 9]], flow: [&[L
         let inverse = f32x8::ONE / determinant.cmp_gt(min).blend(determinant, min);
         let b1 = -(w * (z * x) + s * (xz * xx + yz * yx));
         let b2 = -(w * (z * y) + s * (xz * xy + yz * yy));
-        let values = [a22 * inverse, -a12 * inverse, a11 * inverse, b1, b2, left, right, up, down];
-        system[i] = values.map(f32x8::to_array);
+        let [m11, m12, m22, r1, r2, to_left, to_right, to_up, to_down] = &mut system[i];
+        (*m11, *m12, *m22) = ((a22 * inverse).to_array(), (-a12 * inverse).to_array(), (a11 * inverse).to_array());
+        (*r1, *r2) = (b1.to_array(), b2.to_array());
+        (*to_left, *to_right, *to_up, *to_down) = (el[i], er[i], eu[i], ed[i]);
     }
 }
 
@@ -331,7 +333,9 @@ fn relax_row(
     assert!(u_beside.len() > LANES * n && v_beside.len() > LANES * n);
     let overrelaxation = f32x8::splat(overrelaxation);
     for i in 0..n {
-        let [m11, m12, m22, b1, b2, left, right, up, down] = system[i].map(f32x8::new);
+        let [m11, m12, m22, b1, b2, left, right, up, down] = &system[i];
+        let (m11, m12, m22, b1, b2) = (load(m11), load(m12), load(m22), load(b1), load(b2));
+        let (left, right, up, down) = (load(left), load(right), load(up), load(down));
         let ([u_left, u_right], [v_left, v_right]) = (load_pair(u_beside, i), load_pair(v_beside, i));
         let r1 = b1 + (left * u_left + right * u_right) + (up * load(&u_up[i]) + down * load(&u_down[i]));
         let r2 = b2 + (left * v_left + right * v_right) + (up * load(&v_up[i]) + down * load(&v_down[i]));
@@ -345,7 +349,8 @@ fn relax_row(
 #[inline(always)]
 fn load_pair(beside: &[f32], i: usize) -> [f32x8; 2] {
     let cells = &beside[LANES * i..][..LANES + 1];
-    [0, 1].map(|k| f32x8::new(*cells[k..].first_chunk().expect("one more than a block")))
+    let cells_at = |k: usize| load(cells[k..].first_chunk().expect("one more than a block"));
+    [cells_at(0), cells_at(1)]
 }
 
 /// Converts the coefficients of a term `a (u - u0) + b (v - v0) + c` to `a u + b v + c`, divided by the length of `(a, b)`;
@@ -658,14 +663,10 @@ impl<const N: usize> Default for Bundle<N> {
 }
 
 impl<const N: usize> Bundle<N> {
-    /// Sets width and rows. A bundle that has both already keeps its values.
+    /// Sets width and rows; values are unspecified.
     fn resize(&mut self, width: usize, rows: RowBuffer) {
-        let half = num_blocks(width);
-        if (self.half, self.rows) != (half, rows) {
-            (self.half, self.rows) = (half, rows);
-            self.data.clear();
-            self.data.resize(2 * half * rows.count, [[0.0; LANES]; N]);
-        }
+        (self.half, self.rows) = (num_blocks(width), rows);
+        grow(&mut self.data, 2 * self.half * rows.count, [[0.0; LANES]; N]);
     }
 
     /// Returns the columns of `parity` in row `y`.

@@ -48,6 +48,7 @@ impl Trajectories {
     }
 
     /// Returns the frames in which trajectory `i` is alive.
+    #[inline]
     pub fn frames(&self, i: usize) -> Range<usize> {
         let start = self.start_frame[i] as usize;
         // On 32-bit targets an invalid start may be close to the largest number.
@@ -56,6 +57,7 @@ impl Trajectories {
 
     #[doc(hidden)]
     /// Returns the index of trajectory `i`'s point in `frame`, in which it must be alive.
+    #[inline]
     pub fn point(&self, i: usize, frame: usize) -> usize {
         self.offset[i] as usize + frame - self.start_frame[i] as usize
     }
