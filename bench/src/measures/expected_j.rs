@@ -86,7 +86,7 @@ mod tests {
 
     /// A run whose J is `high` where the term is 1, and 1 less that elsewhere; the last frame is not judged.
     fn run(kind: &str, high: f64) -> JudgedRun {
-        let term = |t: usize| f64::from(u8::from(t % 2 == 0));
+        let term = |t: usize| f64::from(u8::from(t.is_multiple_of(2)));
         let terms = (0..10).map(|t| (t < 9).then(|| vec![term(t)])).collect();
         let j = (0..10).map(|t| (t, if term(t) > 0.0 { high } else { 1.0 - high })).collect();
         JudgedRun { kind: kind.to_owned(), agreement: Agreement::default(), terms, j }
