@@ -6,9 +6,10 @@ use super::compare::Earlier;
 use super::report::{Column, Outcome, RUNS_HELP, Report, Run, Scores, heading};
 use super::runs::{Excerpt, RunId, RunOptions};
 use crate::measures::agreement::{
-    AgreementQuality, DoubtQuality, FAILURE_DROP, FALSE_SHARE, FrameAgreement, RunDoubts,
+    AgreementQuality, DoubtQuality, FAILURE_DROP, FAILURE_J, FALSE_SHARE, FrameAgreement,
 };
 use crate::measures::davis::scored_frames;
+use crate::measures::expected_j::{JudgedRun, kinds, left_out, weights};
 use crate::measures::masks::{Census, ClipScorer, MaskScores, Truth};
 use clap::Args;
 use serde::Serialize;
@@ -40,8 +41,9 @@ Per clip, means over its scored frames; all labels other than 0 are foreground:
   false objects  labels with most of their pixels in the clip on the background, of how many labels
 
 Below: Spearman's rank correlation of the agreement of masks in time with J, as a mean over the runs and over
-all frames, the share of the frames with a J far below their run's median whose agreement tells, and how many of them are in a doubt. All
-without --window.";
+all frames, and the share of the frames with a J far below their run's median whose agreement tells. Then the correlation of the expected J,
+and how many failures, frames with such a J or one below .5, are in a doubt: of the masks, and of each kind by weights of the expected J that
+were fitted on the other kinds. All without --window.";
 
 #[derive(Args, Debug)]
 #[command(after_help = format!("{HELP}\n\n{RUNS_HELP}"))]
@@ -79,15 +81,21 @@ struct MaskRun {
     of_frames: Vec<Scored>,
     /// Frames whose masks should be looked at; empty in windows.
     doubts: Vec<Range<usize>>,
+    /// Its agreement and the terms of the expected J; `None` in windows.
+    #[serde(skip)]
+    judged: Option<JudgedRun>,
 }
 
 #[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
 struct Scored {
     frame: usize,
     #[serde(flatten)]
     scores: MaskScores,
     /// Agreement with nearby frames; `null` in windows.
     agreement: Option<f32>,
+    /// Expected J; `null` in windows, and if the frame is not judged.
+    expected_j: Option<f32>,
 }
 
 /// The content of the file of `--json`.
@@ -97,7 +105,10 @@ struct MaskReport<'a> {
     report: &'a Report<'a, MaskRun>,
     /// How well the agreement of masks predicts J; `null` in windows.
     agreement: Option<AgreementQuality>,
-    /// How well doubts find frames with a low J; `null` in windows.
+    /// How well the expected J predicts J; `null` in windows.
+    #[serde(rename = "expectedJ")]
+    expected_j: Option<AgreementQuality>,
+    /// How well doubts find failures; `null` in windows.
     doubts: Option<DoubtQuality>,
 }
 
@@ -154,10 +165,14 @@ pub(super) fn eval(args: &MasksArgs) -> Result<()> {
     ))?;
     let agreement = agreement_quality(runs().map(|run| run.scores.of_frames.as_slice()));
     agreement.iter().flat_map(agreement_lines).try_for_each(print)?;
-    let doubts = agreement.map(|_| doubt_quality(runs().map(|run| &run.scores)));
-    doubts.iter().map(doubt_line).try_for_each(print)?;
+    let judged: Vec<JudgedRun> = runs().filter_map(|run| run.scores.judged.clone()).collect();
+    let (expected_j, doubts) =
+        (agreement.map(|_| expectation_quality(&judged)), agreement.map(|_| doubt_quality(&judged)));
+    if agreement.is_some() {
+        expected_j_lines(&judged).into_iter().try_for_each(print)?;
+    }
     earlier.map_or(Ok(Vec::new()), |earlier| earlier.lines(&outcomes))?.into_iter().try_for_each(print)?;
-    write_json(args.json.as_deref(), &MaskReport { report: &report, agreement, doubts })
+    write_json(args.json.as_deref(), &MaskReport { report: &report, agreement, expected_j, doubts })
 }
 
 /// Runs all excerpts of a clip under all seeds.
@@ -173,17 +188,17 @@ fn run_clip(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> Re
                 let (masks, time) = run_windows(&excerpt, params, seed, window as usize)?;
                 let id = excerpt.run_id(seed);
                 write_pictures(drawn(id), &excerpt, &masks, &truth)?;
-                runs.push(score(id, &masks, &truth, Unsupervised::default(), time)?);
+                runs.push(score(id, &masks, &truth, None, time)?);
             }
             continue;
         }
         runs.extend(excerpt.run_seeds(params, seeds, |session, id, time| {
             let masks = (0..truth.len()).map(|t| Ok(session.labels(t)?)).collect::<Result<Vec<_>>>()?;
-            let found = session.agreement();
-            let agreement = found.map_or_else(Vec::new, |agreement| agreement.frames.clone());
-            let doubts = found.map_or_else(Vec::new, Agreement::doubts);
+            let judged = session.agreement().cloned().zip(session.expected_j_terms());
+            let kind = clip.kind.clone();
+            let judged = judged.map(|(agreement, terms)| JudgedRun { kind, agreement, terms, j: Vec::new() });
             write_pictures(drawn(id), &excerpt, &masks, &truth)?;
-            score(id, &masks, &truth, Unsupervised { agreement, doubts }, time)
+            score(id, &masks, &truth, judged, time)
         })?);
     }
     Ok(Outcome::new(&clip.name, &clip.kind, runs))
@@ -201,20 +216,12 @@ fn write_pictures(
     write_overlays(folder, truth.len(), OVERLAY_STEP, excerpt.frames(), |t| Ok((masks[t].clone(), objects(t))))
 }
 
-/// What a session said of its masks; empty in windows.
-#[derive(Debug, Default)]
-struct Unsupervised {
-    /// Agreement with nearby frames, frame by frame.
-    agreement: Vec<Option<f32>>,
-    doubts: Vec<Range<usize>>,
-}
-
-/// Scores the masks of a run.
+/// Scores the masks of a run; `judged` is `None` in windows.
 fn score(
     id: RunId,
     masks: &[Plane<u8>],
     truth: &[Option<Plane<Truth>>],
-    said: Unsupervised,
+    mut judged: Option<JudgedRun>,
     time: Seconds,
 ) -> Result<Run<MaskRun>> {
     let (mut scorer, mut places) = (ClipScorer::default(), Vec::new());
@@ -224,14 +231,24 @@ fn score(
             places.push(t);
         }
     }
-    let agreement = |frame: usize| said.agreement.get(frame).copied().flatten();
-    let scored = |(&frame, &scores): (&usize, &MaskScores)| Scored { frame, scores, agreement: agreement(frame) };
+    let agreement = judged.as_ref().map(|run| &run.agreement);
+    let value = |values: Option<&Vec<Option<f32>>>, frame: usize| values?.get(frame).copied().flatten();
+    let scored = |(&frame, &scores): (&usize, &MaskScores)| Scored {
+        frame,
+        scores,
+        agreement: value(agreement.map(|a| &a.frames), frame),
+        expected_j: value(agreement.map(|a| &a.expected_j), frame),
+    };
     let of_frames: Vec<Scored> = places.iter().zip(scorer.frames()).map(scored).collect();
     if of_frames.is_empty() {
         return Err(Failure::input("has no mask of a frame but the first and the last, which do not count"));
     }
+    let doubts = agreement.map_or_else(Vec::new, Agreement::doubts);
+    if let Some(run) = &mut judged {
+        run.j = of_frames.iter().filter_map(|scored| Some((scored.frame, scored.scores.j?))).collect();
+    }
     let scores = MaskScores::mean_of(scorer.frames());
-    let scores = MaskRun { scores, census: scorer.census(), of_frames, doubts: said.doubts };
+    let scores = MaskRun { scores, census: scorer.census(), of_frames, doubts, judged };
     Ok(Run { id, frames: truth.len(), scores, time })
 }
 
@@ -269,32 +286,64 @@ fn agreement_quality<'a>(runs: impl Iterator<Item = &'a [Scored]>) -> Option<Agr
     Some(AgreementQuality::of_runs(&runs)).filter(|quality| quality.frames > 0)
 }
 
-/// Compares the doubts with J.
-fn doubt_quality<'a>(runs: impl Iterator<Item = &'a MaskRun>) -> DoubtQuality {
-    let j = |scored: &Scored| Some((scored.frame, scored.scores.j?));
-    let run = |run: &MaskRun| RunDoubts { doubts: run.doubts.clone(), j: run.of_frames.iter().filter_map(j).collect() };
-    DoubtQuality::of_runs(&runs.map(run).collect::<Vec<_>>())
+/// Compares the expected J with J.
+fn expectation_quality(runs: &[JudgedRun]) -> AgreementQuality {
+    AgreementQuality::of_runs(&runs.iter().map(JudgedRun::expectations).collect::<Vec<_>>())
 }
 
-/// Formats how well doubts find frames with a low J.
+/// Compares the doubts with J.
+fn doubt_quality<'a>(runs: impl IntoIterator<Item = &'a JudgedRun>) -> DoubtQuality {
+    DoubtQuality::of_runs(&runs.into_iter().map(JudgedRun::doubts).collect::<Vec<_>>())
+}
+
+/// Formats how well doubts find failures.
 fn doubt_line(quality: &DoubtQuality) -> String {
-    let DoubtQuality { failures, found, false_doubts, frames } = *quality;
-    let rate = 100.0 * false_doubts as f64 / frames.max(1) as f64;
-    format!("doubts have {found} of these {failures}; without any: {false_doubts}, {rate:.2} in 100 frames")
+    let DoubtQuality { failures, found, unjudged, false_doubts, false_frames, frames } = *quality;
+    let rate = |count: usize| 100.0 * count as f64 / frames.max(1) as f64;
+    format!(
+        "doubts have {found} of {failures} failures, {unjudged} are not judged; without any: {false_doubts} doubts, {:.2} in 100 \
+         frames; {:.1} % of the frames are in a doubt and no failure",
+        rate(false_doubts),
+        rate(false_frames)
+    )
+}
+
+/// Formats how well J is expected, also on kinds of clips that were left out, and the weights fitted on all.
+fn expected_j_lines(runs: &[JudgedRun]) -> Vec<String> {
+    let summary =
+        |runs: &[JudgedRun]| vec![correlation_line(&expectation_quality(runs)), doubt_line(&doubt_quality(runs))];
+    let mut lines = vec![String::new(), format!("expected J; a failure has such a J, or one below {FAILURE_J}")];
+    lines.extend(summary(runs));
+    let left_out = left_out(runs);
+    if !left_out.is_empty() {
+        lines.push("each kind by weights fitted on the others".to_owned());
+        lines.extend(summary(&left_out));
+        let of_kind = |kind: &String| doubt_quality(left_out.iter().filter(|run| run.kind == *kind));
+        lines.extend(kinds(runs).iter().map(|kind| format!("{kind:12} {}", doubt_line(&of_kind(kind)))));
+        let weights: Vec<String> = weights(runs, None).iter().map(|weight| format!("{weight:.4}")).collect();
+        lines.push(format!("weights fitted on all: [{}]", weights.join(", ")));
+    }
+    lines
+}
+
+/// Formats rank correlations with J.
+fn correlation_line(quality: &AgreementQuality) -> String {
+    let AgreementQuality { correlation_in_runs, correlation, frames, .. } = *quality;
+    let [in_runs, all] = [correlation_in_runs, correlation].map(three);
+    format!("rank correlation with J: in runs {in_runs}, over all {frames} frames {all}")
+}
+
+fn three(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"))
 }
 
 /// Formats how well the agreement of masks predicts J.
 fn agreement_lines(quality: &AgreementQuality) -> Vec<String> {
-    let three = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"));
-    let AgreementQuality { correlation_in_runs, correlation, frames, failures, found } = *quality;
+    let AgreementQuality { failures, found, .. } = *quality;
     vec![
         String::new(),
         "agreement in time".to_owned(),
-        format!(
-            "rank correlation with J: in runs {}, over all {frames} frames {}",
-            three(correlation_in_runs),
-            three(correlation)
-        ),
+        correlation_line(quality),
         format!(
             "frames with a J {FAILURE_DROP} below the median: {failures}; found at a false alarm rate of {FALSE_SHARE}: {}",
             three(found)

@@ -1,25 +1,28 @@
-//! How well the agreement of masks predicts their J, and how well doubts find failures.
+//! How well the agreement of masks and their expected J predict J, and how well doubts find failures.
 //!
 //! **In:** for each frame of a run that has a truth, the agreement of its mask and its J. **Out:** [`AgreementQuality`]:
-//! Spearman's rank correlation of the two, and the share of the frames with a failure that the agreement finds.
+//! Spearman's rank correlation of the two, and the share of the frames with a drop that the agreement finds.
 //!
-//! A failure is a frame whose J lies [`FAILURE_DROP`] or more below the median of its run. It is found if its agreement lies
+//! A drop is a frame whose J lies [`FAILURE_DROP`] or more below the median of its run. It is found if its agreement lies
 //! further below that run's median than it does in all but [`FALSE_SHARE`] of the other frames of all runs.
 //!
-//! [`DoubtQuality`] counts the failures that lie in a doubt, and the doubts without a failure.
+//! [`DoubtQuality`] counts the failures that lie in a doubt, and the doubts without a failure. A failure is a drop, or a frame
+//! whose J is below [`FAILURE_J`].
 
 use serde::Serialize;
 use std::ops::Range;
 
-/// How far J lies below its median in a failure; chosen by eye.
+/// How far J lies below its median in a drop; chosen by eye.
 pub const FAILURE_DROP: f64 = 0.3;
+/// Frames of a lower J are failures; chosen by eye.
+pub const FAILURE_J: f64 = 0.5;
 /// Share of the frames without a failure that may lie below the threshold; chosen by eye.
 pub const FALSE_SHARE: f64 = 0.01;
 
 /// A frame of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameAgreement {
-    /// Agreement of its mask with those of nearby frames, `0.0..=1.0`.
+    /// Agreement of its mask with those of nearby frames, or its expected J, `0.0..=1.0`.
     pub agreement: f64,
     /// Region similarity with the true mask, `0.0..=1.0`.
     pub j: f64,
@@ -35,9 +38,9 @@ pub struct AgreementQuality {
     pub correlation: Option<f64>,
     /// Number of frames.
     pub frames: usize,
-    /// Number of failures.
+    /// Number of drops.
     pub failures: usize,
-    /// Share of the failures that are found.
+    /// Share of the drops that are found.
     pub found: Option<f64>,
 }
 
@@ -70,6 +73,8 @@ pub struct RunDoubts {
     pub doubts: Vec<Range<usize>>,
     /// Frames and their J.
     pub j: Vec<(usize, f64)>,
+    /// Frames that are not judged.
+    pub unjudged: Vec<usize>,
 }
 
 /// How well doubts find failures.
@@ -80,8 +85,12 @@ pub struct DoubtQuality {
     pub failures: usize,
     /// How many of them lie in a doubt.
     pub found: usize,
+    /// How many of the others are not judged.
+    pub unjudged: usize,
     /// Number of doubts that have frames with a J, but no failure.
     pub false_doubts: usize,
+    /// Number of frames in doubts that are no failures.
+    pub false_frames: usize,
     /// Number of frames with a J.
     pub frames: usize,
 }
@@ -90,15 +99,18 @@ impl DoubtQuality {
     /// Compares the doubts of some runs with their failures.
     pub fn of_runs(runs: &[RunDoubts]) -> Self {
         let mut sum = Self::default();
-        for RunDoubts { doubts, j } in runs {
+        for RunDoubts { doubts, j, unjudged } in runs {
             let middle = median(j.iter().map(|&(_, j)| j).collect());
-            let is_failure = |&&(_, j): &&(usize, f64)| middle - j >= FAILURE_DROP;
+            let is_failure = |&&(_, j): &&(usize, f64)| j < FAILURE_J || middle - j >= FAILURE_DROP;
             let scored_in = |doubt: &Range<usize>| j.iter().filter(|(t, _)| doubt.contains(t)).collect::<Vec<_>>();
             sum.frames += j.len();
             sum.failures += j.iter().filter(is_failure).count();
+            let is_unjudged = |t: usize| unjudged.contains(&t) && !doubts.iter().any(|doubt| doubt.contains(&t));
+            sum.unjudged += j.iter().filter(|frame| is_failure(frame) && is_unjudged(frame.0)).count();
             for scored in doubts.iter().map(scored_in) {
                 let failures = scored.iter().copied().filter(is_failure).count();
                 sum.found += failures;
+                sum.false_frames += scored.len() - failures;
                 sum.false_doubts += usize::from(failures == 0 && !scored.is_empty());
             }
         }
@@ -187,11 +199,14 @@ mod tests {
     fn doubts_find_the_failures_inside_them() {
         let mut j: Vec<(usize, f64)> = (0..20).map(|t| (t, 0.8)).collect();
         (j[3].1, j[4].1, j[15].1) = (0.1, 0.5, 0.2);
-        // One with a failure of two, one without, one without a truth.
-        let run = RunDoubts { doubts: vec![2..4, 8..10, 30..33], j };
-        let quality = DoubtQuality { failures: 3, found: 1, false_doubts: 1, frames: 20 };
+        // One with a failure of two, one without, one without a truth. Frame 4 is not judged, nor is one in a doubt.
+        let run = RunDoubts { doubts: vec![2..4, 8..10, 30..33], j, unjudged: vec![3, 4, 11] };
+        let quality = DoubtQuality { failures: 3, found: 1, unjudged: 1, false_doubts: 1, false_frames: 3, frames: 20 };
         assert_eq!(DoubtQuality::of_runs(std::slice::from_ref(&run)), quality);
         assert_eq!(DoubtQuality::of_runs(&[run, RunDoubts::default()]), quality);
+        // All frames of a low J are failures.
+        let low = RunDoubts { j: (0..5).map(|t| (t, 0.4)).collect(), ..RunDoubts::default() };
+        assert_eq!(DoubtQuality::of_runs(&[low]), DoubtQuality { failures: 5, frames: 5, ..DoubtQuality::default() });
     }
 
     #[test]

@@ -58,7 +58,7 @@ pub fn fit(examples: &[Example], ridge: f64) -> Vec<f64> {
 }
 
 /// The log-odds that weights, a base first, give to terms.
-fn log_odds(weights: &[f64], terms: &[f64]) -> f64 {
+pub fn log_odds(weights: &[f64], terms: &[f64]) -> f64 {
     weights[0] + weights[1..].iter().zip(terms).map(|(weight, term)| weight * term).sum::<f64>()
 }
 

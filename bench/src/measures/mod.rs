@@ -2,8 +2,9 @@
 //!
 //! Nothing here touches the file system: callers read the files and pass their bytes or text.
 //!
-//! - [`agreement`]: how well the agreement of masks in time predicts their J;
+//! - [`agreement`]: how well the agreement of masks and their expected J predict J;
 //! - [`definition`]: which frames of a shot are labelled, and with which regions (`Def.dat`, PGM masks);
+//! - [`expected_j`]: the weights by which J is expected, and how well it is on kinds of clips that were left out;
 //! - [`flow`]: end-point error of optical flow against a `.flo` file;
 //! - [`logistic`]: the weights of terms whose sum is a log-odds, from examples;
 //! - [`davis`]: region similarity and boundary measure of masks, as the DAVIS benchmark has them;
@@ -16,6 +17,7 @@ pub mod agreement;
 pub mod davis;
 pub mod definition;
 pub mod estimate;
+pub mod expected_j;
 pub mod flow;
 pub mod logistic;
 pub mod masks;

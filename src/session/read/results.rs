@@ -15,7 +15,7 @@ use crate::embedding::{Embedding, embed};
 use crate::evidence::{ClusterCues, ClusterPair, EvidenceInput, UNLABELLED, cluster_pairs, motion_contrasts};
 use crate::flow::{CompactFlow, FlowField};
 use crate::image::{Frame, Plane};
-use crate::mask::{Agreement, agreement};
+use crate::mask::{Agreement, CutMasks, agreement, expected_j, expected_j_terms};
 use crate::objects::{Objects, cluster_cues};
 use crate::saliency::Saliency;
 use crate::session::base::{Outputs, Scale, Stage, TrackSet};
@@ -255,11 +255,24 @@ impl Session {
     /// masks.
     pub fn agreement(&self) -> Option<&Agreement> {
         let outputs = self.outputs_after(Stage::Masks).filter(|outputs| !outputs.masks.is_empty())?;
-        let Clip { flows, params, .. } = self.clip()?;
-        let [given, used] = [&self.params, &**params].map(|params| params.discretize.merge_log_odds);
+        let clip = self.clip()?;
+        let [given, used] = [&self.params, &*clip.params].map(|params| params.discretize.merge_log_odds);
         let merge_log_odds = (used != given).then_some(used);
-        let compute = || Agreement { merge_log_odds, ..agreement(&outputs.masks, flows) };
+        let compute = || {
+            let agreement = agreement(&outputs.masks, &clip.flows);
+            let expected_j = expected_j(&cut_masks(outputs, clip), &agreement.frames);
+            Agreement { merge_log_odds, expected_j, ..agreement }
+        };
         Some(outputs.cut.agreement.get_or_init(compute))
+    }
+
+    /// Computes the terms by which the J of each frame is expected, to fit their weights; `None` as [`Session::agreement`], and for
+    /// frames that are not judged.
+    #[doc(hidden)]
+    pub fn expected_j_terms(&self) -> Option<Vec<Option<Vec<f64>>>> {
+        let (frames, outputs) = (&self.agreement()?.frames, self.outputs()?);
+        let terms = expected_j_terms(&cut_masks(outputs, self.clip()?), frames);
+        Some(terms.into_iter().map(|terms| terms.map(Vec::from)).collect())
     }
 
     /// Computes whether the camera is still, and the terms by which each cluster is selected as an object, to fit their weights.
@@ -321,6 +334,12 @@ impl Session {
 
 pub(super) fn missing_frame(result: &str, t: usize, available: usize) -> Error {
     Error::state(&format!("the {result} of frame {t} is not available (expected a frame in 0..{available})"))
+}
+
+/// Gathers the present masks and what they were made from.
+fn cut_masks<'a>(outputs: &'a Outputs, Clip { params, frames, flows, .. }: &'a Clip) -> CutMasks<'a> {
+    let (objects, masks) = (&outputs.cut.objects.of_cluster, &outputs.masks);
+    CutMasks { input: outputs.cut_input(), params: &params.cut, objects, masks, frames, flows }
 }
 
 /// Returns the cluster of each pixel of frame `t`, in agreement with its mask.
