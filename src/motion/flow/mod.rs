@@ -145,7 +145,7 @@ crate::params! {
         pub smoothness: f32 = 25.0, in 0.001..=1000.0, expert;
         /// Fixed-point iterations of the refinement at every level, each with new robust weights; 0 skips the refinement.
         /// Higher is slower.
-        pub fixed_points: u32 = 5, in 0..=12, expert;
+        pub fixed_points: u32 = 4, in 0..=12, expert;
     }
 }
 
