@@ -7,7 +7,7 @@
 //! 2. A camera whose trajectories show forward motion, as from a car ([`ForwardMotion`]), does not stand still.
 //! 3. Edge pixels vote: one agrees with a motion if the image gradient at its new position is nearly the same. The camera
 //!    surely stands still if the edges agree with no motion about as often as with the chain, since a chain drifts, and on
-//!    plain ground it follows whatever moves. It surely moves if they agree less than four fifths as often; what follows
+//!    plain ground it follows whatever moves. It surely moves if they agree less than nine tenths as often; what follows
 //!    weighs both, so that no edge decides.
 //!
 //! Not in the paper. Cost: O(pixels) for each of at most eight pairs. It fails where a slow pan moves edges by less than
@@ -43,7 +43,7 @@ const MAX_EDGE_SHARE: f64 = 0.2;
 /// Largest difference of gradients that agree, as a part of the first.
 const MAX_GRADIENT_CHANGE: f32 = 0.5;
 /// Between these shares of the chain's agreement, and these agreements, of no motion a moving camera becomes a still one.
-const STILL_TO_CHAIN: [f64; 2] = [0.8, 0.95];
+const STILL_TO_CHAIN: [f64; 2] = [0.9, 0.95];
 const STILL_AGREEMENT: [f64; 2] = [0.05, 0.15];
 
 /// Motion of the camera of a clip.
