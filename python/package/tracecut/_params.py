@@ -62,7 +62,7 @@ class FlowParams(TypedDict, total=False):
     """Weight of smoothness in the refinement. Default: 25.0 (0.001 to 1000.0)."""
     fixed_points: int
     """Fixed-point iterations of the refinement at every level, each with new robust weights; 0 skips the refinement.
-    Higher is slower. Default: 5 (0 to 12)."""
+    Higher is slower. Default: 4 (0 to 12)."""
 
 
 class TrajectoryParams(TypedDict, total=False):
@@ -212,6 +212,9 @@ class ContourParams(TypedDict, total=False):
     """Contours are linked where Pb is above this value. Default: 0.03 (0.0 to 1.0)."""
     high_threshold: float
     """A contour is kept if its Pb is above this value somewhere. Default: 0.08 (0.0 to 1.0)."""
+    min_share: float
+    """If fewer pixels than this share of an image exceed the high threshold, as in fog, both thresholds fall until as
+    many do, at most to an eighth. Not in the paper. Default: 0.01 (0.0 to 1.0)."""
     min_length: int
     """Contours of fewer pixels with a free end are left out. Default: 8 (1 to 10000)."""
     max_deviation: float
