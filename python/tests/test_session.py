@@ -90,8 +90,6 @@ def test_maps_of_frames(done: Session, clip: list[np.ndarray]) -> None:
     agreement = done.agreement()
     assert agreement[0].shape == (8,) and len(agreement[1]) == objects.max()
     assert 0 <= agreement[0].min() <= agreement[0].max() <= 1
-    low = np.flatnonzero(agreement[0] < 0.7 * np.median(agreement[0]))
-    assert all(any(t in doubt for doubt in done.doubts()) for t in low)
     assert all(isinstance(doubt, range) and 0 <= doubt.start < doubt.stop <= 8 for doubt in done.doubts())
     plate = done.background(1)
     assert plate.shape == (64, 96, 4) and (plate[..., :3] == clip[1])[done.labels(1) == 0].mean() > 0.8
