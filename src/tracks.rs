@@ -34,10 +34,23 @@ pub fn write(tracks: &Trajectories, clusters: &Clusters) -> Result<String, Error
         let points = tracks.points(i);
         line(format_args!("{} {}\n", clusters.label[i], points.len()));
         for (p, frame) in points.zip(tracks.frames(i)) {
-            line(format_args!("{:.3} {:.3} {frame}\n", tracks.x[p], tracks.y[p]));
+            let [x, y] = [tracks.x[p], tracks.y[p]].map(Thousandths);
+            line(format_args!("{x} {y} {frame}\n"));
         }
     }
     Ok(text)
+}
+
+/// A coordinate with three decimals, halves away from zero, as JavaScript has them; Rust's own are to even.
+struct Thousandths(f32);
+
+impl std::fmt::Display for Thousandths {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        // Exact: a coordinate has 24 bits.
+        let thousandths = (1000.0 * f64::from(self.0).abs()).round() as u64;
+        let sign = if self.0 < 0.0 { "-" } else { "" };
+        write!(f, "{sign}{}.{:03}", thousandths / 1000, thousandths % 1000)
+    }
 }
 
 /// Parses the text of a `tracks.dat`. The file has no image size: `size` of the result is `(0, 0)`.
@@ -183,6 +196,12 @@ mod tests {
         let text = write(&tracks, &clusters).unwrap();
         assert!(text.starts_with("5\n3\n1 2\n1.500 2.250 0\n2.000 3.000 1\n0 1\n0.125 7.500 3\n"), "{text}");
         assert_eq!(parse(&text).unwrap(), (tracks, clusters));
+    }
+
+    #[test]
+    fn halves_of_the_last_decimal_are_rounded_away_from_zero() {
+        let text = [0.0625, -0.1875, -0.0001, 7.9995, 12.3125].map(|x| Thousandths(x).to_string());
+        assert_eq!(text, ["0.063", "-0.188", "-0.000", "8.000", "12.313"]);
     }
 
     #[test]
