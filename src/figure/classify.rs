@@ -8,7 +8,7 @@ use crate::objects::cluster_cues;
 use crate::trajectory::Trajectories;
 
 /// Least log-odds of an object. Chosen by eye, below 0: the pixels of an uncertain cluster decide later.
-const MIN_LOG_ODDS: f64 = -1.5;
+const MIN_LOG_ODDS: f64 = -2.0;
 
 /// Trajectories of a clip, and the lengths by which their clusters are classified.
 #[derive(Debug, Clone, Copy)]

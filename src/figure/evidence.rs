@@ -27,14 +27,15 @@ use crate::discontinuity::Discontinuities;
 use crate::saliency::SaliencyMaps;
 use crate::trajectory::Trajectories;
 
-// Fitted by `cargo run --release -p tracecut-bench -- fit bms26 davis wild --frames 50 --seeds 0`; do not edit them by hand. The
-// last are by the same with `wild --only cdnet,sbi,ucsd`, made later.
+// Fitted by `cargo run --release -p tracecut-bench -- fit`; do not edit them by hand. Those of pairs with
+// `bms26 davis wild --frames 50 --seeds 0`, of objects with `davis wild --frames 40 --seeds 0`, and the last with
+// `wild --only cdnet,sbi,ucsd --frames 50 --seeds 0`.
 
 /// Weights of a pair of clusters to be one object: bias, then the terms of `ClusterPair`.
 const PAIR_WEIGHTS: [f64; 5] = [3.0988, -0.8723, -0.3585, -0.4741, 0.5241];
 
 /// Weights of a cluster to be an object, with a moving camera: bias, then the terms of `ClusterCues::Moving`.
-const OBJECT_WEIGHTS: [f64; 3] = [-3.0830, -1.4495, 0.5816];
+const OBJECT_WEIGHTS: [f64; 3] = [-4.4246, -1.9021, 0.7811];
 
 /// Weights of a cluster to be an object, with a still camera: bias, then the term of `ClusterCues::Still`.
 const STILL_OBJECT_WEIGHTS: [f64; 2] = [2.8582, 1.6986];
@@ -393,12 +394,13 @@ impl MergeState {
     }
 }
 
-/// Log-odds above which a cluster is an object. Chosen by eye, below 0: pixels can still reject an object later, but not
-/// bring it back.
-const OBJECT_THRESHOLD: f64 = -0.8;
+/// Log-odds above which a cluster is an object, with a moving camera and with a still one. Chosen by eye, below 0: pixels
+/// can still reject an object later, but not bring it back.
+const OBJECT_THRESHOLD: f64 = -1.3;
+const STILL_OBJECT_THRESHOLD: f64 = -0.8;
 /// Fall of the log-odds with the excess of the frame border, whatever the motion: the near parts of a deep scene have more of it
 /// than small objects that enter. Chosen by eye.
-const EXCESS_WEIGHT: f64 = 40.0;
+const EXCESS_WEIGHT: f64 = 20.0;
 /// Bias and weight of the border term alone, without the motion. Chosen by eye.
 const BORDER_WEIGHTS: [f64; 2] = [-0.2, -2.0];
 /// Added to a border share and to a plate distance before their logarithms. Chosen by eye.
@@ -434,7 +436,7 @@ impl ClusterCues {
     pub(crate) fn log_odds(&self) -> f64 {
         match *self {
             Self::Still { plate_distance } => {
-                log_odds(&STILL_OBJECT_WEIGHTS, &[plate_term(plate_distance)]) - OBJECT_THRESHOLD
+                log_odds(&STILL_OBJECT_WEIGHTS, &[plate_term(plate_distance)]) - STILL_OBJECT_THRESHOLD
             }
             Self::Moving { border_share, contrast: None, .. } => {
                 log_odds(&BORDER_WEIGHTS, &[border_term(border_share)])

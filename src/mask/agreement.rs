@@ -27,7 +27,7 @@ const MIN_GRID_SIDE: usize = 120;
 /// The same where only the mean of the clip is asked for; chosen by eye.
 const MIN_COARSE_GRID_SIDE: usize = 60;
 /// A frame is doubtful if a lower J is expected; chosen on left-out kinds of clips (`bench masks`).
-const DOUBTFUL_J: f32 = 0.65;
+const DOUBTFUL_J: f32 = 0.68;
 /// And if the area of its objects differs by this factor from the median of the frames around it; chosen by eye.
 const DOUBTFUL_AREA_FACTOR: f32 = 1.8;
 /// These are the frames at most this many before and after it; chosen by eye.
