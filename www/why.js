@@ -59,7 +59,6 @@ export class Why {
 /** Lists the reasons, one sentence each. @param {Explanation} explanation */
 function reasonsOf({ source, superpixel, cluster, costs, voters, weight, flip, border, affinities }) {
   const runnerUp = flip && nameOf(costs.find((cost) => cost.cluster === flip.cluster).label);
-  const outliers = voters.filter(({ isOutlier }) => isOutlier).length;
   return [
     {
       superpixel: `The cut assigned its superpixel (${superpixel}) to cluster ${cluster}.`,
@@ -69,7 +68,6 @@ function reasonsOf({ source, superpixel, cluster, costs, voters, weight, flip, b
     voters.length > 0
       ? `${voters.length} trajectories in the superpixel vote, with weight λ = ${number(weight, 2)}.`
       : 'No trajectory crosses the superpixel: colours and neighbours decide.',
-    outliers > 0 && `${outliers} of them move unlike their surroundings, and vote for every object.`,
     flip
       ? `${runnerUp} would cost ${number(flip.margin, 2)} more: ${flip.votes === Infinity ? 'votes alone cannot change the label' : `${number(flip.votes)} more votes would change the label`}.`
       : 'There is no other label.',

@@ -90,12 +90,7 @@ fn describe(session: &Session, [t, x, y]: [usize; 3], why: &Explanation) -> Stri
             cost.total
         ));
     }
-    let outliers = why.voters.iter().filter(|voter| voter.is_outlier).count();
-    text.push(format!(
-        "  {} trajectories, {outliers} of them unlike their surroundings; weight {:.2}",
-        why.voters.len(),
-        why.weight
-    ));
+    text.push(format!("  {} trajectories; weight {:.2}", why.voters.len(), why.weight));
     let evidence = why.evidence;
     text.push(format!(
         "  evidence for an object: {:+.3} from the background, {:+.3} from appearance",

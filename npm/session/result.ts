@@ -123,11 +123,8 @@ export type SuperpixelLink = {
   readonly cost: number;
 };
 
-/**
- * A trajectory in a superpixel: its place in input pixels, and its cluster, -1 if unknown. An outlier, which moves unlike
- * anything around it, counts for all objects.
- */
-export type Voter = { readonly x: number; readonly y: number; readonly cluster: number; readonly isOutlier: boolean };
+/** A trajectory in a superpixel: its place in input pixels, and its cluster, -1 if unknown. */
+export type Voter = { readonly x: number; readonly y: number; readonly cluster: number };
 
 /**
  * Explanation of a pixel's label. Costs are in units of the energy, in whole steps of 1/65536, so that their sums are

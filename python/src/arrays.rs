@@ -181,7 +181,7 @@ pub(crate) fn explanation<'py>(py: Python<'py>, why: &Explanation) -> Result<Bou
     };
     let cost = |c: &LabelCost| (c.cluster, c.label, c.votes, c.trajectories, c.evidence, c.links, c.forbidden, c.total);
     let link = |l: &SuperpixelLink| (l.t, l.superpixel, l.cluster, l.tracks, l.cost);
-    let voter = |v: &Voter| (v.x, v.y, v.cluster.map_or(-1, i64::from), v.is_outlier);
+    let voter = |v: &Voter| (v.x, v.y, v.cluster.map_or(-1, i64::from));
     let fields = PyDict::new(py);
     fields.set_item("label", why.label)?;
     fields.set_item("source", source)?;

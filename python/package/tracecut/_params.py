@@ -262,7 +262,6 @@ class CutParams(TypedDict, total=False):
     ambiguous_share: float
     """A superpixel's own trajectories do not count if a larger share of it than this lies between trajectories of
     different labels (section 4.2: 0.3). 1 turns the rule off. Default: 1.0 (0.0 to 1.0)."""
-    outlier_weight: float
     """Weight of a salient trajectory that moves unlike all around it: it counts for every object and not for the
     background. Not in the paper; docs/choices.md. Default: 1.0 (0.0 to 100.0)."""
 

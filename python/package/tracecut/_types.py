@@ -365,15 +365,11 @@ class SuperpixelLink(NamedTuple):
 
 
 class Voter(NamedTuple):
-    """A trajectory in a superpixel, in input pixels; ``cluster`` is -1 if unknown.
-
-    An outlier moves unlike its surroundings, and votes for all objects.
-    """
+    """A trajectory in a superpixel, in input pixels; ``cluster`` is -1 if unknown."""
 
     x: float
     y: float
     cluster: int
-    is_outlier: bool
 
 
 class Flip(NamedTuple):

@@ -288,34 +288,23 @@ crate::params! {
         pub appearance_unary_factor: f32 = 0.35, in 0.0..=1.0, expert;
         /// A superpixel's own trajectories do not count if a larger share of it than this lies between trajectories of
         /// different labels (section 4.2: 0.3). 1 turns the rule off.
-        pub ambiguous_share: f32 = 1.0, in 0.0..=1.0, expert;
-        /// Weight of a salient trajectory that moves unlike all around it: it counts for every object and not for the
-        /// background. Not in the paper; docs/choices.md.
-        pub outlier_weight: f32 = 1.0, in 0.0..=100.0, expert;
+        pub ambiguous_share: f32 = 0.3, in 0.0..=1.0, expert;
     }
 }
 
 impl CutParams {
-    /// The paper's energy, with its misprints resolved: nothing by length, all weights 1, the 30 % rule for
-    /// ambiguous superpixels.
+    /// The paper's energy, with its misprints resolved: nothing by length, all weights 1.
     ///
     /// From outside: `preset` = `paper`.
     pub(crate) fn paper() -> Self {
-        Self {
-            spatial_weight: 1.0,
-            weight_by_length: false,
-            outlier_weight: 0.0,
-            appearance_rounds: 0,
-            ambiguous_share: 0.3,
-            ..Self::default()
-        }
+        Self { spatial_weight: 1.0, weight_by_length: false, appearance_rounds: 0, ..Self::default() }
     }
 }
 
 /// Label of a trajectory without a known one.
 pub(crate) const UNKNOWN: u32 = u32::MAX;
 
-/// Label of a trajectory that moves unlike the labelled ones around it.
+/// Label of a trajectory that moves unlike the labelled ones around it: it tells where objects are, not which.
 pub(crate) const OUTLIER: u32 = u32::MAX - 1;
 
 /// Superpixels, labelled trajectories and evidence. Positions are in pixels of the superpixels' frames.
@@ -325,12 +314,12 @@ pub struct CutInput<'a> {
     pub superpixels: &'a [Superpixels],
     /// Trajectories; there may be more than were clustered.
     pub tracks: &'a Trajectories,
-    /// Label of each trajectory. Those that are not below `num_labels` do not vote, but for `u32::MAX - 1` (moves unlike all
-    /// around it), which votes for all objects; their trajectories still link superpixels of consecutive frames.
+    /// Label of each trajectory. Those that are not below `num_labels` do not vote; their trajectories still
+    /// link superpixels of consecutive frames.
     pub label: &'a [u32],
     /// Number of labels.
     pub num_labels: usize,
-    /// `true` for each label that is an object, for `outlier_weight`; may be empty.
+    /// `true` for each label that is an object; may be empty.
     pub objects: &'a [bool],
     /// Log-odds of each superpixel to be an object's, frame by frame: a cost of the background's labels where positive, of
     /// the objects' where negative; may be empty.
@@ -549,22 +538,6 @@ mod tests {
             }
         }
         assert_eq!(cut.finish(), gabriel_cut(&input, &CutParams::default()));
-    }
-
-    #[test]
-    fn strangers_count_for_every_object_and_not_for_the_background() {
-        let superpixels = [thirds()];
-        let tracks = standing(1, &[(0, 1.0, 1.0), (0, 2.0, 1.0), (0, 2.0, 2.0), (0, 5.0, 1.0)]);
-        let label = [0, OUTLIER, OUTLIER, OUTLIER];
-        let input = CutInput { objects: &[false, true, true], ..input(&superpixels, &tracks, &label, 3) };
-        let params = CutParams { outlier_weight: 0.5, ..CutParams::default() };
-        let half = units(0.5);
-        assert_eq!(energy(&input, &params).unary, [half, half, half, half, 0, 0, 0, 0, 0]);
-        let one = units(1.0);
-        let without = CutParams { outlier_weight: 0.0, ..CutParams::default() };
-        for (objects, params) in [(input.objects, &without), (&[], &params), (&[false; 3], &params)] {
-            assert_eq!(energy(&CutInput { objects, ..input }, params).unary, [0, one, one, 0, 0, 0, 0, 0, 0]);
-        }
     }
 
     #[test]

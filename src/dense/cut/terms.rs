@@ -3,8 +3,8 @@
 //! Superpixels of all frames have consecutive numbers, frame by frame.
 //!
 //! 1. Each point of a trajectory lies in one superpixel; points outside the image belong to the nearest pixel.
-//! 2. Unary: `λ_r (1 − h_r(label))`; outliers, beyond the paper, are in the histogram of every object. Evidence and
-//!    appearance are added, beyond the paper; beside appearance, trajectories count less.
+//! 2. Unary: `λ_r (1 − h_r(label))`. Evidence and appearance are added, beyond the paper; beside appearance, trajectories
+//!    count less.
 //! 3. Spatial: `exp(−mean Pb / scale)` along the common border, times its relative length.
 //! 4. Temporal: common trajectories over the larger number of trajectories.
 //!
@@ -12,7 +12,7 @@
 
 use super::CutParams;
 use super::expansion::{MAX_WEIGHT, Potts, STEPS_PER_UNIT, to_steps};
-use super::{CutInput, CutLabels, OUTLIER, UNKNOWN};
+use super::{CutInput, CutLabels, UNKNOWN};
 use crate::delaunay::constrained_delaunay;
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
@@ -100,21 +100,17 @@ fn trajectory_costs(input: &CutInput, params: &CutParams, nodes: &Nodes) -> (Vec
     if num_labels == 0 {
         return Default::default();
     }
-    let (votes, outliers) = count_votes(input, nodes);
-    let is_object = |label: usize| input.objects.get(label) == Some(&true);
-    let outlier_weight = if (0..num_labels).any(is_object) { params.outlier_weight } else { 0.0 };
+    let votes = count_votes(input, nodes);
     let ambiguity_factors = ambiguity_factors(input, params);
     let unary_weight = unary_weight(input, params);
     let mut costs = Vec::with_capacity(votes.len());
-    let mut lambdas = Vec::with_capacity(outliers.len());
+    let mut lambdas = Vec::with_capacity(nodes.num_nodes());
     for (node, votes) in votes.chunks_exact(num_labels).enumerate() {
-        let outlier_votes = outlier_weight * outliers[node] as f32;
-        let total = votes.iter().sum::<u32>() as f32 + outlier_votes;
+        let total = votes.iter().sum::<u32>() as f32;
         let lambda = unary_weight * total.min(1.0) * ambiguity_factors.get(node).copied().unwrap_or(1.0);
         lambdas.push(lambda);
         let share = |v: u32| if total > 0.0 { v as f32 / total } else { 0.0 };
-        let outlier_share = |label| if is_object(label) && total > 0.0 { outlier_votes / total } else { 0.0 };
-        costs.extend(votes.iter().enumerate().map(|(l, &v)| to_steps(lambda * (1.0 - share(v) - outlier_share(l)))));
+        costs.extend(votes.iter().map(|&v| to_steps(lambda * (1.0 - share(v)))));
     }
     (costs, lambdas)
 }
@@ -124,21 +120,18 @@ fn unary_weight(input: &CutInput, params: &CutParams) -> f32 {
     params.unary_weight * if input.appearance.is_empty() { 1.0 } else { params.appearance_unary_factor }
 }
 
-/// Counts the trajectory points of each label in each superpixel, node by node, and the points of outliers.
-fn count_votes(input: &CutInput, nodes: &Nodes) -> (Vec<u32>, Vec<u32>) {
+/// Counts the trajectory points of each label in each superpixel, node by node.
+fn count_votes(input: &CutInput, nodes: &Nodes) -> Vec<u32> {
     let num_labels = input.num_labels;
     let mut votes = vec![0; nodes.num_nodes() * num_labels];
-    let mut outliers = vec![0; nodes.num_nodes()];
     for (i, &label) in input.label.iter().enumerate().take(input.tracks.len()) {
         for &node in nodes.of_point[input.tracks.points(i)].iter().filter(|&&node| node != NO_NODE) {
             if (label as usize) < num_labels {
                 votes[node as usize * num_labels + label as usize] += 1;
-            } else if label == OUTLIER {
-                outliers[node as usize] += 1;
             }
         }
     }
-    (votes, outliers)
+    votes
 }
 
 /// Factor on the λ of each superpixel, 0 if it is ambiguous; empty if the rule is off.
@@ -368,8 +361,6 @@ pub(crate) struct SuperpixelTerms {
     pub unary_weight: f32,
     /// Number of its trajectories of each label.
     pub votes: Vec<u32>,
-    /// Number of its outliers, which count for all objects.
-    pub outliers: u32,
     /// All its trajectories, as indices of [`CutInput::tracks`].
     pub voters: Vec<u32>,
     /// Unary cost of each label.
@@ -386,7 +377,7 @@ impl SuperpixelTerms {
         let first = node as usize * input.num_labels;
         let costs = first..first + input.num_labels;
         let (trajectory_costs, lambda) = trajectory_costs(input, params, &nodes);
-        let (votes, outliers) = count_votes(input, &nodes);
+        let votes = count_votes(input, &nodes);
         let problem = energy(input, params, &nodes);
         let unary = |(&cost, &trajectories): (&i32, &i32)| UnaryCost {
             trajectories,
@@ -394,14 +385,12 @@ impl SuperpixelTerms {
             forbidden: 0,
         };
         let unary = problem.unary[costs.clone()].iter().zip(&trajectory_costs[costs.clone()]).map(unary).collect();
-        let has_objects = input.objects.iter().take(input.num_labels).any(|&object| object);
         let (voters, common) = crossing(input, &nodes, node, t);
         Self {
             label: cut.labels[t][superpixel as usize],
             lambda: lambda[node as usize],
             unary_weight: unary_weight(input, params),
             votes: votes[costs].to_vec(),
-            outliers: if has_objects { outliers[node as usize] } else { 0 },
             voters,
             unary,
             links: links(&problem, &nodes, cut, node, &common),
@@ -431,12 +420,12 @@ impl SuperpixelTerms {
 
     /// Returns the number of further trajectories of `label` that would lower its cost to the current label's, all else
     /// equal; `None` if no number would.
-    pub(crate) fn votes_to_flip(&self, label: u32, params: &CutParams) -> Option<u32> {
+    pub(crate) fn votes_to_flip(&self, label: u32) -> Option<u32> {
         let (current, target) = (self.unary[self.label as usize], self.unary[label as usize]);
         let rest = (self.cost(label) - i64::from(target.trajectories))
             - (self.cost(self.label) - i64::from(current.trajectories));
         let units = |steps: i64| steps as f64 / f64::from(STEPS_PER_UNIT) / f64::from(self.unary_weight);
-        let total = self.votes.iter().sum::<u32>() as f64 + f64::from(params.outlier_weight) * f64::from(self.outliers);
+        let total = self.votes.iter().sum::<u32>() as f64;
         let lead = units(i64::from(target.trajectories) - i64::from(current.trajectories)) * total;
         // With n more of them the costs differ by (lead − n) / (total + n), which is above −1.
         let needed = (lead + units(rest) * total) / (1.0 - units(rest));

@@ -2,7 +2,7 @@
 
 use super::results::missing_frame;
 use crate::Error;
-use crate::cut::{CutInput, Link, OUTLIER, STEPS_PER_UNIT, SuperpixelTerms};
+use crate::cut::{CutInput, Link, STEPS_PER_UNIT, SuperpixelTerms};
 use crate::session::base::{Outputs, Stage};
 use crate::session::run::{Clip, Session};
 use serde::{Serialize, Serializer};
@@ -78,9 +78,6 @@ pub struct Voter {
     /// Its cluster; `None` if it is unknown.
     #[serde(serialize_with = "or_minus_one")]
     pub cluster: Option<u32>,
-    /// True if its motion differs from all clusters around it, so that it votes for all objects.
-    #[serde(rename = "isOutlier")]
-    pub is_outlier: bool,
 }
 
 /// An affinity of a trajectory.
@@ -244,7 +241,7 @@ impl PixelQuery<'_> {
             nearest,
             affinities: nearest.map_or_else(Vec::new, |i| self.affinities(i)),
             flip: runner_up.map(|(cluster, margin)| {
-                let votes = terms.votes_to_flip(cluster, params);
+                let votes = terms.votes_to_flip(cluster);
                 LabelFlip { cluster, margin: units(margin), votes }
             }),
             border: runner_up.and_then(|(cluster, _)| self.border(terms.label, cluster)),
@@ -283,12 +280,7 @@ impl PixelQuery<'_> {
         let voter = |&i: &u32| {
             let ((x, y), cluster) = (input.tracks.at(i as usize, self.t).unwrap_or_default(), input.label[i as usize]);
             let is_clustered = (cluster as usize) < terms.unary.len();
-            Voter {
-                x: to_input(x, sx),
-                y: to_input(y, sy),
-                cluster: is_clustered.then_some(cluster),
-                is_outlier: cluster == OUTLIER,
-            }
+            Voter { x: to_input(x, sx), y: to_input(y, sy), cluster: is_clustered.then_some(cluster) }
         };
         terms.voters.iter().map(voter).collect()
     }
@@ -473,7 +465,7 @@ mod tests {
 
     #[test]
     fn the_votes_that_flip_do_flip_and_one_less_does_not() {
-        use crate::cut::{CutParams, SuperpixelTerms, UnaryCost};
+        use crate::cut::{SuperpixelTerms, UnaryCost};
         let unit = STEPS_PER_UNIT;
         // Six trajectories of label 0 and two of label 1, and half a unit of evidence against label 1.
         let own = |trajectories, evidence| UnaryCost { trajectories, evidence, ..UnaryCost::default() };
@@ -482,16 +474,15 @@ mod tests {
             lambda: 1.0,
             unary_weight: 1.0,
             votes: vec![6, 2],
-            outliers: 0,
             voters: Vec::new(),
             unary: vec![own(unit / 4, 0), own(unit / 4 * 3, unit / 2)],
             links: Vec::new(),
         };
-        let needed = reasons.votes_to_flip(1, &CutParams::default()).unwrap();
+        let needed = reasons.votes_to_flip(1).unwrap();
         // (6 − 2 − n) / (8 + n) + 1/2 is 0 at n = 16.
         assert_eq!(needed, 16);
         let strong = SuperpixelTerms { unary: vec![own(unit / 4, 0), own(unit / 4 * 3, 2 * unit)], ..reasons };
-        assert_eq!(strong.votes_to_flip(1, &CutParams::default()), None);
+        assert_eq!(strong.votes_to_flip(1), None);
     }
 
     #[test]

@@ -261,7 +261,7 @@ const DEFINITION: &str = "Ground truth definition file\n\nTotal number of region
 fn parameters() -> Vec<(&'static str, Vec<u8>)> {
     vec![
         ("some.json", br#"{"flow": {"patchStride": 5}, "clip": {"dense": false, "maxSide": 64}}"#.to_vec()),
-        ("preset.json", br#"{"preset": "paper", "cut": {"outlierWeight": 0.5}}"#.to_vec()),
+        ("preset.json", br#"{"preset": "paper", "cut": {"spatialWeight": 0.5}}"#.to_vec()),
         ("odd.json", br#"{"a.b": null, "clip": {"seed": 1e300, "x": [1, "2"], "maxSide": "64"}}"#.to_vec()),
     ]
 }
