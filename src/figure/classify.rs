@@ -3,7 +3,7 @@
 use crate::background::{Background, ObjectClusters, segment_rigid_scene};
 use crate::cut::{OUTLIER, UNKNOWN, propagate_labels};
 use crate::discretize::Clusters;
-use crate::evidence::{ClusterCues, EvidenceInput, motion_contrasts};
+use crate::evidence::{ClusterCues, EvidenceInput, cluster_motions};
 use crate::objects::cluster_cues;
 use crate::trajectory::Trajectories;
 
@@ -109,8 +109,8 @@ fn rigid_scene_clusters(background: &Background, observations: &Observations<'_>
 /// Computes the log-odds of each cluster to be an object.
 fn cluster_log_odds(background: &Background, clusters: &Clusters, input: &EvidenceInput<'_>) -> Vec<f64> {
     let has_scene = |log_odds: &[f64]| log_odds.iter().any(|&v| v <= MIN_LOG_ODDS);
-    let contrasts = motion_contrasts(&clusters.label, input);
-    let cues = cluster_cues(input.tracks, clusters, &contrasts).into_iter();
+    let motions = cluster_motions(&clusters.label, input);
+    let cues = cluster_cues(input.tracks, clusters, &motions).into_iter();
     let mut log_odds: Vec<f64> = cues.map(|cues| cues.log_odds()).collect();
     if let Some((scene, stillness)) = background.still() {
         let distances = scene.plate_distances(input.tracks, clusters);

@@ -14,8 +14,8 @@
 //! with the size. Where connectedness separates a part of the border, fixed log-odds replace the sum in proportion.
 //!
 //! **Objects.** Moving camera: a cluster's share of the frame border for its size, since the scene runs on beyond the frame,
-//! and its contrast to the camera's motion; they fall further with its excess of the border, since near parts of a deep scene
-//! move unlike the camera, but are large. Still camera: its distance from the background plate.
+//! and its contrast to the camera's motion; they fall further with its excess of the border if it moves as one rigid surface,
+//! since near parts of a deep scene move unlike the camera, but are large and rigid. Still camera: its distance from the background plate.
 //!
 //! Cost: O(points) for the sums, which add up under merging, and O(clusters) for each merge. It fails where two objects
 //! move by one affine motion, and on objects that fill the frame border.
@@ -210,6 +210,13 @@ impl ClusterSums {
         self.contrast / self.num_velocities.max(1.0)
     }
 
+    /// Mean squared residual from one affine motion a frame, over the frames with enough velocities; 1 without any.
+    fn mean_residual(&self) -> f64 {
+        let enough = || self.motion.iter().filter(|sums| sums.count >= MIN_VELOCITIES);
+        let count: f64 = enough().map(|sums| sums.count).sum();
+        if count > 0.0 { enough().map(AffineSums::residual).sum::<f64>() / count } else { 1.0 }
+    }
+
     /// Returns the gain of one affine motion each over one for both, by velocity of the smaller, and the residual of one
     /// each, by velocity, over the frames in which both have enough velocities; 1 without such a frame.
     fn fit_motions(&self, other: &Self) -> (f64, f64) {
@@ -398,14 +405,30 @@ impl MergeState {
 /// can still reject an object later, but not bring it back.
 const OBJECT_THRESHOLD: f64 = -1.3;
 const STILL_OBJECT_THRESHOLD: f64 = -0.8;
-/// Fall of the log-odds with the excess of the frame border, whatever the motion: the near parts of a deep scene have more of it
+/// Fall of the log-odds of a rigid cluster with its excess of the frame border: the near parts of a deep scene have more of it
 /// than small objects that enter. Chosen by eye.
-const EXCESS_WEIGHT: f64 = 20.0;
+const EXCESS_WEIGHT: f64 = 35.0;
 /// Bias and weight of the border term alone, without the motion. Chosen by eye.
 const BORDER_WEIGHTS: [f64; 2] = [-0.2, -2.0];
 /// Added to a border share and to a plate distance before their logarithms. Chosen by eye.
 const BORDER_SHARE_FLOOR: f64 = 0.1;
 const PLATE_DISTANCE_FLOOR: f64 = 0.02;
+
+/// Motion of a cluster against that of the camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ClusterMotion {
+    /// Mean of ln(1 + r²) over its velocities, with their distance `r` from the camera's motion in units of the noise.
+    pub contrast: f64,
+    /// Mean squared residual of its velocities from one affine motion a frame, in squares of the noise.
+    pub residual_sq: f64,
+}
+
+impl ClusterMotion {
+    /// Returns how well one affine motion a frame explains its velocities, 0 to 1.
+    fn rigidity(self) -> f64 {
+        1.0 / (1.0 + self.residual_sq)
+    }
+}
 
 /// Cues of a cluster to be an object.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -416,8 +439,8 @@ pub(crate) enum ClusterCues {
         border_share: f64,
         /// The cluster's part of the frame border less its part of the frame, at least 0.
         border_excess: f64,
-        /// Contrast to the camera's motion ([`motion_contrasts`]), if input.
-        contrast: Option<f64>,
+        /// Its motion, if known.
+        motion: Option<ClusterMotion>,
     },
     /// With a still camera: mean distance from the background plate, 0 to 1.
     Still { plate_distance: f64 },
@@ -427,7 +450,7 @@ impl ClusterCues {
     /// Returns the terms of the log-odds; `None` if the motion is unknown.
     pub(crate) fn terms(&self) -> Option<Vec<f64>> {
         match *self {
-            Self::Moving { border_share, contrast, .. } => Some(vec![border_term(border_share), contrast?]),
+            Self::Moving { border_share, motion, .. } => Some(vec![border_term(border_share), motion?.contrast]),
             Self::Still { plate_distance } => Some(vec![plate_term(plate_distance)]),
         }
     }
@@ -438,12 +461,10 @@ impl ClusterCues {
             Self::Still { plate_distance } => {
                 log_odds(&STILL_OBJECT_WEIGHTS, &[plate_term(plate_distance)]) - STILL_OBJECT_THRESHOLD
             }
-            Self::Moving { border_share, contrast: None, .. } => {
-                log_odds(&BORDER_WEIGHTS, &[border_term(border_share)])
-            }
-            Self::Moving { border_share, border_excess, contrast: Some(contrast) } => {
-                let by_terms = log_odds(&OBJECT_WEIGHTS, &[border_term(border_share), contrast]);
-                by_terms - OBJECT_THRESHOLD - EXCESS_WEIGHT * border_excess
+            Self::Moving { border_share, motion: None, .. } => log_odds(&BORDER_WEIGHTS, &[border_term(border_share)]),
+            Self::Moving { border_share, border_excess, motion: Some(motion) } => {
+                let by_terms = log_odds(&OBJECT_WEIGHTS, &[border_term(border_share), motion.contrast]);
+                by_terms - OBJECT_THRESHOLD - EXCESS_WEIGHT * border_excess * motion.rigidity()
             }
         }
     }
@@ -457,10 +478,11 @@ fn plate_term(plate_distance: f64) -> f64 {
     libm::log(plate_distance + PLATE_DISTANCE_FLOOR)
 }
 
-/// Computes each cluster's contrast to the camera's motion: the mean of ln(1 + r²) over its velocities, with their
-/// distance `r` from that motion in units of the noise.
-pub(crate) fn motion_contrasts(label: &[u32], input: &EvidenceInput) -> Vec<f64> {
-    ClusterSums::new(label, num_clusters(label), input).iter().map(ClusterSums::mean_contrast).collect()
+/// Computes the motion of each cluster.
+pub(crate) fn cluster_motions(label: &[u32], input: &EvidenceInput) -> Vec<ClusterMotion> {
+    let motion =
+        |sums: &ClusterSums| ClusterMotion { contrast: sums.mean_contrast(), residual_sq: sums.mean_residual() };
+    ClusterSums::new(label, num_clusters(label), input).iter().map(motion).collect()
 }
 
 #[cfg(test)]
@@ -645,25 +667,29 @@ mod tests {
 
     #[test]
     fn objects_keep_off_the_border_or_contrast_with_the_camera() {
-        let value = |border_share: f64, contrast| moving(0.3, border_share, contrast).log_odds();
+        let value = |border_share: f64, contrast| moving(0.3, border_share, contrast, 0.1).log_odds();
         for border_share in [0.9, 0.1] {
             assert!(value(border_share, Some(5.0)) > value(border_share, Some(0.2)));
         }
         assert!(value(1.1, Some(0.2)) < 0.0 && value(0.0, Some(5.0)) > 0.0);
-        // A piece of the scene in the middle of the frame; a near part of a deep scene, and an object as near to the border.
+        // A piece of the scene in the middle of the frame; a near part of a deep scene, and a small object or one that bends, as
+        // near to the border.
         assert!(value(0.6, Some(0.3)) < 0.0 && value(1.2, Some(5.0)) < -1.5);
-        assert!(moving(0.01, 1.2, Some(5.0)).log_odds() > 0.0);
+        assert!(
+            moving(0.01, 1.2, Some(5.0), 0.1).log_odds() > -0.5 && moving(0.3, 1.2, Some(5.0), 3.0).log_odds() > -0.5
+        );
         assert!(value(1.1, None) < 0.0 && value(0.0, None) > 0.0);
     }
 
     /// The cues of a cluster with this part of the frame.
-    fn moving(part: f64, border_share: f64, contrast: Option<f64>) -> ClusterCues {
-        ClusterCues::Moving { border_share, border_excess: (part * (border_share - 1.0)).max(0.0), contrast }
+    fn moving(part: f64, border_share: f64, contrast: Option<f64>, residual_sq: f64) -> ClusterCues {
+        let motion = contrast.map(|contrast| ClusterMotion { contrast, residual_sq });
+        ClusterCues::Moving { border_share, border_excess: (part * (border_share - 1.0)).max(0.0), motion }
     }
 
     #[test]
     fn log_odds_of_an_object_have_no_jump_at_any_share_of_the_border() {
-        let value = |step: u32| moving(0.2, f64::from(step) / 100.0, Some(4.0)).log_odds();
+        let value = |step: u32| moving(0.2, f64::from(step) / 100.0, Some(4.0), 0.1).log_odds();
         let falls: Vec<f64> = (50..150).map(|step| value(step) - value(step + 1)).collect();
         assert!(falls.iter().all(|fall| (0.0..0.1).contains(fall)), "{falls:?}");
     }

@@ -4,7 +4,7 @@
 //! along its shorter side. In each frame a cell counts for the clusters of its trajectories, in proportion, and for the border
 //! as far as they are near it: wholly within half a cell, and not from one and a half on, so that no pixel more or less
 //! decides. A cluster's border share is its part of the border over its part of all cells, its excess the difference of both;
-//! these and its contrast to the camera's motion give its log-odds ([`crate::evidence`]).
+//! these and its motion against the camera's give its log-odds ([`crate::evidence`]).
 //!
 //! Near and far parts of the scene, which parallax makes different clusters, are both background by this rule. It counts
 //! trajectories and not the pixels of masks, since the cut gives areas without trajectories, such as a plain sky, to
@@ -12,7 +12,7 @@
 //! the background. Cost: O(points). It fails where an object fills one side of the frame.
 
 use crate::discretize::Clusters;
-use crate::evidence::ClusterCues;
+use crate::evidence::{ClusterCues, ClusterMotion};
 use crate::order;
 use crate::trajectory::Trajectories;
 
@@ -54,9 +54,9 @@ pub(crate) fn find_objects(tracks: &Trajectories, clusters: &Clusters) -> Object
     counts.number((0..clusters.count).filter(is_object).collect())
 }
 
-/// Returns the cues of each cluster. `contrasts` has each cluster's contrast to the camera's motion, and is empty if unknown.
-pub(crate) fn cluster_cues(tracks: &Trajectories, clusters: &Clusters, contrasts: &[f64]) -> Vec<ClusterCues> {
-    CellCounts::new(tracks, clusters).cues(contrasts)
+/// Returns the cues of each cluster. `motions` has the motion of each, and is empty if unknown.
+pub(crate) fn cluster_cues(tracks: &Trajectories, clusters: &Clusters, motions: &[ClusterMotion]) -> Vec<ClusterCues> {
+    CellCounts::new(tracks, clusters).cues(motions)
 }
 
 /// Numbers the clusters that are objects by falling area; all but the 255 largest become background.
@@ -103,7 +103,7 @@ impl CellCounts {
     }
 
     /// Cues of each cluster.
-    fn cues(&self, contrasts: &[f64]) -> Vec<ClusterCues> {
+    fn cues(&self, motions: &[ClusterMotion]) -> Vec<ClusterCues> {
         let Self { cells, border_cells } = self;
         let [all, border] = [cells, border_cells].map(|cells| cells.iter().sum::<f64>().max(1.0));
         let cues = |c: usize| {
@@ -111,7 +111,7 @@ impl CellCounts {
             ClusterCues::Moving {
                 border_share: border_part / part.max(1e-9),
                 border_excess: (border_part - part).max(0.0),
-                contrast: contrasts.get(c).copied(),
+                motion: motions.get(c).copied(),
             }
         };
         (0..cells.len()).map(cues).collect()
@@ -169,7 +169,8 @@ mod tests {
         let (tracks, clusters) = frame(corner, 2);
         assert_eq!(find_objects(&tracks, &clusters).of_cluster, [0, 0]);
         let value = |tracks: &Trajectories, clusters: &Clusters, contrast: f64| {
-            cluster_cues(tracks, clusters, &[0.2, contrast])[1].log_odds()
+            let motion = |contrast| ClusterMotion { contrast, residual_sq: 1.0 };
+            cluster_cues(tracks, clusters, &[motion(0.2), motion(contrast)])[1].log_odds()
         };
         assert!(value(&tracks, &clusters, 6.0) > 0.0);
         let side = ["00000000", "00000000", "00000000", "00001111", "00001111", "00000000", "00000000", "00000000"];
@@ -197,7 +198,8 @@ mod tests {
                 tracks.push(0, [(column as f32, y as f32, 0.0)]);
                 label.push(u32::from(x < 12 && y < 40));
             }
-            cluster_cues(&tracks, &Clusters { count: 2, label }, &[0.0, 4.0])[1]
+            let motions = [0.0, 4.0].map(|contrast| ClusterMotion { contrast, residual_sq: 1.0 });
+            cluster_cues(&tracks, &Clusters { count: 2, label }, &motions)[1]
         };
         assert_eq!(shares(false), shares(true));
     }

@@ -390,7 +390,7 @@ mod tests {
         let tracks =
             standing(1, &[(0, 0.0, 0.0), (0, 1.0, 1.0), (0, 2.0, 2.0), (0, 3.0, 3.0), (0, 5.0, 0.0), (0, 6.0, 0.0)]);
         let label = [1, 1, 1, 0, UNKNOWN, 0];
-        let params = CutParams { unary_weight: 2.0, ..CutParams::default() };
+        let params = CutParams { unary_weight: 2.0, ambiguous_share: 1.0, ..CutParams::default() };
         let problem = energy(&input(&superpixels, &tracks, &label, 2), &params);
         assert_eq!(problem.unary, [units(1.5), units(0.5), 0, units(2.0), 0, 0]);
     }

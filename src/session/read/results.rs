@@ -12,7 +12,7 @@ use crate::discretize::{
     Clusters, DiscretizeMethod, DiscretizeParams, discretize, discretize_into, oversegment, threshold_segmentation,
 };
 use crate::embedding::{Embedding, embed};
-use crate::evidence::{ClusterCues, ClusterPair, EvidenceInput, UNLABELLED, cluster_pairs, motion_contrasts};
+use crate::evidence::{ClusterCues, ClusterPair, EvidenceInput, UNLABELLED, cluster_motions, cluster_pairs};
 use crate::flow::{CompactFlow, FlowField};
 use crate::image::{Frame, Plane};
 use crate::mask::{Agreement, CutMasks, agreement, expected_j, expected_j_terms};
@@ -293,8 +293,8 @@ impl Session {
             let cues = background.still()?.0.plate_distances(tracks, clusters).into_iter();
             cues.map(|plate_distance| ClusterCues::Still { plate_distance }).collect()
         } else {
-            let contrasts = motion_contrasts(&clusters.label, &outputs.cluster_evidence(&clip.params.affinity));
-            cluster_cues(tracks, clusters, &contrasts)
+            let motions = cluster_motions(&clusters.label, &outputs.cluster_evidence(&clip.params.affinity));
+            cluster_cues(tracks, clusters, &motions)
         };
         Some((is_still, cues.iter().map(ClusterCues::terms).collect::<Option<_>>()?))
     }

@@ -419,7 +419,7 @@ fn label_objects(outputs: &Outputs, is_object: &[bool], clip: &Clip) -> Objects 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evidence::ClusterCues;
+    use crate::evidence::{ClusterCues, ClusterMotion};
     use crate::session::Session;
     use crate::session::base::{Params, Step};
     use crate::session::run::dense::model_background;
@@ -461,7 +461,7 @@ mod tests {
         let cues = ClusterCues::Moving {
             border_share,
             border_excess: (0.1 * (border_share - 1.0)).max(0.0),
-            contrast: Some(4.0),
+            motion: Some(ClusterMotion { contrast: 4.0, residual_sq: 0.1 }),
         };
         let (tracks, clusters) = (&run.outputs.track_set.tracks, &run.outputs.clusters);
         let mut lead = vec![0; clusters.count];
