@@ -261,9 +261,7 @@ class CutParams(TypedDict, total=False):
     """Factor on the weight of trajectories in these cuts, as what they told is learned. Default: 0.35 (0.0 to 1.0)."""
     ambiguous_share: float
     """A superpixel's own trajectories do not count if a larger share of it than this lies between trajectories of
-    different labels (section 4.2: 0.3). 1 turns the rule off. Default: 1.0 (0.0 to 1.0)."""
-    """Weight of a salient trajectory that moves unlike all around it: it counts for every object and not for the
-    background. Not in the paper; docs/choices.md. Default: 1.0 (0.0 to 100.0)."""
+    different labels (section 4.2: 0.3). 1 turns the rule off. Default: 0.3 (0.0 to 1.0)."""
 
 
 class BackgroundParams(TypedDict, total=False):
